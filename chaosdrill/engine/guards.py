@@ -63,6 +63,9 @@ PARALLEL = 1e-12
 """Part by which the square of the cosine of two gradients may differ from 1 where guards that are zero at the same
 place are on one surface: the angle counts as zero up to 1e-6."""
 
+LATE = 100.0
+"""Tolerances by which a run may begin beyond a guard and be on it: no run that is right ends farther off."""
+
 NEAR = 1e-6
 """Part of the step within which two roots, or a root and a strobe, are looked at for whether they coincide."""
 
@@ -268,6 +271,23 @@ def _clear_side(ws, i, h, doubt):
     return 0
 
 
+@rare
+def begun_at(functions, tables, settings, state, j, here, reach, h, t, scratch):
+    """Value of guard j where a run begins: 0 if that is beyond it by no more than the error of where another run ends.
+
+    That is `LATE` tolerances: of what the guard is made of, and of what it changes by in a step, ``reach``. The state
+    is then no better known than what it moves in the step. Time has no such error.
+    """
+    run = state.run[0]
+    if not here * tables.active[run.mode, 1 + j] > 0.0 or tables.marks[run.mode, j] & TIMED:
+        return here
+    error = functions.guard_error(run.mode, j, t, state.c, state.x, scratch.none)
+    if not abs(here) <= LATE * settings.tolerance * (error + reach):
+        return here
+    run.longest = h
+    return 0.0
+
+
 @inlined
 def settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch):
     """As ``look`` for guard j whose polynomial is row i; the order is that to which the row counts as zero.
@@ -276,6 +296,8 @@ def settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch):
     back before it is clear of that. Where an interpolation may hide the term, the value itself says where it leads.
     """
     g = ws[i]
+    if state.run[0].fresh == BEGIN:
+        g[0] = begun_at(functions, tables, settings, state, j, g[0], size(ws, uint64(i), h), h, t, scratch)
     how, side, order = look(functions, tables, state, j, g[0], g[1], t, scratch)
     if order == 0 and how != UNSURE:
         return how, side, order

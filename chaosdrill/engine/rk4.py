@@ -6,9 +6,9 @@ step pass unseen. It is here to be compared with.
 
 from chaosdrill.engine import scales
 from chaosdrill.engine.chatter import PROBE
-from chaosdrill.engine.guards import is_moved, is_thrown, is_zero, side_before, stand
+from chaosdrill.engine.guards import begun_at, is_moved, is_thrown, is_zero, side_before, stand
 from chaosdrill.engine.jit import inner
-from chaosdrill.engine.layout import AFTER, FIRE, INVALID, ONGOING
+from chaosdrill.engine.layout import AFTER, BEGIN, FIRE, INVALID, ONGOING
 from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.stepper import offered
 
@@ -68,7 +68,7 @@ def _leads(gradient, rates, s, ahead):
 
 
 @inner
-def _settle(functions, tables, state, j, s, ahead, t, scratch):
+def _settle(functions, tables, settings, state, j, s, ahead, t, scratch):
     """How guard j stands where nothing or an event came before; ``ahead`` is its value the time s later."""
     run = state.run[0]
     mode = run.mode
@@ -77,6 +77,8 @@ def _settle(functions, tables, state, j, s, ahead, t, scratch):
     if abs(old) > 1 and not crossed and not is_moved(key, tables, state):
         return FIRE, old
     here = functions.guard(mode, j, t, state.c, state.x, scratch.gradient)
+    if run.fresh == BEGIN:
+        here = begun_at(functions, tables, settings, state, j, here, abs(ahead - here), s, t, scratch)
     zero, old = is_zero(functions, tables, state, j, here, old, crossed, t, scratch)
     side = 1 if (ahead if zero else here) > 0.0 else -1
     fired = zero and run.fresh == AFTER and run.fired == key
@@ -111,7 +113,7 @@ def locate(place, p, te, h, t):
         fires = -1
         for j in range(count):
             ahead = functions.guard(mode, j, t + PROBE * h, c, out[: x.size], gradient)
-            how, side = _settle(functions, tables, state, j, PROBE * h, ahead, t, scratch)
+            how, side = _settle(functions, tables, settings, state, j, PROBE * h, ahead, t, scratch)
             if how == INVALID:
                 return -2.0, j, 0
             sides[tables.keys[mode, j]] = side
