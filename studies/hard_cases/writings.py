@@ -4,9 +4,10 @@
 
 Draws CASES cases (default 500): a system of known kind, written anew by what must not change it, run by one method or
 side by side. Guards are multiplied by constants of either sign or by what cannot vanish, or replaced by monotone
-functions of themselves, each in one mode of its own; transitions change their order; a mode is doubled; a state is
-added that nothing depends on, and an event that changes nothing; states change sign or unit; resets are written so
-that they cancel. The exit code is 0 if every case has the events and the tangents of the plain system.
+functions of themselves, each in one mode of its own; transitions, states and modes change their order and their
+names; a mode is doubled; a state is added that nothing depends on, and an event that changes nothing; states change
+sign or unit, and their bounds with them; time becomes a state, or begins elsewhere; resets are written so that they
+cancel. The exit code is 0 if every case has the events and the tangents of the plain system.
 """
 
 import argparse
@@ -26,6 +27,8 @@ from chaosdrill.engine.numerics import Numerics
 METHODS = ("taylor", "dop853", "radau", "lanes")
 """``lanes`` are eight runs side by side by ``taylor``."""
 T = sympy.Symbol("t", real=True)
+BOUND = 1e9
+"""What a state of the plain system has escaped beyond"""
 SLACK = 1e-7
 """What times and tangents of two writings may differ by, relative to their sizes: their steps differ, and with them
 their errors of 1e-12 a step, which the motion amplifies by 1e4 at most."""
@@ -45,6 +48,8 @@ class Written:
     forced: bool = False
     units: dict[Any, float] = field(default_factory=dict)
     """State of the plain system over that of this one"""
+    names: dict[Any, str] = field(default_factory=dict)
+    """What a state is called in the plain system, where that is not its name"""
     thrown: bool = False
     """Whether a reset throws the state across a guard: it is nowhere seen then that two guards vanish together"""
 
@@ -59,7 +64,27 @@ class Written:
             modes=self.modes,
             transitions=made,
             initial={"mode": self.mode or next(iter(self.modes)), **self.start},
+            bounds={s: (-BOUND / abs(unit), BOUND / abs(unit)) for s, unit in self.units.items()},
             **({"time": T} if self.forced else {}),
+        )
+
+    def plain_names(self) -> list[str]:
+        """Names of the states in the plain system, in their order here."""
+        return [self.names.get(s, str(s)) for s in self.states]
+
+    def with_states(self, put: dict[Any, Any]) -> "Written":
+        """The same with other expressions for what is there; new states are put in by the caller."""
+
+        def image(e: Any) -> Any:
+            return sympy.sympify(e).xreplace(put)
+
+        return replace(
+            self,
+            modes={mode: {s: image(e) for s, e in rates.items()} for mode, rates in self.modes.items()},
+            transitions=tuple(
+                (name, source, target, image(guard), direction, {s: image(e) for s, e in reset.items()})
+                for name, source, target, guard, direction, reset in self.transitions
+            ),
         )
 
 
@@ -232,7 +257,7 @@ def more(one: Written, rng: np.random.Generator) -> Written:
 def units(one: Written, rng: np.random.Generator) -> Written:
     """Other units, or another sign, of one state."""
     x = one.states[rng.integers(len(one.states))]
-    unit = float(rng.choice([-1.0, 1.0])) * 2.0 ** float(rng.integers(-25, 26))
+    unit = float(rng.choice([-1.0, 1.0])) * 2.0 ** float(rng.integers(-40, 41))
     put = {x: x * unit}
 
     def image(state: Any, e: Any) -> Any:
@@ -255,13 +280,60 @@ def cancelling(one: Written, rng: np.random.Generator) -> Written:
     found = []
     for name, source, target, guard, direction, reset in one.transitions:
         y = one.states[rng.integers(len(one.states))]
-        large = sympy.sin(y) ** 2 + sympy.cos(y) ** 2
-        images = {s: sympy.Add(e, large, -1, evaluate=False) for s, e in reset.items()}
+        images = {}
+        for s, e in reset.items():
+            one_here = 1 / sympy.Rational(abs(one.units.get(s, 1.0)))
+            images[s] = sympy.Add(e, one_here * (sympy.sin(y) ** 2 + sympy.cos(y) ** 2), -one_here, evaluate=False)
         found.append((name, source, target, guard, direction, images))
     return replace(one, transitions=tuple(found))
 
 
-CHANGES = (guards, order, doubled, more, units, cancelling)
+LETTERS = ("E", "I", "N", "S", "lam", "x10", "x9", "zeta", "A", "f", "Q_1", "mode_1")
+"""Names that mean something elsewhere, or that sort otherwise than they are given."""
+
+
+def names(one: Written, rng: np.random.Generator) -> Written:
+    """States and modes under other names and in another order."""
+    drawn = [sympy.Symbol(str(name), real=True) for name in rng.permutation(LETTERS)[: len(one.states)]]
+    put = {old: new for old, new in zip(one.states, drawn, strict=True) if str(old) != "zz" and new not in one.states}
+
+    def named(values: dict[Any, Any]) -> dict[Any, Any]:
+        return {put.get(s, s): value for s, value in values.items()}
+
+    modes = [list(one.modes)[i] for i in rng.permutation(len(one.modes))]
+    called = {mode: f"{'ZaB'[i % 3]}_{i}_" + mode for i, mode in enumerate(modes)}
+    found = one.with_states(put)
+    return replace(
+        found,
+        states=tuple(put.get(one.states[i], one.states[i]) for i in rng.permutation(len(one.states))),
+        modes={called[mode]: named(found.modes[mode]) for mode in modes},
+        transitions=tuple(
+            (name, tuple(called[mode] for mode in source), called[target], guard, direction, named(reset))
+            for name, source, target, guard, direction, reset in found.transitions
+        ),
+        start=named(one.start),
+        mode=called[one.mode or next(iter(one.modes))],
+        units=named(one.units),
+        names={put.get(s, s): name for s, name in zip(one.states, one.plain_names(), strict=True)},
+    )
+
+
+def clock(one: Written, rng: np.random.Generator) -> Written:
+    """Time as a state, which may begin elsewhere."""
+    if not one.forced:
+        return one
+    s, shift = sympy.Symbol("zzt", real=True), sympy.Rational(int(rng.integers(-40, 40)), 8)
+    found = one.with_states({T: s - shift})
+    return replace(
+        found,
+        states=(*one.states, s),
+        modes={mode: {**rates, s: sympy.Integer(1)} for mode, rates in found.modes.items()},
+        start={**one.start, s: float(shift)},
+        forced=False,
+    )
+
+
+CHANGES = (guards, order, doubled, more, units, cancelling, names, clock)
 
 
 # Whether it did
@@ -285,8 +357,8 @@ def plain_name(transition: cd.Transition) -> str:
 
 def order_of(one: Written) -> list[int]:
     """Where the plain system's states are, by name."""
-    states = [str(s) for s in one.states]
-    return [states.index(name) for name in sorted(states) if name != "zz"]
+    states = one.plain_names()
+    return [states.index(name) for name in sorted(states) if not name.startswith("zz")]
 
 
 def alone(one: Written, system: cd.HybridSystem, method: str) -> Found:
