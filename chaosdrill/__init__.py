@@ -19,6 +19,7 @@ _HOME = {
     "filippov": "chaosdrill.model.filippov",
     "equivalent_control": "chaosdrill.model.filippov",
     "driven": "chaosdrill.model.drives",
+    **dict.fromkeys(("Uniform", "Normal", "LogNormal", "Exponential", "Choice"), "chaosdrill.model.noise"),
     "in_modes": "chaosdrill.model.kinks",
     "drill": "chaosdrill.systems.drill",
     "build": "chaosdrill.systems",

@@ -1,8 +1,6 @@
 import os
 from typing import Any
-
 import xarray as xr
-
 from chaosdrill.analysis.measured import series_measures as series_measures
 from chaosdrill.analysis.pairs import recurrences as recurrences
 from chaosdrill.archive import cut as cut
@@ -23,6 +21,11 @@ from chaosdrill.model.drives import driven as driven
 from chaosdrill.model.filippov import equivalent_control as equivalent_control
 from chaosdrill.model.filippov import filippov as filippov
 from chaosdrill.model.kinks import in_modes as in_modes
+from chaosdrill.model.noise import Choice as Choice
+from chaosdrill.model.noise import Exponential as Exponential
+from chaosdrill.model.noise import LogNormal as LogNormal
+from chaosdrill.model.noise import Normal as Normal
+from chaosdrill.model.noise import Uniform as Uniform
 from chaosdrill.plots import animate as animate
 from chaosdrill.plots import plot as plot
 from chaosdrill.plots import plot_archive as plot_archive

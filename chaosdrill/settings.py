@@ -32,13 +32,19 @@ class Known:
     parameters: Mapping[str, float] = field(default_factory=dict)  # those that are given other values
     states: tuple[str, ...] | None = None  # None while they are unknown
     limits: Mapping[str, Limit] = field(default_factory=dict)  # of its parameters
+    drawn: int = 0  # how many of the states noise is made of
 
     @classmethod
     def of(cls, system: Any) -> "Known":
         """What is known of a system that is built."""
         if system is None:
             return Known()
-        return Known(dict(system.parameters), states=tuple(system.state_names), limits=system.limits)
+        return Known(
+            dict(system.parameters),
+            states=tuple(system.state_names),
+            limits=system.limits,
+            drawn=len(system.states) - system.free,
+        )
 
     def unused(self, parameter: str) -> str:
         """Why it has no such parameter, if other effects than the chosen ones use it; else nothing."""

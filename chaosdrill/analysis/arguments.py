@@ -131,7 +131,7 @@ def check_record(samples: int, columns: int, names: str) -> None:
 
 def tangent_count(system: "HybridSystem", exponents: Any) -> int:
     """Number of exponents asked for; all by default."""
-    return len(system.states) if exponents is None else int(Exponents().read("exponents", exponents, system))
+    return system.free if exponents is None else int(Exponents().read("exponents", exponents, system))
 
 
 class At(Text):
@@ -175,8 +175,11 @@ class Exponents(Whole):
     """How many Lyapunov exponents; a system has as many as states."""
 
     def misfits(self, value: Any, known: Known) -> Faults:
-        if known.states is not None and isinstance(value, int) and value > len(known.states):
-            yield (), f"the system has {len(known.states)} states and as many exponents, received {value}"
+        if known.states is None:
+            return
+        free = len(known.states) - known.drawn
+        if isinstance(value, int) and value > free:
+            yield (), f"the system has {free} states and as many exponents, received {value}"
 
 
 class Method(Text):

@@ -51,6 +51,15 @@ class AnalysisSettings(Settings):
     """Whether the names of its variables are kept from all sweeps, grids and quadratures, if it holds names of users;
     else only from its own sweeps."""
     tolerance: ClassVar[float] = 1e-12
+    without_noise: ClassVar[str] = "it looks for what repeats, and where parameters are drawn at events nothing does"
+    """Why there is none of a system with noise; empty if there is."""
+
+    @classmethod
+    def noise_faults(cls, system: "HybridSystem") -> Faults:
+        """Noise where it has no meaning."""
+        if system.noise and cls.without_noise:
+            names = ", ".join(map(repr, system.noise))
+            yield (), f"{system.name} draws {names} anew, which this analysis does not take: {cls.without_noise}"
 
     @classmethod
     def shared(cls, table: Mapping[str, Any]) -> bool:
@@ -341,6 +350,8 @@ class Analysis:
             if given.get(name) is not None:
                 refuse(SettingsError, name, given[name], kind)
         system.forcing_period()
+        for _, told in self.settings.noise_faults(system):
+            raise SettingsError(f"{self.function}: {told}")
         try:
             settings = self.settings.read(given, system)
         except TypeError as fault:

@@ -45,6 +45,15 @@ NO_GROWTH = 8.0
 speed at the end over that at the beginning."""
 
 
+def undrawn(system: HybridSystem, states: np.ndarray) -> np.ndarray:
+    """States, and what stands behind them in a row, with zeros for those that noise is made of: they say nothing."""
+    if not system.noise:
+        return states
+    states = states.copy()
+    states[..., system.free : len(system.states)] = 0.0
+    return states
+
+
 @dataclass(frozen=True)
 class Averages:
     """Exponents of P records, in descending order."""
@@ -83,11 +92,12 @@ def evidence_of(
         Part of the record that the windows are of.
     """
     exponents, length = averages.exponents, averages.length
-    points, n = len(exponents), len(system.states)
+    points, n = len(exponents), system.free
     lead, margin, column = leading(exponents, averages.errors, averages.neutral, length, complete=averages.complete)
     one_of = (np.arange(points), column)
     late = averages.late[one_of] if exponents.shape[1] else np.zeros(points)
     found = Evidence.of(points, ended=ended, lead=lead, margin=margin, length=length, late=late)
+    found.noisy[:] = bool(system.noise)
     unforced = not system.forced and structure.autonomous
     with np.errstate(invalid="ignore"):
         if unforced and averages.complete and exponents.shape[1]:
@@ -139,11 +149,14 @@ def evidence_of_records(
         Rates of the states, as in `examine`, where there is no map.
     """
     ended = np.full(len(windows), int(Outcome.OK))
+    windows, coarse = undrawn(system, windows), undrawn(system, coarse)
     e = evidence_of(system, structure, averages, windows, known, ended, coarse[:, 0], part)
     symmetries = structure.frame[: structure.symmetries]
     if part < 1.0:
         leaving, settling = stationarity(coarse - (coarse @ symmetries.T) @ symmetries, known)
         e.leaving, e.settling = e.leaving | leaving, e.settling | settling
+    if system.noise:
+        return e
     found = recurrence(aside(windows, symmetries), known, windows.shape[1] // REPEATS)
     e.recurs = found.period > 0
     e.exact = e.recurs & (found.residual <= ROUND_OFF)
@@ -231,7 +244,8 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     ``before`` are the states of all points before the record, to tell by what only grows.
     """
     found = recurrence(batch.window[which], batch.sizes[which], plan.max_period, 2 * plan.max_period)
-    if not plan.maps:
+    noisy = bool(plan.system.noise)
+    if not plan.maps or noisy:
         # at the ends of parts of a duration, or where the system itself never repeats, a return tells no period
         found = replace(found, period=np.zeros_like(found.period))
     times = batch.times[which]
@@ -242,8 +256,8 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     begin = np.where(whole, _first_whole(ends, cycle), 0)
     averages = _averages(plan, batch, which, begin)
     exponents, errors = averages.exponents, averages.errors
-    windows, known = batch.window[which], batch.sizes[which]
-    early = None if before is None else before[which]
+    windows, known = undrawn(plan.system, batch.window[which]), batch.sizes[which]
+    early = None if before is None else undrawn(plan.system, before[which])
     points = batch.counts[which][:, sorted(plan.section)].sum(axis=1) if plan.section is not None else ends[-1]
     part = np.minimum(1.0, windows.shape[1] / np.maximum(points, 1))
     e = evidence_of(plan.system, plan.structure, averages, windows, known, batch.outcome[which], early, part)
@@ -258,10 +272,10 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
         attracting = np.where(whole, multiplier < -HYPERBOLIC, e.negative)
         e.attracts = attracting & (distance <= CLOSE) & (found.splitting > 10 * distance)
         centre = e.recurs & neutral & (found.residual <= ROUND_OFF)
-    e.winds = _winds(plan, batch, which) & ~e.recurs
+    e.winds = _winds(plan, batch, which) & ~e.recurs & ~e.noisy
     e.rests, moves = _at_rest(plan, batch, which, e)
     e.ended = np.where(e.rests, int(Outcome.OK), e.ended)
-    if not plan.max_extension and plan.maps and plan.section is None:
+    if not plan.max_extension and plan.maps and plan.section is None and not noisy:
         _look_closer(plan, e, windows, known)
     outcome = words(e)
     if batch.counts_returns:
@@ -270,7 +284,7 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
         exponents[grazed], errors[grazed] = np.nan, np.nan
     periodic = outcome == Outcome.PERIODIC
     decided = (periodic & ((e.recurs & e.attracts) | centre)) | ((outcome == Outcome.CHAOTIC) & ~e.recurs)
-    decided |= (outcome == Outcome.QUASIPERIODIC) & e.winds
+    decided |= ((outcome == Outcome.QUASIPERIODIC) & e.winds) | (outcome == Outcome.CONTRACTING)
     if not plan.maps:
         decided |= periodic & e.negative
     ended = ~np.isin(outcome, MEASURED)
@@ -319,7 +333,7 @@ def _averages(plan: "Plan", batch: Batch, which: np.ndarray, begin: np.ndarray) 
     neutral = np.full(len(which), plan.structure.most_neutral)
     if plan.structure.autonomous and plan.structure.symmetries:
         neutral = plan.structure.neutral(batch.flow(which))
-    return Averages(exponents, errors, late, length, neutral, plan.computed == batch.x.shape[1])
+    return Averages(exponents, errors, late, length, neutral, plan.computed == plan.system.free)
 
 
 def _look_closer(plan: "Plan", e: Evidence, windows: np.ndarray, known: np.ndarray) -> None:

@@ -184,7 +184,7 @@ def make_plan(
         compile_ahead(LANES)
     structure = examine(system)
     # of a complex pair only both exponents together are known well, and tangents are stepped in pairs anyway
-    n = len(system.states)
+    n = system.free
     enough = (n if n <= SMALL else max(count, min(structure.most_neutral + 2, n))) if count else 0
     in_resets = {
         i

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from chaosdrill.analysis.classification import Verdict, add_regularity, judge
+from chaosdrill.analysis.classification import Verdict, add_regularity, judge, undrawn
 from chaosdrill.analysis.cycles import at_points, continued, escapes, linearised, search
 from chaosdrill.analysis.matching import KNOWN_BY, count_attractors, moments, number_attractors
 from chaosdrill.analysis.plan import BLOCKS, Plan
@@ -323,8 +323,9 @@ def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arra
     _average_over_cycles(plan, parameters, batch, which, verdict.cycle, whole, arrays, places)
     evidence, open_, moves = verdict.evidence, verdict.outcome == Outcome.OPEN, verdict.moves.copy()
     which, times = which[~verdict.decided], 2
+    repeats = not plan.system.noise
     while len(which) and plan.max_extension:
-        for cycles in search(plan, batch, which[moves[which]], parameters):
+        for cycles in search(plan, batch, which[moves[which]], parameters) if repeats else ():
             _write(plan, cycles.batch, cycles.places, cycles.verdict, cycles.places, arrays, places[cycles.which])
             which = np.setdiff1d(which, cycles.which)
         if times > plan.max_extension or not len(which):
@@ -344,18 +345,21 @@ def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arra
         evidence.put(which, verdict.evidence)
         open_[which], moves[which] = grows, verdict.moves
         which, times = which[~verdict.decided & ~known], 2 * times
-    if moves[which].any() and plan.max_extension and plan.maps:
+    if moves[which].any() and plan.max_extension and plan.maps and repeats:
         left = _displace(plan, parameters, batch, which[moves[which]], arrays, places)
         which = np.union1d(left, which[~moves[which]])
     unclear = which[~evidence.at(which).positive & ~evidence.at(which).negative]
     unclear = unclear[np.isin(arrays["outcome"][places[unclear]], (Outcome.OPEN, Outcome.UNDECIDED, Outcome.TRANSIENT))]
-    if plan.max_extension and plan.exponents and (plan.maps or plan.structure.autonomous) and len(unclear):
+    told = (plan.maps or plan.structure.autonomous) and repeats
+    if plan.max_extension and plan.exponents and told and len(unclear):
         found, followed = _tell(plan, parameters, batch, unclear, evidence.at(unclear))
         arrays["outcome"][places[unclear]] = np.where(followed, found, arrays["outcome"][places[unclear]])
 
 
 def may_be_left(plan: Plan, parameters: Mapping[str, np.ndarray], found: Arrays, batch: Batch, point: int = 0) -> bool:
     """Whether a point that was measured stands on something unstable, which the slightest noise would leave."""
+    if plan.system.noise:
+        return False
     outcome = int(found["outcome"][point])
     if outcome == Outcome.EQUILIBRIUM:
         here = plan.system.with_parameters(**{name: float(values[point]) for name, values in parameters.items()})
@@ -467,7 +471,9 @@ def _write(
     means = event_rates(plan, batch, which) | rate_errors(plan, batch, which, verdict.cycle[rows])
     for name, values in means.items():
         arrays[name][places] = np.where(ended, np.nan, values)
-    arrays["moments"][places], arrays["state"][places] = moments(window, batch.sizes[which], period)
+    arrays["moments"][places], arrays["state"][places] = moments(
+        undrawn(plan.system, window), batch.sizes[which], period
+    )
     for row in np.flatnonzero(verdict.outcome[rows] == Outcome.EQUILIBRIUM):
         state = batch.rest(int(which[row]))
         arrays["state"][places[row]], arrays["moments"][places[row], :3] = state, 0.0

@@ -359,7 +359,8 @@ def section_points(where: Section, given: Any, max_period: int, job: "Job") -> T
     phases = phases_of(where, times / run.period)
     compared = np.column_stack([points[:, : len(system.states)], phases])
     known = np.append(run.sizes, np.ones(phases.shape[1]))
-    period = find_period(compared, known, max_period) if outcome == Outcome.OK else 0
+    repeats = outcome == Outcome.OK and not system.noise
+    period = find_period(compared, known, max_period) if repeats else 0
     return Taken(where, run, outcome, points, modes, times, period, blocks)
 
 
@@ -369,7 +370,7 @@ def section(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     taken = section_points(find_section(system, given, numerics), given, given.max_period, job)
     where, run, outcome, period, blocks = taken.where, taken.run, taken.outcome, taken.period, taken.blocks
     points, modes, times = taken.points, taken.modes, taken.times
-    multipliers = np.full(n, complex(np.nan, np.nan))
+    multipliers = np.full(system.free, complex(np.nan, np.nan))
     repeats = system.forced or system.autonomous
     if period and repeats and where.counts != "time":
         multipliers = cycle_multipliers(where, run, period, numerics)
@@ -403,7 +404,7 @@ def section(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
         "iterate": np.arange(len(points), dtype=np.int32),
         "time": ("iterate", times),
         "state": list(system.state_names),
-        "multiplier": np.arange(1, n + 1, dtype=np.int32),
+        "multiplier": np.arange(1, system.free + 1, dtype=np.int32),
     }
     return xr.Dataset(variables, coords=coords)
 

@@ -71,7 +71,7 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
             late=late[np.newaxis],
             length=np.array([plan.length]),
             neutral=np.array([neutral]),
-            complete=m == len(system.states),
+            complete=m == system.free,
         )
         evidence = _evidence(run, plan, structure, averages, np.concatenate(path)[-LENGTH:], coarse, job)
         outcome, why = Outcome(int(words(evidence)[0])), reason(evidence)
@@ -81,7 +81,7 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
         "lyapunov_exponent": ("exponent", values[:count]),
         "lyapunov_error": ("exponent", errors[:count]),
         "lyapunov_history": (("block", "exponent"), history[:, :count]),
-        "kaplan_yorke_dimension": ((), kaplan_yorke(values, len(system.states))),
+        "kaplan_yorke_dimension": ((), kaplan_yorke(values, system.free)),
         "kaplan_yorke_error": ((), dimension_error),
         "outcome": ((), np.int8(outcome)),
         **_averages(system, run, plan, job.numerics, ends, drilled, complete),
@@ -97,7 +97,7 @@ def _dimension_error(
     """Error of the Kaplan-Yorke dimension; ``of_method`` is that of the sums of logarithms over all blocks."""
     sums = np.vstack([np.zeros(len(values)), np.where(np.isfinite(values), history * times[1:, np.newaxis], 0.0)])
     rates = np.diff(sums, axis=0) / np.diff(times)[:, np.newaxis]
-    return kaplan_yorke_error(values, rates, of_method / times[-1], times[-1], len(system.states))
+    return kaplan_yorke_error(values, rates, of_method / times[-1], times[-1], system.free)
 
 
 def _evidence(
@@ -108,7 +108,7 @@ def _evidence(
     flow = None if plan.periodic else partial(flow_of, run)
     part = min(1.0, len(path) / (plan.count * run.samples))
     e = evidence_of_records(system, structure, averages, window, known, coarse[np.newaxis], part, flow)
-    e.winds = structure.winds(flow_of(run)[np.newaxis])
+    e.winds = structure.winds(flow_of(run)[np.newaxis]) & ~e.noisy
     if e.shrinks[0]:
         e.rests = rests(run.x[np.newaxis], known, flow_of(run), time_of_motion(system, job.numerics))
     return e
@@ -214,8 +214,8 @@ def _averages(
     errors = error_of_mean_rate(drilled, times[:, np.newaxis], numerics, run.moved / times[-1])
     variables |= {name: ((), error) for name, error in zip(names_of_errors(system.quadratures), errors, strict=True)}
     if len(run.vectors):
-        all_of_them = len(run.vectors) == len(system.states)
-        variables["rank"] = ((), np.int32(run.live if all_of_them else len(system.states)))
+        all_of_them = len(run.vectors) == system.free
+        variables["rank"] = ((), np.int32(run.live if all_of_them else system.free))
     if plan.periodic:
         variables["forcing_period"] = ((), plan.unit)
     return variables

@@ -68,6 +68,7 @@ class Evidence:
     curve: np.ndarray  # bool: instants lie on a closed curve along the flow
     cycle_reached: np.ndarray  # bool: the later half comes back to round-off, or its instants lie on a closed curve
     torus_reached: np.ndarray  # bool: the later half is that of a torus by all opinions but that of the exponent
+    noisy: np.ndarray  # bool: what the motion is of is drawn at events, so that nothing ever repeats
 
     @classmethod
     def of(cls, points: int, **known: np.ndarray) -> "Evidence":
@@ -190,6 +191,11 @@ RULES = (
         Outcome.CHAOTIC,
         lambda e: e.folds,
         "tangents grow in both halves of a stationary record further than in any departure",
+    ),
+    Rule(
+        Outcome.CONTRACTING,
+        lambda e: e.noisy & e.negative & e.falls_on & ~e.leaving,
+        "nearby motions under the same noise come closer to the end",
     ),
     Rule(Outcome.PERIODIC, lambda e: e.negative & e.falls_on & ~e.leaving, "nearby motions come closer to the end"),
     Rule(Outcome.OPEN, lambda e: ~e.positive & e.drifts & ~e.departs, "a state only grows, beyond all that it has had"),

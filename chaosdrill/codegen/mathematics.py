@@ -132,11 +132,25 @@ def remainder(x: Number, m: Number) -> Number:
     return f.choose(other_side, rest + m, f.choose(rest.compare("==", 0.0), f.intrinsic("copysign", 0.0, m), rest))
 
 
+def _splitmix(f: Function, seed: Any, index: Any) -> Any:
+    """Output ``index`` of SplitMix64 as a double between 0 and 1."""
+    b = f.builder
+    first, place = (b.fptosi(value, INT) for value in (seed, index))
+    bits = b.add(first, b.mul(b.add(place, INT(1)), INT(0x9E3779B97F4A7C15)))
+    for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):
+        bits = b.mul(b.xor(bits, b.lshr(bits, INT(shift))), INT(factor))
+    bits = b.xor(bits, b.lshr(bits, INT(31)))
+    whole = b.uitofp(b.lshr(bits, INT(12)), DOUBLE)
+    return b.fmul(b.fadd(whole, DOUBLE(0.5)), DOUBLE(2.0**-52))
+
+
 def special(f: Function, name: str, arguments: list[Number]) -> Number:
     """One of the functions of `chaosdrill.model.special`."""
     if name == "positive_power":
         d, n = arguments
         return f.choose(d.compare(">", 0.0), power(d, n), 0.0)
+    if name == "random_uniform":
+        return f.one_by_one(lambda seed, index: _splitmix(f, seed, index), *arguments)
     return f.external(PREFIX + name, *arguments)
 
 

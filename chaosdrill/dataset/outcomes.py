@@ -36,6 +36,7 @@ class Outcome(Code):
     NO_RETURN = 17
     SINGULAR = 18
     TRANSIENT = 19
+    CONTRACTING = 20
 
     @property
     def advice(self) -> str:
@@ -52,6 +53,7 @@ MEASURED = (
     Outcome.UNDECIDED,
     Outcome.EQUILIBRIUM,
     Outcome.TRANSIENT,
+    Outcome.CONTRACTING,
 )
 """Outcomes of runs that reached their end, whose numbers are there; of a run at rest as far as it has any."""
 
@@ -152,6 +154,10 @@ _ADVICE = {
         "The record is on its way: away from an unstable rest or cycle, to infinity, or not yet at rest or on a cycle, "
         "so that its numbers are those of no attractor; take a longer transient, or start further away from what it "
         "leaves."
+    ),
+    Outcome.CONTRACTING: (
+        "The largest exponent given the noise is negative beyond its error: motions from nearby starts come together "
+        "under the same noise, which alone keeps them from repeating."
     ),
     Outcome.NO_RETURN: (
         "The motion continues but does not meet the section again, or only touches it, which gives no period; take "

@@ -229,8 +229,9 @@ class Structure:
     ----------
     deficient : frozenset of int
         Transitions at which rank may be lost.
-    frame : ndarray, shape (n, n)
-        Orthonormal initial tangents, one a row, for a full spectrum. Directions along which the whole system can be
+    frame : ndarray, shape (m, n)
+        Orthonormal initial tangents, one a row, for a full spectrum: as many as the system has states, but for those
+        that noise is made of, which no tangent moves. Directions along which the whole system can be
         shifted come first, states that drive others without being driven last. Then the triangular form of the tangent
         map is that of the system, and the exponents which its structure makes exact come out exact, not only in the
         limit of a long run.
@@ -253,10 +254,10 @@ class Structure:
         Fewer tangents therefore start in general position, drawn once and for all, and measure the largest exponents;
         what is exact in a full spectrum is right within its error then.
         """
-        n = len(self.frame)
-        if count == n:
+        m, n = self.frame.shape
+        if count == m:
             return self.frame, self.symmetries
-        return general_position(n)[:count], 0
+        return np.pad(general_position(m)[:count], ((0, 0), (0, n - m))), 0
 
     @property
     def most_neutral(self) -> int:
@@ -323,15 +324,15 @@ def examine(system: "HybridSystem") -> Structure:
 
 
 def _examine(system: "HybridSystem") -> Structure:
-    n = len(system.states)
+    m, n = system.free, len(system.states)
     # a random state may be one that the system never sees
     with np.errstate(all="ignore"):
-        jumps = list(saltations(system))
-    effects = [*_jacobians(system), *(m - np.eye(n) for _, m in jumps)]
+        jumps = [(transition, matrix[:m, :m]) for transition, matrix in saltations(system)]
+    effects = [*(matrix[:m, :m] for matrix in _jacobians(system)), *(matrix - np.eye(m) for _, matrix in jumps)]
     symmetries = symmetries_of(system)
     return Structure(
         deficient=_deficient(system, jumps),
-        frame=_frame(effects, symmetries, n),
+        frame=_frame(effects, [row[:m] for row in symmetries], m, n),
         symmetries=len(symmetries),
         autonomous=system.autonomous,
     )
@@ -345,7 +346,7 @@ def symmetries_of(system: "HybridSystem") -> list[list[float]]:
     if "symmetries" not in system.shared:
         from chaosdrill.model.derive import shift_directions
 
-        regular = any(_is_regular(matrix) for matrix in _jacobians(system, 1))
+        regular = any(_is_regular(matrix[: system.free, : system.free]) for matrix in _jacobians(system, 1))
         system.shared["symmetries"] = [] if regular else shift_directions(system.placed)
     found: list[list[float]] = system.shared["symmetries"]
     return found
@@ -387,7 +388,7 @@ def _has_full_rank(matrix: np.ndarray) -> bool:
     return bool(np.linalg.matrix_rank(block, tol=_RANK_TOLERANCE * largest) == len(block))
 
 
-def _frame(effects: list[np.ndarray], symmetries: list[list[float]], n: int) -> np.ndarray:
+def _frame(effects: list[np.ndarray], symmetries: list[list[float]], n: int, states: int) -> np.ndarray:
     rows = [np.array(v) for v in symmetries]
     rows += [np.eye(n)[i] for i in _downstream_first(np.any(np.reshape(effects, (-1, n, n)) != 0, axis=0))]
     frame: list[np.ndarray] = []
@@ -397,7 +398,7 @@ def _frame(effects: list[np.ndarray], symmetries: list[list[float]], n: int) -> 
             row = row - sum((v * (v @ row) for v in near), np.zeros(n))
         if np.linalg.norm(row) > 1e-6:
             frame.append(row / np.linalg.norm(row))
-    made = np.array(frame)
+    made = np.pad(np.array(frame), ((0, 0), (0, states - n)))
     # it is handed out again
     made.flags.writeable = False
     return made

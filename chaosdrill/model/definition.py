@@ -137,6 +137,7 @@ def _plain(system: "HybridSystem") -> dict[str, Any]:
         "quadratures": {name: one_or_by_mode(_table(rates)) for name, rates in system.quadratures.items()},
         "bounds": bounds,
         "labels": dict(system.labels),
+        "noise": {name: {**one, "at": list(one["at"])} for name, one in system.noise.items()},
     }
     if system.discrete:
         from chaosdrill.model.maps import KEYS

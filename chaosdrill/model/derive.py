@@ -186,6 +186,8 @@ def shift_directions(system: "HybridSystem") -> list[list[float]]:
     for transition in system.transitions:
         rows.append({j: e for j, e in enumerate(guard_gradient(system, transition.guard)[:n]) if e != 0})
         rows += _lines(_moved(system, transition), 0)
+    # what is drawn has no directions
+    rows += [{j: sympy.Integer(1)} for j in range(system.free, n)]
     return _null_directions(rows, n)
 
 

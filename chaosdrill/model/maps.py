@@ -20,7 +20,7 @@ from chaosdrill.model.system import HybridSystem, Words
 from chaosdrill.model.text import INSTEAD
 from chaosdrill.names import shown
 
-KEYS = ("name", "description", "states", "images", "bounds", "labels")
+KEYS = ("name", "description", "states", "images", "bounds", "labels", "noise")
 """What defines a map, as a table of a scene has it."""
 
 MODE, EVENT = "map", "iterate"
@@ -99,11 +99,16 @@ class Map(HybridSystem):
         if unknown := [key for key in words if key not in Words.__annotations__]:
             raise TypeError(f"Map.__init__() got an unexpected keyword argument {unknown[0]!r}")
         given = {"name": name, "states": states, "images": images, "bounds": bounds, **words}
-        reader = MapReader({} if parameters is None else parameters)
+        reader = self.reader({} if parameters is None else parameters)
         found = reader.read(given)
         if found is None:
             raise ModelError(reader.told(f"{name!s:.60}"))
         self._become(found, reader.parameters, initial)
+
+    @staticmethod
+    def reader(parameters: Any) -> "MapReader":
+        """What reads a definition of a map, with these parameters."""
+        return MapReader(parameters)
 
     def _content(self) -> tuple[Any, ...]:
         # the branches of different images may be the same

@@ -46,10 +46,14 @@ MOST_CODES = 127
 
 KEYS = (
     *("name", "description", "states", "time", "period", "modes", "transitions", "regions", "quadratures", "bounds"),
-    "labels",
+    *("labels", "noise"),
 )
-OPTIONAL = ("time", "period", "regions", "quadratures", "bounds", "labels")
+OPTIONAL = ("time", "period", "regions", "quadratures", "bounds", "labels", "noise")
 """What may be None, as if it were not given."""
+
+OF_NOISE = ("draw", "count")
+"""What the states are called that a parameter becomes which is drawn anew, behind its name: the standard variate, and
+the draws so far."""
 
 NAMES = (
     "a name must not be empty, begin or end with a blank, or hold a slash, a line break or another sign that cannot be "
@@ -78,6 +82,7 @@ class Definition:
     regions: dict[str, Any]
     quadratures: dict[str, dict[str, Any]]
     bounds: dict[str, tuple[float, float]]
+    noise: dict[str, dict[str, Any]]
 
 
 class _TooManyFaults(Exception):
@@ -193,6 +198,7 @@ class Reader:
             regions=regions,
             quadratures=quadratures,
             bounds=self._bounds(given.get("bounds", {})),
+            noise=self._noise(given.get("noise", {})),
         )
 
     def _fault(self, path: Path, message: str) -> None:
@@ -387,6 +393,25 @@ class Reader:
             read[mode] = found = self._relation(path, given)
             if found is not None and self._clock in found.free_symbols:
                 self._fault(path, f"names the time {self._clock.name!r:.60}; a run starts at time 0")
+        return read
+
+    def _noise(self, value: Any) -> dict[str, dict[str, Any]]:
+        """How parameters are drawn: what each was called, its distribution, and the events."""
+        read, states = {}, [f"{name}_{one}" for name in self._table(("noise",), value) for one in OF_NOISE]
+        if states and tuple(states) != (self.states or ())[-len(states) :]:
+            self._fault(("noise",), f"the last states must be {', '.join(states)}")
+        for name, given in self._table(("noise",), value).items():
+            path = ("noise", name)
+            entry = self._table(path, given)
+            self._known(path, entry, ("distribution", "at"))
+            events = entry.get("at")
+            if not isinstance(events, list | tuple) or not events:
+                self._fault((*path, "at"), f"expected names of events, received {shown(events):.60}")
+                events = ()
+            read[name] = {
+                "distribution": self._text((*path, "distribution"), entry.get("distribution")) or "",
+                "at": [self._text((*path, "at"), event) or "" for event in events],
+            }
         return read
 
     def _integrand(self, path: Path, value: Any) -> Any:

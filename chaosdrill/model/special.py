@@ -133,6 +133,22 @@ class positive_power(sympy.Function):
         raise ArgumentIndexError(self, argindex)
 
 
+class random_uniform(sympy.Function):
+    """A number between 0 and 1, both excluded, drawn for a seed and a place in its sequence, two whole numbers.
+
+    The same arguments give the same number everywhere: it is output ``index`` of the generator SplitMix64 at this seed
+    (Steele, Lea and Flood 2014, doi:10.1145/2660193.2660195), of which the leading 52 bits count. What is drawn depends
+    on no state, so that its derivatives are zero.
+    """
+
+    nargs = 2
+    is_positive = True
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Zero."""
+        return sympy.Integer(0)
+
+
 @dataclass(frozen=True)
 class Special:
     """What is known of one special function.
@@ -174,6 +190,7 @@ SPECIAL: dict[str, Special] = {
         Special(hunt_crossley_duration_lam_lam, 1e-11),
         Special(hunt_crossley_duration_lam_n, 1e-11),
         Special(positive_power, 2e-16, moving=(0,)),
+        Special(random_uniform, 0.0),
     )
 }
 """The special functions by name; their code is `chaosdrill.codegen.special`."""

@@ -18,7 +18,7 @@ from chaosdrill.model.transition import Transition
 from chaosdrill.names import remedy, shown
 
 if TYPE_CHECKING:
-    from chaosdrill.model.reading import Definition
+    from chaosdrill.model.reading import Definition, Reader
 
 _LATELY = 32
 """Systems of which what was derived is kept for others of the same equations."""
@@ -124,6 +124,8 @@ class HybridSystem:
     regions: Mapping[str, Any]
     quadratures: Mapping[str, Mapping[str, Any]]
     bounds: Mapping[str, tuple[float, float]]
+    noise: Mapping[str, Mapping[str, Any]] = MappingProxyType({})
+    """How parameters are drawn anew, by what they were called; see `with_noise`."""
     parameters: dict[str, float]
     initial: Mapping[str, Any]
     names_mode: bool
@@ -155,13 +157,18 @@ class HybridSystem:
             "name": name, "states": states, "time": time, "period": period, "modes": modes, "transitions": transitions,
             "regions": regions, "quadratures": quadratures, "bounds": bounds, **words,
         }  # fmt: skip
-        from chaosdrill.model.reading import Reader
-
-        reader = Reader({} if parameters is None else parameters)
+        reader = self.reader({} if parameters is None else parameters)
         found = reader.read(given)
         if found is None:
             raise ModelError(reader.told(f"{name!s:.60}"))
         self._become(found, reader.parameters, initial)
+
+    @staticmethod
+    def reader(parameters: Any) -> "Reader":
+        """What reads a definition of such a system, with these parameters."""
+        from chaosdrill.model.reading import Reader
+
+        return Reader(parameters)
 
     @classmethod
     def of(
@@ -264,7 +271,7 @@ class HybridSystem:
             tuple(t.content() for t in self.transitions),
             tuple((name, tuple(rates.items())) for name, rates in self.quadratures.items()),
             tuple(self.regions.items()),
-            *(self.period, repr(self.bounds)),
+            *(self.period, repr(self.bounds), tuple(self.noise)),
         )
 
     @property
@@ -286,6 +293,11 @@ class HybridSystem:
     def start(self) -> dict[str, Any]:
         """The initial state, and the mode unless its region tells it."""
         return {name: value for name, value in self.initial.items() if name != "mode" or self.names_mode}
+
+    @property
+    def free(self) -> int:
+        """States that a perturbation can move: all but those that noise is made of, which are the last ones."""
+        return len(self.states) - 2 * len(self.noise)
 
     @property
     def autonomous(self) -> bool:
@@ -444,6 +456,50 @@ class HybridSystem:
                 f"{', '.join(self.state_names)}; or give some by name, as in {self.state_names[0]}=0.1"
             )
         return dict(zip(names, numbers, strict=True))
+
+    def with_noise(
+        self,
+        distributions: Mapping[str, Any],
+        /,
+        *,
+        at: str | Iterable[str] | Mapping[str, Any] | None = None,
+        seed: int = 0,
+    ) -> "HybridSystem":
+        """A copy in which parameters are drawn anew whenever certain events happen, or once a period.
+
+        A value that was drawn at an event holds from then on, beginning after its reset, up to the next draw; until the
+        first one the parameter has the median of its distribution. The numbers depend on the seed and on how many were
+        drawn before, and on nothing else: they are the same to the bit in every run, whatever runs beside it, so that
+        exponents and means are those given the noise. Other noise comes of another seed, which may be swept.
+
+        Parameters
+        ----------
+        distributions : mapping of str to Uniform, Normal, LogNormal, Exponential or Choice
+            By the parameter that is drawn.
+        at : str, list of str, or mapping of parameter to these
+            Names or kinds of events; ``"period"``: once a forcing period, a quarter of it after the strobe. Maps need
+            none: they draw at every iterate.
+        seed : int, default 0
+            Whole number from 0 to 2**53 - 1.
+
+        Returns
+        -------
+        HybridSystem
+            The copy; the system stays as it is. Of a parameter ``e`` there are the states ``e_draw``, the standard
+            variate, and ``e_count``, the draws so far, behind all other states; no exponent belongs to them. Instead of
+            ``e`` it has the parameters of its distribution, such as ``e_low`` and ``e_high``, and ``noise_seed``.
+
+        Raises
+        ------
+        SettingsError
+            If there is no such parameter, event or period; if a value may be drawn that the parameter cannot have; if
+            the system has noise already.
+        ModelError
+            If the parameter is where no state can stand.
+        """
+        from chaosdrill.model.noise import noisy
+
+        return noisy(self, distributions, at, seed)
 
     def limited(self, limits: Mapping[str, Limit]) -> "HybridSystem":
         """A copy whose parameters have limits, those of them that it has, from which on no copy may leave them."""

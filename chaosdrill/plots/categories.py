@@ -25,6 +25,7 @@ _OUTCOME_HATCHES = {
     "quasiperiodic": "....",
     "undecided": "..",
     "transient": "\\\\",
+    "contracting": "++",
     "open": "OO",
     "event_limit": "xxx",
     "stalled": "///",

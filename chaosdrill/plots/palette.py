@@ -16,6 +16,7 @@ OUTCOME_COLOURS = {
     "quasiperiodic": "#009E73",
     "undecided": "#FFFFFF",
     "transient": "#FFFFFF",
+    "contracting": "#0072B2",
     "chaotic": "#D55E00",
     "escaped": "#000000",
 }

@@ -202,5 +202,6 @@ class Scene:
         return [
             problem
             for group, asked in self.analyses.items()
-            for problem in problems_of(asked.entry.settings.misfits(asked.table, system), ("analysis", group))
+            for found in (asked.entry.settings.misfits(asked.table, system), asked.entry.settings.noise_faults(system))
+            for problem in problems_of(found, ("analysis", group))
         ]

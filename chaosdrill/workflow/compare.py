@@ -39,7 +39,7 @@ BAR = 30.0  # factor within which the error bars of two runs agree: with so few 
 LEADERS = {"time": "states", "iterate": "section", "event": "event_state_before"}
 """Dimensions along which a run is recorded, and the variable that shows from where on two runs diverge."""
 
-_UNDECIDED = (Outcome.OK, Outcome.QUASIPERIODIC, Outcome.CHAOTIC, Outcome.UNDECIDED)
+_UNDECIDED = (Outcome.OK, Outcome.QUASIPERIODIC, Outcome.CHAOTIC, Outcome.UNDECIDED, Outcome.CONTRACTING)
 _ORBITS = ("periodic-orbit", "continuation")
 _ROUND_OFF = 1e-9
 _GROWTH = 1e4

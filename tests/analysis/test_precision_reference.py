@@ -130,9 +130,9 @@ def test_duration_of_a_contact(lam, n, k, v, duration):
 
 
 def test_every_function_of_a_flow_has_its_exact_evaluation():
-    """Derivatives of special functions stand in saltation matrices only, which the truth does without."""
+    """Derivatives of special functions stand in saltation matrices only, which the truth does without, as noise."""
     derivatives = {name for name in SPECIAL if name.rpartition("_")[0] in SPECIAL}
-    assert SPECIAL.keys() - EXACT.keys() <= derivatives
+    assert SPECIAL.keys() - EXACT.keys() <= {*derivatives, "random_uniform"}
 
 
 def test_multipliers_of_the_paper():

@@ -11,10 +11,11 @@ def test_codes_are_fixed():
     # archives hold these numbers
     codes = (
         "ok periodic quasiperiodic chaotic escaped event_limit stalled nonfinite step_underflow invalid_start failed "
-        "no_orbit equilibrium inadmissible open no_special_point undecided no_return singular transient"
+        "no_orbit equilibrium inadmissible open no_special_point undecided no_return singular transient "
+        "contracting"
     )
     assert [outcome.meaning for outcome in Outcome] == codes.split()
-    assert [int(outcome) for outcome in Outcome] == list(range(20))
+    assert [int(outcome) for outcome in Outcome] == list(range(21))
 
 
 @pytest.mark.parametrize("outcome", Outcome)

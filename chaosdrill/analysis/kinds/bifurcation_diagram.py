@@ -30,6 +30,8 @@ VARIABLES = table(
 class BifurcationDiagram(Points):
     """Settings of `bifurcation_diagram`."""
 
+    without_noise: ClassVar[str] = ""
+
     needs_section: ClassVar[bool] = True
 
     sweep: dict[str, Any] = setting(

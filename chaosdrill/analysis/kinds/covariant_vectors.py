@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from chaosdrill.analysis.arguments import Exponents
 from chaosdrill.analysis.base import Record, analysis
@@ -52,6 +52,8 @@ VARIABLES = table(
 @dataclass(frozen=True, kw_only=True)
 class CovariantVectors(Record):
     """Settings of `covariant_vectors`."""
+
+    without_noise: ClassVar[str] = "their angles at a time are those of one sequence of draws"
 
     interval: float | None = setting(Number(above=0, most=LONGEST), None)
     forward: float | None = setting(Amount(least=0, most=LONGEST), None)

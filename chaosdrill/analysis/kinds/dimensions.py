@@ -1,7 +1,7 @@
 """Generalised dimensions of the points of a section: information dimension, correlation dimension and beyond."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from chaosdrill.analysis.base import SectionRecord, analysis
 from chaosdrill.dataset.schema import COVERS, STATES, axis, forcing, need, outcome, table
@@ -39,6 +39,8 @@ VARIABLES = table(
 @dataclass(frozen=True, kw_only=True)
 class Dimensions(SectionRecord):
     """Settings of `dimensions`."""
+
+    without_noise: ClassVar[str] = "points of a run under noise fill what the noise reaches, not an attractor"
 
     orders: list[int] = setting(ListOf(Whole(1, 8), distinct=True), (1, 2, 3))
     window: int = setting(Whole(0, 10_000), 10)

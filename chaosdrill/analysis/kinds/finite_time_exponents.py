@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from chaosdrill.analysis.arguments import Exponents
 from chaosdrill.analysis.base import Record, analysis
@@ -45,6 +45,8 @@ VARIABLES = table(
 @dataclass(frozen=True, kw_only=True)
 class FiniteTimeExponents(Record):
     """Settings of `finite_time_exponents`."""
+
+    without_noise: ClassVar[str] = ""
 
     windows: list[float] | None = setting(ListOf(Number(above=0, most=LONGEST), distinct=True, most=100), None)
     exponents: int | None = setting(Exponents(), None)

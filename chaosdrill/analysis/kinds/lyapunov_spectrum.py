@@ -1,7 +1,7 @@
 """Lyapunov spectra."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from chaosdrill.analysis.arguments import Exponents
 from chaosdrill.analysis.base import Record, analysis
@@ -58,6 +58,8 @@ VARIABLES = table(
 @dataclass(frozen=True, kw_only=True)
 class LyapunovSpectrum(Record):
     """Settings of `lyapunov_spectrum`."""
+
+    without_noise: ClassVar[str] = ""
 
     exponents: int | None = setting(Exponents(), None)
     blocks: int = setting(Whole(1, 1_000_000), 256)

@@ -1,7 +1,7 @@
 """Charts over two parameters: period, exponents, rates, outcome, and how many attractors there are."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from chaosdrill.analysis.arguments import RANDOM, SEEDS, Axes
 from chaosdrill.analysis.base import POINTS, Points, analysis
@@ -24,6 +24,8 @@ VARIABLES = table(
 @dataclass(frozen=True, kw_only=True)
 class ParameterChart(Points):
     """Settings of `parameter_chart`."""
+
+    without_noise: ClassVar[str] = ""
 
     sweep: dict[str, Any] = setting(Axes("parameter", 2, 2, "a parameter chart sweeps two"), positional=True)
     seeds: list[dict[str, Any]] | None = setting(SEEDS, None)

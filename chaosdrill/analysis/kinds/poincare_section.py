@@ -1,7 +1,7 @@
 """States on a Poincare section, the period found there, and the multipliers of the cycle."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from chaosdrill.analysis.base import SectionRecord, analysis
 from chaosdrill.dataset.schema import (
@@ -51,6 +51,8 @@ VARIABLES = table(
 @dataclass(frozen=True, kw_only=True)
 class PoincareSection(SectionRecord):
     """Settings of `poincare_section`."""
+
+    without_noise: ClassVar[str] = ""
 
 
 @analysis(

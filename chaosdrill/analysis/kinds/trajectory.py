@@ -77,6 +77,8 @@ VARIABLES = table(
 class Trajectory(Record):
     """Settings of `trajectory`."""
 
+    without_noise: ClassVar[str] = ""
+
     ends: ClassVar[tuple[str, ...]] = ("times",)
 
     samples: int | None = setting(Whole(1), None)

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from chaosdrill.analysis.arguments import RANDOM, At, section_fault
 from chaosdrill.analysis.base import AnalysisSettings, analysis
@@ -42,6 +42,8 @@ VARIABLES = table(
 @dataclass(frozen=True, kw_only=True)
 class TransientChaos(AnalysisSettings):
     """Settings of `transient_chaos`."""
+
+    without_noise: ClassVar[str] = "how long a run lasts is then a matter of one sequence of draws"
 
     periods: int | None = setting(Whole(1), None)
     duration: float | None = setting(Amount(above=0, most=LONGEST), None)

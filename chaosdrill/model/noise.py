@@ -1,0 +1,481 @@
+"""Noise at events: a parameter that is drawn anew, from a distribution, whenever certain events happen.
+
+The parameter becomes an expression of a state of rate 0, the standard variate, which the events reset to a new number,
+and of parameters of the distribution. A second state counts the draws. The numbers depend on the seed and on the
+count alone: on no run beside, on no step, on no order of computation.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from math import fsum, inf, isfinite, log, nextafter
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import sympy
+
+from chaosdrill.errors import ModelError, SettingsError
+from chaosdrill.model.places import parameter
+from chaosdrill.model.reading import OF_NOISE, Transition
+from chaosdrill.model.special import random_uniform
+from chaosdrill.model.tables import finite
+from chaosdrill.names import remedy, shown
+
+if TYPE_CHECKING:
+    from chaosdrill.limits import Limit
+    from chaosdrill.model.system import HybridSystem
+
+PERIOD = "period"
+"""What is said for an event once a forcing period."""
+
+CLOCK = "draw"
+"""Kind of this event."""
+
+SEED = "noise_seed"
+
+LARGEST_SEED = 2**53
+"""Up to which a double counts."""
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """Values that a parameter is drawn from: a standard variate, shifted and scaled by parameters of their own."""
+
+    uniforms: ClassVar[int] = 1
+    """How many uniform numbers a draw takes."""
+
+    def __post_init__(self) -> None:
+        for name, value in self.numbers().items():
+            number = finite(value)
+            if number is None:
+                raise SettingsError(f"{self.title}: {name} is {shown(value):.60}; it must be a finite number")
+            object.__setattr__(self, name, number)
+        if told := self.fault():
+            raise SettingsError(f"{self.title}: {told}")
+
+    @property
+    def title(self) -> str:
+        """Its name in scenes."""
+        return type(self).__name__.lower()
+
+    def numbers(self) -> dict[str, Any]:
+        """Its parameters, by name."""
+        return {one.name: getattr(self, one.name) for one in fields(self)}
+
+    def fault(self) -> str:
+        """Why it is no distribution, else empty."""
+        return ""
+
+    def value(self, variate: Any, of: Mapping[str, Any]) -> Any:
+        """The value of a standard variate, by symbols of the parameters."""
+        raise NotImplementedError
+
+    def variate(self, drawn: Sequence[Any], of: Mapping[str, Any]) -> Any:
+        """The standard variate of uniform numbers."""
+        return drawn[0]
+
+    def median(self) -> float:
+        """The standard variate before the first draw."""
+        return 0.5
+
+    def support(self) -> tuple[float, float]:
+        """The least and the greatest value."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class Uniform(Distribution):
+    """All values between two ends are equally likely.
+
+    Parameters
+    ----------
+    low, high : float
+        The ends, low <= high; where they are equal there is no noise.
+    """
+
+    low: float
+    high: float
+
+    def fault(self) -> str:
+        return (
+            "" if self.low <= self.high else f"low is {self.low:g} and high {self.high:g}; low must not be above high"
+        )
+
+    def value(self, variate: Any, of: Mapping[str, Any]) -> Any:
+        return of["low"] + (of["high"] - of["low"]) * variate
+
+    def support(self) -> tuple[float, float]:
+        return self.low, self.high
+
+
+@dataclass(frozen=True)
+class Normal(Distribution):
+    """Gaussian values, by Box and Muller's transformation (1958, doi:10.1214/aoms/1177706645).
+
+    Parameters
+    ----------
+    mean, deviation : float
+        Mean and standard deviation, the latter >= 0.
+    """
+
+    mean: float
+    deviation: float
+    uniforms: ClassVar[int] = 2
+
+    def fault(self) -> str:
+        return "" if self.deviation >= 0 else f"deviation is {self.deviation:g}; it must be >= 0"
+
+    def value(self, variate: Any, of: Mapping[str, Any]) -> Any:
+        return of["mean"] + of["deviation"] * variate
+
+    def variate(self, drawn: Sequence[Any], of: Mapping[str, Any]) -> Any:
+        return _gaussian(drawn)
+
+    def median(self) -> float:
+        return 0.0
+
+    def support(self) -> tuple[float, float]:
+        return (-inf, inf) if self.deviation else (self.mean, self.mean)
+
+
+@dataclass(frozen=True)
+class LogNormal(Distribution):
+    """Positive values whose logarithm is Gaussian.
+
+    Parameters
+    ----------
+    middle, sigma : float
+        The median, > 0, and the standard deviation of the logarithm, >= 0.
+    """
+
+    middle: float
+    sigma: float
+    uniforms: ClassVar[int] = 2
+
+    def fault(self) -> str:
+        if self.middle <= 0:
+            return f"middle is {self.middle:g}; it is the median and must be > 0"
+        return "" if self.sigma >= 0 else f"sigma is {self.sigma:g}; it must be >= 0"
+
+    def value(self, variate: Any, of: Mapping[str, Any]) -> Any:
+        return of["middle"] * variate
+
+    def variate(self, drawn: Sequence[Any], of: Mapping[str, Any]) -> Any:
+        return sympy.exp(of["sigma"] * _gaussian(drawn))
+
+    def median(self) -> float:
+        return 1.0
+
+    def support(self) -> tuple[float, float]:
+        return (nextafter(0.0, 1.0), inf) if self.sigma else (self.middle, self.middle)
+
+
+@dataclass(frozen=True)
+class Exponential(Distribution):
+    """Positive values of the density exp(-x/mean)/mean.
+
+    Parameters
+    ----------
+    mean : float
+        The mean, >= 0.
+    """
+
+    mean: float
+
+    def fault(self) -> str:
+        return "" if self.mean >= 0 else f"mean is {self.mean:g}; it must be >= 0"
+
+    def value(self, variate: Any, of: Mapping[str, Any]) -> Any:
+        return of["mean"] * variate
+
+    def variate(self, drawn: Sequence[Any], of: Mapping[str, Any]) -> Any:
+        return sympy.Abs(sympy.log(drawn[0]))
+
+    def median(self) -> float:
+        return log(2)
+
+    def support(self) -> tuple[float, float]:
+        return (nextafter(0.0, 1.0), inf) if self.mean else (0.0, 0.0)
+
+
+def _gaussian(drawn: Sequence[Any]) -> Any:
+    """A standard normal number of two uniform ones."""
+    return sympy.sqrt(2 * sympy.Abs(sympy.log(drawn[0]))) * sympy.cos(2 * sympy.pi * drawn[1])
+
+
+@dataclass(frozen=True)
+class Choice(Distribution):
+    """One of some values.
+
+    Parameters
+    ----------
+    values : sequence of float
+        What is chosen from.
+    weights : sequence of float, optional
+        How likely each is, in parts of their sum; default: all alike.
+    """
+
+    values: Sequence[float]
+    weights: Sequence[float] | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("values", "weights"):
+            given = getattr(self, name)
+            if given is None:
+                continue
+            listed = list(given) if isinstance(given, Sequence) and not isinstance(given, str) else [given]
+            read = tuple(number for one in listed if (number := finite(one)) is not None)
+            if len(read) < max(1, len(listed)) or not isinstance(given, Sequence):
+                raise SettingsError(f"choice: {name} is {shown(given):.60}; it must be a list of finite numbers")
+            object.__setattr__(self, name, read)
+        weights = self.weights
+        if weights is not None and (
+            len(weights) != len(self.values) or min(weights) < 0 or not 0 < fsum(weights) < inf
+        ):
+            raise SettingsError(
+                f"choice: weights is {shown(list(weights)):.60}; give a number >= 0 for each of the {len(self.values)} "
+                "values, not all of them 0"
+            )
+
+    def numbers(self) -> dict[str, Any]:
+        """The values, by their numbers from 1; weights stay as they are."""
+        return {f"value_{k}": value for k, value in enumerate(self.values, 1)}
+
+    def _edges(self) -> list[float]:
+        """Parts of all weights up to and with each value."""
+        weights = self.weights or [1.0] * len(self.values)
+        return [fsum(weights[: k + 1]) / fsum(weights) for k in range(len(weights))]
+
+    def value(self, variate: Any, of: Mapping[str, Any]) -> Any:
+        return variate
+
+    def variate(self, drawn: Sequence[Any], of: Mapping[str, Any]) -> Any:
+        # 1 from an edge on: all terms but one are exactly zero
+        beyond = [1, *(sympy.floor(1 + drawn[0] - sympy.Float(edge)) for edge in self._edges()[:-1]), 0]
+        one, following = beyond[:-1], beyond[1:]
+        return sympy.Add(*(v * (a - b) for v, a, b in zip(of.values(), one, following, strict=True)))
+
+    def median(self) -> float:
+        return next(v for v, edge in zip(self.values, self._edges(), strict=True) if edge >= 0.5)
+
+    def support(self) -> tuple[float, float]:
+        return min(self.values), max(self.values)
+
+
+DISTRIBUTIONS = {one.__name__.lower(): one for one in (Uniform, Normal, LogNormal, Exponential, Choice)}
+"""By their names in scenes."""
+
+
+def names_of(name: str) -> tuple[str, str]:
+    """The states that a parameter becomes."""
+    variate, count = (f"{name}_{one}" for one in OF_NOISE)
+    return variate, count
+
+
+def added_parameters(distributions: Mapping[str, Distribution], seed: int) -> dict[str, float]:
+    """Parameters that take the place of those that are drawn."""
+    own = {f"{name}_{key}": value for name, one in distributions.items() for key, value in one.numbers().items()}
+    return {**own, SEED: float(seed)}
+
+
+def noisy(system: "HybridSystem", distributions: Any, at: Any, seed: int) -> "HybridSystem":
+    """The system with some of its parameters drawn anew at events; see `HybridSystem.with_noise`."""
+    _check(system, distributions, seed)
+    whole = system.built
+    drawn = _Drawn(distributions)
+    symbols = {name: _value(name, one) for name, one in distributions.items()}
+    put = {parameter(name): expression for name, expression in symbols.items()}
+    events = {name: _events(whole, name, at) for name in distributions}
+    given: dict[str, Any] = {
+        "name": whole.name,
+        "description": whole.description,
+        "states": [*whole.state_names, *(state for name in distributions for state in names_of(name))],
+        "quadratures": {
+            name: {mode: _put(rate, put) for mode, rate in rates.items()} for name, rates in whole.quadratures.items()
+        },
+        "bounds": {**whole.bounds, **{state: None for name in distributions for state in names_of(name)}},
+        "labels": {
+            **{k: v for k, v in whole.labels.items() if k not in distributions},
+            **_labels(whole, distributions),
+        },
+        "noise": {
+            name: {"distribution": one.title, "at": list(_told(whole, name, at))} for name, one in distributions.items()
+        },
+    }
+    held = {state: sympy.Integer(0) for name in distributions for state in names_of(name)}
+    if whole.discrete:
+        images = {x.name: _put(image, put) for x, image in vars(whole)["images"].items()}
+        given |= {"images": {**images, **{k: v for name in distributions for k, v in drawn.reset(name).items()}}}
+        given.pop("quadratures")
+    else:
+        given |= {
+            "time": whole.time,
+            "period": whole.period,
+            "modes": {
+                mode: {**{x.name: _put(rate, put) for x, rate in rates.items()}, **held}
+                for mode, rates in whole.modes.items()
+            },
+            "regions": {mode: _put(region, put) for mode, region in whole.regions.items()},
+            "transitions": [*_resets(whole, put, events, drawn), *_clocks(whole, events, drawn)],
+        }
+    return _built(system, given, distributions, seed)
+
+
+class _Drawn:
+    """What the parameters become at an event: every draw takes numbers of its own of one sequence."""
+
+    def __init__(self, distributions: Mapping[str, Distribution]) -> None:
+        self.distributions = distributions
+        self.width = sum(one.uniforms for one in distributions.values())
+        counts = [one.uniforms for one in distributions.values()]
+        self.first = {name: sum(counts[:k]) for k, name in enumerate(distributions)}
+
+    def reset(self, name: str) -> dict[str, Any]:
+        """The states of a parameter after a draw."""
+        variate, count = names_of(name)
+        number, one = sympy.Symbol(count, real=True), self.distributions[name]
+        places = [self.width * number + self.first[name] + k for k in range(one.uniforms)]
+        uniform = [random_uniform(parameter(SEED), place) for place in places]
+        return {variate: one.variate(uniform, _own(name, one)), count: number + 1}
+
+
+def _own(name: str, one: Distribution) -> dict[str, Any]:
+    return {key: parameter(f"{name}_{key}") for key in one.numbers()}
+
+
+def _value(name: str, one: Distribution) -> Any:
+    return one.value(sympy.Symbol(names_of(name)[0], real=True), _own(name, one))
+
+
+def _put(expression: Any, put: Mapping[Any, Any]) -> Any:
+    return sympy.sympify(expression).xreplace(put)
+
+
+def _labels(system: "HybridSystem", distributions: Mapping[str, Distribution]) -> dict[str, str]:
+    found = {SEED: "seed of the noise"}
+    for name, one in distributions.items():
+        label = system.labels.get(name, name)
+        variate, count = names_of(name)
+        found |= {variate: f"standard variate of {label}", count: f"draws of {label}"}
+        found |= {f"{name}_{key}": f"{label}: {key} of its distribution" for key in one.numbers()}
+    return found
+
+
+def _told(system: "HybridSystem", name: str, at: Any) -> tuple[str, ...]:
+    """The names of events at which a parameter is drawn."""
+    default = tuple(str(t.kind) for t in system.transitions[:1]) if system.discrete else None
+    of_one = at.get(name) if isinstance(at, Mapping) else at
+    if of_one is None and default:
+        return default
+    listed = (of_one,) if isinstance(of_one, str) else of_one
+    if not isinstance(listed, Sequence) or not listed or not all(isinstance(one, str) for one in listed):
+        raise SettingsError(
+            f"{system.name}: at is {shown(of_one):.60} for {name!r}; give the name or kind of an event, "
+            f"{PERIOD!r}, or a list of these; it has {_known(system)}"
+        )
+    return tuple(listed)
+
+
+def _known(system: "HybridSystem") -> str:
+    events = list(dict.fromkeys(name for t in system.transitions for name in (t.name, str(t.kind))))
+    if system.forced and not system.discrete:
+        events.append(PERIOD)
+    return ", ".join(map(repr, events)) or "no events"
+
+
+def _events(system: "HybridSystem", name: str, at: Any) -> tuple[frozenset[str], bool]:
+    """Names of the transitions at which a parameter is drawn, and whether it is drawn once a period."""
+    found: set[str] = set()
+    clock = False
+    for event in _told(system, name, at):
+        named = {t.name for t in system.transitions if event in (t.name, t.kind)}
+        if named:
+            found |= named
+        elif event == PERIOD and not system.discrete:
+            if not system.forced:
+                raise SettingsError(
+                    f"{system.name}: at is {PERIOD!r} for {name!r}, but it has no period; it has {_known(system)}"
+                )
+            clock = True
+        else:
+            raise SettingsError(f"{system.name}: at is {event!r:.60} for {name!r}; it has {_known(system)}")
+    return frozenset(found), clock
+
+
+def _resets(
+    system: "HybridSystem", put: Mapping[Any, Any], events: Mapping[str, tuple[frozenset[str], bool]], drawn: _Drawn
+) -> Iterator[Transition]:
+    """The transitions of the system, with the draws that they make."""
+    for t in system.transitions:
+        more = {k: v for name, (named, _) in events.items() if t.name in named for k, v in drawn.reset(name).items()}
+        yield replace(
+            t,
+            guard=_put(t.guard, put),
+            reset={**{x.name: _put(image, put) for x, image in t.reset.items()}, **more},
+            condition=None if t.condition is None else {m: _put(c, put) for m, c in t.conditions.items()},
+        )
+
+
+def _clocks(
+    system: "HybridSystem", events: Mapping[str, tuple[frozenset[str], bool]], drawn: _Drawn
+) -> Iterator[Transition]:
+    """The event once a period, a quarter of a period after the strobe, in every mode."""
+    more = {k: v for name, (_, clock) in events.items() if clock for k, v in drawn.reset(name).items()}
+    if not more:
+        return
+    time = system.time or sympy.Symbol("t", real=True)
+    taken = {t.name for t in system.transitions}
+    for mode in system.modes:
+        name = CLOCK if len(system.modes) == 1 else f"{CLOCK} in {mode}"
+        while name in taken:
+            name += "'"
+        guard = -sympy.cos(2 * sympy.pi * time / system.period)
+        yield Transition(name, mode, mode, guard, 1, reset=more, kind=CLOCK)
+
+
+def _built(
+    system: "HybridSystem", given: Mapping[str, Any], distributions: Mapping[str, Distribution], seed: int
+) -> "HybridSystem":
+    values = {key: value for key, value in system.parameters.items() if key not in distributions}
+    reader = system.reader({**values, **added_parameters(distributions, seed)})
+    found = reader.read(given)
+    if found is None:
+        raise ModelError(reader.told(f"{system.name} with noise"))
+    variates = {names_of(name)[0]: one.median() for name, one in distributions.items()}
+    made = type(system).of(found, reader.parameters, {**system.start, **variates})
+    bounded = {name: one for name, one in distributions.items() if isinstance(one, Uniform | Choice)}
+    ends = {f"{name}_{key}": name for name, one in bounded.items() for key in one.numbers()}
+    limits: dict[str, Limit] = dict(system.limits)
+    limits |= {end: limits[name] for end, name in ends.items() if name in limits}
+    return made.limited(limits)
+
+
+def _check(system: "HybridSystem", distributions: Any, seed: Any) -> None:
+    if system.noise:
+        raise SettingsError(f"{system.name}: it has noise already; give all of it in one call, to the system without")
+    if system.sources:
+        raise SettingsError(
+            f"{system.name}: it has Python functions, which read their parameters themselves; write them as expressions"
+        )
+    if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < LARGEST_SEED:
+        raise SettingsError(f"{system.name}: seed is {shown(seed):.60}; it must be a whole number from 0 to 2**53 - 1")
+    if not isinstance(distributions, Mapping) or not distributions:
+        raise SettingsError(
+            f"{system.name}: the noise is {shown(distributions):.60}; give distributions by parameter, as in "
+            "{'e': Uniform(0.7, 0.9)}"
+        )
+    for name, one in distributions.items():
+        if name not in system.parameters:
+            raise SettingsError(
+                f"{system.name}: unknown parameter {name!r:.60}; {remedy(str(name), system.parameters)}"
+            )
+        if not isinstance(one, Distribution):
+            known = ", ".join(made.__name__ for made in DISTRIBUTIONS.values())
+            raise SettingsError(f"{system.name}: {name} is {shown(one):.60}; give one of {known}")
+        if name in system.exponent_parameters:
+            raise SettingsError(f"{system.name}: {name!r} stands in an exponent and cannot be drawn")
+        period = system.period if system.forced else None
+        if period is not None and name in {symbol.name for symbol in period.free_symbols}:
+            raise SettingsError(f"{system.name}: the period depends on {name!r}, which therefore cannot be drawn")
+        for end in one.support() if name in system.limits else ():
+            told = system.limits[name].refuses(end) if isfinite(end) else "it has no bounds"
+            if told and not end == inf == system.limits[name].high:
+                raise SettingsError(f"{system.name}: {name!r} cannot have {one.title} values: {told}")

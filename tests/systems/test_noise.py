@@ -1,0 +1,268 @@
+"""Noise at events: published numbers, known exponents and means, no noise to the bit, the same bits in any order."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.stats
+from scipy.special import digamma
+
+import chaosdrill as cd
+
+IMPACTS = cd.build("impact-oscillator")
+NOISY = IMPACTS.with_noise({"e": cd.Uniform(0.7, 0.9)}, at="impact", seed=1)
+E = 1 / 0.2 * (0.9 * math.log(0.9) - 0.7 * math.log(0.7)) - 1
+"""Mean logarithm of a restitution between .7 and .9, by integration."""
+
+
+def ball(noise: Any, seed: int = 0) -> cd.HybridSystem:
+    """A ball on a floor that gives it a speed of 1 at each rebound: the speeds obey v' = e v + 1."""
+    plain = cd.HybridSystem(
+        name="kicked ball",
+        states="x v",
+        parameters={"e": 0.8},
+        modes={"flight": {"x": "v", "v": -1}},
+        transitions=[cd.Transition("impact", "flight", "flight", "x", -1, reset={"v": "1 - e*v"})],
+        initial={"x": 1.0},
+    )
+    return plain.with_noise({"e": noise}, at="impact", seed=seed)
+
+
+def draws(distribution: Any, count: int, seed: int = 0) -> np.ndarray:
+    """Values that a parameter has, one an iterate."""
+    system = cd.Map("x", {"p": 1.0}, {"x": "p"}).with_noise({"p": distribution}, seed=seed)
+    return cd.poincare_section(system, periods=count, transient=2)["section"].sel(state="x").values
+
+
+def test_uniform_numbers_are_the_published_ones():
+    # SplitMix64 with seed 1234567: https://rosettacode.org/wiki/Pseudo-random_numbers/Splitmix64
+    published = (
+        6457827717110365317,
+        3203168211198807973,
+        9817491932198370423,
+        4593380528125082431,
+        16408922859458223821,
+    )
+    found = cd.trajectory(ball(cd.Uniform(0.7, 0.9), 1234567), at="impact", periods=5).cd.events
+    expected = [((number >> 12) + 0.5) * 2.0**-52 for number in published]
+    assert found["e_draw_after"].tolist() == expected
+
+
+@pytest.mark.parametrize(
+    ("distribution", "exact"),
+    [
+        (cd.Uniform(-1, 3), scipy.stats.uniform(-1, 4)),
+        (cd.Normal(2, 0.5), scipy.stats.norm(2, 0.5)),
+        (cd.LogNormal(3, 0.4), scipy.stats.lognorm(0.4, scale=3)),
+        (cd.Exponential(0.7), scipy.stats.expon(scale=0.7)),
+    ],
+    ids=lambda one: getattr(one, "title", ""),
+)
+def test_draws_have_their_distribution_and_no_memory(distribution, exact):
+    values = draws(distribution, 4000)
+    assert scipy.stats.kstest(values, exact.cdf).pvalue > 1e-3
+    uniform = exact.cdf(values) - 0.5
+    for lag in (1, 2, 7):
+        assert abs(12 * np.mean(uniform[lag:] * uniform[:-lag])) < 4 / math.sqrt(len(values))
+
+
+def test_choices_are_exact_and_as_likely_as_their_weights():
+    values = draws(cd.Choice([0.1, 0.7, -1.3], [1, 2, 5]), 4000)
+    counts = [np.count_nonzero(values == one) for one in (0.1, 0.7, -1.3)]
+    assert sum(counts) == len(values)
+    assert scipy.stats.chisquare(counts, np.array([1, 2, 5]) / 8 * len(values)).pvalue > 1e-3
+
+
+def test_exponents_of_products_of_gaussian_matrices():
+    """Newman 1986, doi:10.1007/BF01205495: (ln 2 + digamma((n - i + 1)/2))/2; and the errors cover them."""
+    exact = (math.log(2) + digamma([1, 0.5])) / 2
+    plain = cd.Map("x y", {"a": 1, "b": 0, "c": 0, "d": 1}, ["a*x + b*y", "c*x + d*y"])
+    products = plain.with_noise(dict.fromkeys("abcd", cd.Normal(0, 1)))
+    spectrum = cd.lyapunov_spectrum(products, periods=20_000, transient=10)
+    assert spectrum["lyapunov_exponent"].values == pytest.approx(exact, abs=3 * spectrum["lyapunov_error"].values.max())
+    many = cd.bifurcation_diagram(
+        products, {"noise_seed": np.arange(200.0)}, transient=10, periods=256, max_period=16, max_extension=0
+    )
+    off = np.abs(many["lyapunov_exponent"] - exact) / many["lyapunov_error"]
+    held = (off < 1.96).mean(("noise_seed", "seed")).values
+    assert (held > 0.88).all()
+    assert (held < 0.99).all()
+
+
+def test_ball_with_random_restitution_has_the_mean_and_the_exponents_of_the_closed_form():
+    """A flight lasts 2 v on average, v = 1/(1 - <e>); exponents are 0 and <ln e> over that time."""
+    flight = 2 / (1 - 0.8)
+    system = ball(cd.Uniform(0.7, 0.9), 7)
+    spectrum = cd.lyapunov_spectrum(system, at="impact", periods=4000, transient=100)
+    value, error = spectrum["lyapunov_exponent"].values, spectrum["lyapunov_error"].values
+    assert abs(value[0]) < 1e-6
+    assert abs(value[1] - E / flight) < 3 * error[1] < 0.05 * abs(E / flight)
+    assert spectrum.cd.outcome == "contracting"
+    section = cd.poincare_section(system, at="impact", periods=4000, transient=100)
+    speeds = -section["section"].sel(state="v").values
+    # v' = e v + 1 is a sum whose correlation decays by <e> a rebound
+    spread = speeds.std() * math.sqrt((1 + 0.8) / (1 - 0.8) / len(speeds))
+    assert abs(float(section["return_time"]) - flight) < 3 * 2 * spread
+    assert int(section["period"]) == 0
+    # of the stationary speeds <v^2> (1 - <e^2>) = 2 <e> <v> + 1
+    square = (2 * 0.8 * flight / 2 + 1) / (1 - (0.64 + 0.2**2 / 12))
+    assert np.mean(speeds**2) == pytest.approx(square, rel=0.02)
+
+
+def test_a_force_drawn_once_a_period_has_the_variance_of_the_closed_form():
+    plain = cd.HybridSystem(
+        name="drift", states="x", time="t", parameters={"k": 0.0}, period=1, modes={"one": {"x": "k - x"}}
+    )
+    noisy = plain.with_noise({"k": cd.Normal(3, 0.5)}, at="period", seed=4)
+    found = cd.poincare_section(noisy, periods=8000, transient=30)
+    x = found["section"].sel(state="x").values
+    before, after, rest = (1 - math.exp(-0.25)) * math.exp(-0.75), 1 - math.exp(-0.75), math.exp(-1)
+    variance = 0.25 * (before**2 + after**2 + 2 * rest * before * after) / (1 - rest**2)
+    assert x.mean() == pytest.approx(3, abs=4 * 0.5 / math.sqrt(len(x)))
+    assert x.var() == pytest.approx(variance, rel=0.08)
+    spectrum = cd.lyapunov_spectrum(noisy, periods=300)
+    assert spectrum["lyapunov_exponent"].values == pytest.approx([-1], abs=1e-10)
+    assert spectrum.cd.outcome == "contracting"
+
+
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau", "rk4"])
+def test_without_variance_a_run_is_that_without_noise_to_the_bit(method):
+    still = IMPACTS.with_noise({"e": cd.Uniform(0.8, 0.8)}, at="impact")
+    lengths = {"periods": 60, "transient": 10, "method": method, "tolerance": 1e-8}
+    one, other = (cd.lyapunov_spectrum(system, **lengths) for system in (IMPACTS, still))
+    for name in ("lyapunov_exponent", "lyapunov_history", "event_count"):
+        assert np.array_equal(one[name], other[name])
+    one, other = (cd.trajectory(system, samples=20, **lengths) for system in (IMPACTS, still))
+    assert np.array_equal(one["states"], other["states"].sel(state=["x", "v"]))
+    assert np.array_equal(one["event_time"], other["event_time"])
+
+
+def test_without_variance_a_sweep_is_that_without_noise_to_the_bit():
+    still = IMPACTS.with_noise({"e": cd.Uniform(0.8, 0.8)}, at="impact")
+    sweep = {"omega": np.linspace(2.4, 2.8, 11)}
+    given = {"transient": 20, "periods": 40, "max_period": 16, "max_extension": 0}
+    one, other = (cd.bifurcation_diagram(system, sweep, **given) for system in (IMPACTS, still))
+    assert np.array_equal(one["section"], other["section"].sel(state=["x", "v"]))
+    # over whole cycles, of which there are none under noise, exponents are averaged over a part of the record
+    chaotic = (one["outcome"] == cd.Outcome.CHAOTIC).values
+    assert chaotic.any()
+    assert np.array_equal(one["lyapunov_exponent"].values[chaotic], other["lyapunov_exponent"].values[chaotic])
+
+
+def test_a_point_has_the_same_bits_whatever_runs_beside_it(tmp_path):
+    values = np.linspace(2.0, 3.0, 21)
+    given = {"transient": 20, "periods": 40, "max_period": 16, "max_extension": 2}
+    whole = cd.bifurcation_diagram(NOISY, {"omega": values}, **given)
+    shared = cd.bifurcation_diagram(NOISY, {"omega": values}, **given, workers=2, store=tmp_path / "parts")
+    backward = cd.bifurcation_diagram(NOISY, {"omega": values[[15, 3]]}, **given)
+    again = cd.bifurcation_diagram(NOISY, {"omega": values}, **given, store=tmp_path / "parts")
+    for name in ("section", "lyapunov_exponent", "outcome"):
+        for other in (shared, again):
+            assert np.array_equal(whole[name], other[name], equal_nan=True)
+        assert np.array_equal(whole[name].values[[15, 3]], backward[name].values, equal_nan=True)
+    assert {"contracting", "chaotic", "undecided", "transient"} >= set(np.unique(whole.cd.outcome).tolist())
+    assert (whole["period"] == 0).all()
+
+
+def test_a_run_goes_on_with_the_next_draw():
+    """A run in two pieces is the run in one, since what draws is part of the state."""
+    whole = cd.trajectory(NOISY, periods=40, samples=1)
+    first = cd.trajectory(NOISY, periods=20, samples=1)
+    second = cd.trajectory(NOISY.with_initial(first["states"][-1]), periods=20, samples=1)
+    assert second["states"].values[-1] == pytest.approx(whole["states"].values[-1], rel=1e-9)
+    assert int(second["states"].sel(state="e_count")[-1]) == whole.sizes["event"]
+
+
+def test_tangents_across_draws_are_differences_of_runs_with_the_same_draws():
+    """A stiffness and a restitution are drawn at impacts; the field jumps there with them."""
+    plain = cd.HybridSystem(
+        name="drawn spring",
+        states="x v",
+        time="t",
+        parameters={"k": 1.0, "e": 0.8},
+        modes={"free": {"x": "v", "v": "-k*x - 0.1*v + cos(2.5*t)"}},
+        transitions=[cd.Transition("impact", "free", "free", "x - 0.3", 1, reset={"v": "-e*v"})],
+        period="2*pi/2.5",
+    )
+    system = plain.with_noise({"k": cd.LogNormal(1, 0.3), "e": cd.Uniform(0.6, 0.9)}, at="impact", seed=3)
+    unit = np.eye(6)[:2]
+    start = np.array([0.1, 0.4])
+    run = {"periods": 6, "samples": 1, "tolerance": 1e-13}
+
+    def end(state):
+        found = cd.trajectory(system.with_initial(x=state[0], v=state[1]), **run)
+        return found["states"].values[-1, :2], found["event_kind"].values
+
+    matrix = cd.trajectory(system.with_initial(x=0.1, v=0.4), tangents=unit, **run)["final_tangent"].values
+    assert len(end(start)[1]) >= 3
+    assert (matrix[:, 2:] == 0).all()
+    step = 1e-6
+    for j in range(2):
+        ahead, back = (end(start + way * step * np.eye(2)[j]) for way in (1, -1))
+        assert (ahead[0] - back[0]) / (2 * step) == pytest.approx(matrix[j, :2], rel=1e-6, abs=1e-6)
+
+
+def test_the_system_comes_back_from_a_dataset():
+    found = cd.lyapunov_spectrum(NOISY, periods=20)
+    again = cd.system(found)
+    assert again.noise == NOISY.noise
+    assert again.free == 2
+    assert list(found["exponent"].values) == [1, 2]
+    assert np.array_equal(cd.lyapunov_spectrum(again, periods=20)["lyapunov_history"], found["lyapunov_history"])
+
+
+def test_other_seeds_give_other_runs():
+    ends = [cd.trajectory(NOISY.with_parameters(noise_seed=seed), periods=10)["states"].values[-1] for seed in (1, 2)]
+    assert not np.array_equal(*ends)
+    reseeded = IMPACTS.with_noise({"e": cd.Uniform(0.7, 0.9)}, at="impact", seed=2)
+    assert np.array_equal(cd.trajectory(reseeded, periods=10)["states"].values[-1], ends[1])
+
+
+@pytest.mark.parametrize(
+    ("call", "reason"),
+    [
+        (lambda s: cd.periodic_orbit(s), "repeats"),
+        (lambda s: cd.continue_orbit(s, {"omega": (2.4, 2.6)}), "repeats"),
+        (lambda s: cd.basins(s, {"x": [0, 0.1], "v": [0, 1]}, transient=10, periods=10), "repeats"),
+        (lambda s: cd.attractors(s, {"omega": [2.4, 2.5]}, transient=10, periods=10), "repeats"),
+        (lambda s: cd.basin_measures(s), "repeats"),
+        (lambda s: cd.regularity(s, periods=100), "repeats"),
+        (lambda s: cd.zero_one_test(s, periods=100), "noise itself"),
+        (lambda s: cd.dimensions(s, periods=100), "fill what the noise reaches"),
+        (lambda s: cd.covariant_vectors(s, periods=10), "one sequence of draws"),
+        (lambda s: cd.transient_chaos(s, periods=10), "one sequence of draws"),
+        (lambda s: cd.work_precision(s, periods=10), "draws no numbers"),
+    ],
+)
+def test_what_makes_no_sense_under_noise_is_refused_with_the_reason(call, reason):
+    with pytest.raises(cd.SettingsError, match=f"draws 'e' anew, which this analysis does not take: .*{reason}"):
+        call(NOISY)
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        (lambda: IMPACTS.with_noise({}, at="impact"), "give distributions by parameter"),
+        (lambda: IMPACTS.with_noise({"e": 0.7}, at="impact"), "e is 0.7; give one of Uniform, Normal"),
+        (lambda: IMPACTS.with_noise({"f": cd.Uniform(0, 1)}, at="impact"), "unknown parameter 'f'"),
+        (
+            lambda: IMPACTS.with_noise({"e": cd.Uniform(0, 1)}, at="hit"),
+            "at is 'hit' for 'e'; it has 'impact', 'period'",
+        ),
+        (lambda: IMPACTS.with_noise({"e": cd.Uniform(0, 1)}), "give the name or kind of an event"),
+        (lambda: IMPACTS.with_noise({"e": cd.Uniform(0, 1.2)}, at="impact"), "at most 1, received 1.2"),
+        (lambda: IMPACTS.with_noise({"e": cd.Normal(0.8, 0.1)}, at="impact"), "cannot have normal values"),
+        (lambda: IMPACTS.with_noise({"omega": cd.Uniform(1, 2)}, at="impact"), "the period depends on 'omega'"),
+        (lambda: IMPACTS.with_noise({"e": cd.Uniform(0, 1)}, at="impact", seed=-1), "seed is -1"),
+        (lambda: NOISY.with_noise({"zeta": cd.Uniform(0, 1)}, at="impact"), "noise already"),
+        (lambda: ball(cd.Uniform(0.5, 0.4)), "low must not be above high"),
+        (lambda: cd.Choice([]), "values is"),
+        (lambda: cd.Choice([1, 2], [0, 0]), "weights is"),
+        (lambda: cd.LogNormal(0, 1), "must be > 0"),
+        (lambda: cd.lyapunov_spectrum(NOISY, periods=10, exponents=3), "the system has 2 states"),
+    ],
+)
+def test_wrong_noise_is_told_what_to_do(given, told):
+    with pytest.raises(cd.SettingsError, match=told):
+        given()
