@@ -1,6 +1,8 @@
 import os
 from typing import Any
+
 import xarray as xr
+
 from chaosdrill.analysis.measured import series_measures as series_measures
 from chaosdrill.analysis.pairs import recurrences as recurrences
 from chaosdrill.archive import cut as cut

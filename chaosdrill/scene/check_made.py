@@ -4,9 +4,10 @@ Both are read by the grammar of definitions and made by the functions that Pytho
 """
 
 from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, fields
 from typing import Any
 
-from chaosdrill.errors import ChaosdrillError
+from chaosdrill.errors import ChaosdrillError, SettingsError
 from chaosdrill.names import remedy
 from chaosdrill.scene.lines import Path
 from chaosdrill.settings import Faults
@@ -201,6 +202,63 @@ def _read(path: Path, value: Any, names: Mapping[str, Any], used: set[str]) -> F
         used |= {symbol.name for symbol in read_text(value, names).free_symbols}
     except ExpressionError as fault:
         yield path, str(fault)
+
+
+def noise_faults(noise: Mapping[str, Any], known: Mapping[str, Any]) -> Faults:
+    """What is wrong with a table of noise; ``known`` are the parameters of the system."""
+    from chaosdrill.model.noise import DISTRIBUTIONS
+
+    seed = noise.get("seed", 0)
+    if not isinstance(seed, Mapping) and (isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 2**53):
+        yield ("seed",), f"must be a whole number from 0 to 2**53 - 1, received {seed!r:.60}"
+    drawn = {name: one for name, one in noise.items() if name != "seed" or isinstance(one, Mapping)}
+    if not drawn:
+        yield (), "names no parameter; give one, as in [system.noise.e]"
+    for name, one in drawn.items():
+        if name not in known:
+            yield (name,), f"there is no parameter {name!r:.60} to draw; {remedy(name, known)}"
+        elif not isinstance(one, Mapping):
+            yield (name,), f"expected a table with distribution and at, received {one!r:.60}"
+        elif (title := one.get("distribution")) not in DISTRIBUTIONS:
+            told = "missing" if title is None else f"unknown distribution {title!r:.60}"
+            yield (name, "distribution"), f"{told}; {remedy(str(title), DISTRIBUTIONS)}"
+        else:
+            wanted = [field.name for field in fields(DISTRIBUTIONS[title])]
+            needed = [field.name for field in fields(DISTRIBUTIONS[title]) if field.default is MISSING]
+            for key in one:
+                if key not in (*wanted, "distribution", "at"):
+                    yield (name, key), f"unknown key; {remedy(key, [*wanted, 'distribution', 'at'])}"
+            for key in needed:
+                if key not in one:
+                    yield (name, key), f"missing; {title} has {', '.join(wanted)}"
+            if set(needed) <= one.keys():
+                yield from _distribution_faults(name, one)
+
+
+def _distribution_faults(name: str, table: Mapping[str, Any]) -> Faults:
+    try:
+        distribution_of(table)
+    except SettingsError as fault:
+        yield (name,), str(fault)
+
+
+def distribution_of(table: Mapping[str, Any]) -> Any:
+    """The distribution of a table of noise; raises `SettingsError` for numbers that are none of it."""
+    from chaosdrill.model.noise import DISTRIBUTIONS
+
+    made = DISTRIBUTIONS[table["distribution"]]
+    return made(**{field.name: table[field.name] for field in fields(made) if field.name in table})
+
+
+def noisy_system(system: Any, noise: Mapping[str, Any]) -> Any:
+    """The system with its noise."""
+    drawn = {name: one for name, one in noise.items() if isinstance(one, Mapping)}
+    if not drawn:
+        return system
+    at = {name: one["at"] for name, one in drawn.items() if "at" in one}
+    distributions = {name: distribution_of(one) for name, one in drawn.items()}
+    seed = noise.get("seed", 0)
+    return system.with_noise(distributions, at=at, seed=0 if isinstance(seed, Mapping) else seed)
 
 
 def driven_system(system: Any, drives: Mapping[str, Mapping[str, Any]]) -> Any:

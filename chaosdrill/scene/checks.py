@@ -42,6 +42,7 @@ class SystemTable(Settings):
     filippov: dict[str, Any] | None = setting(TableOf(), None)
     map: dict[str, Any] | None = setting(TableOf(), None)
     drives: dict[str, dict[str, Any]] | None = setting(TableOf(), None)
+    noise: dict[str, Any] | None = setting(TableOf(), None)
     effects: dict[str, str] | None = setting(TableOf(Text()), None)
     parameters: dict[str, float] | None = setting(TableOf(Number()), None)
     initial: dict[str, float | str] | None = setting(Start(), None)
@@ -59,6 +60,7 @@ class CheckedSystem(Known):
     model: str = ""
     definition: dict[str, Any] | None = None
     drives: dict[str, Any] = field(default_factory=dict)
+    noise: dict[str, Any] = field(default_factory=dict)
     used: set[str] = field(default_factory=set)
     effects: dict[str, str] = field(default_factory=dict)
     initial: dict[str, Any] = field(default_factory=dict)
@@ -140,12 +142,33 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
         checked.parameters = {**checked.parameters, **arguments.get("parameters", {})}
         checked.initial = arguments.get("initial", {})
         checked.drives = dict(arguments.get("drives") or {})
+        checked.noise = dict(arguments.get("noise") or {})
         if "filippov" in raw and not problems:
             _make_filippov(checked, raw["filippov"])
     if checked.known is not None:
         # a driven parameter is no longer a parameter
         checked.known = {name: value for name, value in checked.known.items() if name not in table_in(raw, "drives")}
+        _check_noise(checked, table_in(raw, "noise"))
     return checked
+
+
+def _check_noise(checked: CheckedSystem, noise: Mapping[str, Any]) -> None:
+    """Check the noise of a system whose parameters are known, and put those of its distributions in their place."""
+    if not noise or checked.known is None:
+        return
+    from chaosdrill.scene.check_made import distribution_of, noise_faults
+
+    if faults := problems_of(noise_faults(noise, checked.known), ("system", "noise")):
+        checked.problems += faults
+        return
+    from chaosdrill.model.noise import added_parameters, names_of
+
+    drawn = {name: distribution_of(one) for name, one in noise.items() if isinstance(one, Mapping)}
+    known = {name: value for name, value in checked.known.items() if name not in drawn}
+    checked.known = {**known, **added_parameters(drawn, noise.get("seed", 0))}
+    if checked.states is not None:
+        checked.states = (*checked.states, *(state for name in drawn for state in names_of(name)))
+        checked.drawn = 2 * len(drawn)
 
 
 def check_limits(checked: CheckedSystem, values: Mapping[str, Any], at: tuple[str | int, ...]) -> list[Problem]:

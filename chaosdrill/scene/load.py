@@ -142,6 +142,7 @@ def parse_scene(text: str, name: str = "scene.toml", changes: Mapping[str, Any] 
         model=system.model,
         definition=system.definition,
         drives=system.drives,
+        noise=system.noise,
         effects=system.effects,
         parameters=system.parameters,
         initial=system.initial,

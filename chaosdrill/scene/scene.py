@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from chaosdrill.errors import ChaosdrillError, SettingsError
 from chaosdrill.files import name_text
 from chaosdrill.names import remedy
-from chaosdrill.scene.check_made import DriveFault, driven_system
+from chaosdrill.scene.check_made import DriveFault, driven_system, noisy_system
 from chaosdrill.scene.lines import InvalidSceneError, Path, Problem, problems_of
 from chaosdrill.systems.drill.si import ReadSI
 
@@ -40,6 +40,8 @@ class Scene:
         Equations of a system that the scene defines itself.
     drives : mapping of str to mapping
         Drives with corners and jumps, by the parameter that each replaces; arguments of `chaosdrill.driven`.
+    noise : mapping
+        What is drawn anew at events, by parameter, and ``seed``; arguments of `HybridSystem.with_noise`.
     effects : mapping of str to str
         Effects simulated; those left out are not.
     parameters : mapping of str to float
@@ -64,6 +66,7 @@ class Scene:
     model: str
     definition: Mapping[str, Any] | None
     drives: Mapping[str, Any]
+    noise: Mapping[str, Any]
     effects: Mapping[str, str]
     parameters: Mapping[str, float]
     initial: Mapping[str, Any]
@@ -115,6 +118,10 @@ class Scene:
             raise InvalidSceneError(
                 self.name, [Problem(("system", "drives", fault.drive), str(fault))], self.lines
             ) from fault
+        try:
+            system = noisy_system(system, self.noise)
+        except ChaosdrillError as fault:
+            raise InvalidSceneError(self.name, [Problem(("system", "noise"), str(fault))], self.lines) from fault
         if problems := [*self._check_modes(system), *self._check_reached(system), *self._check_fit(system)]:
             raise InvalidSceneError(self.name, problems, self.lines)
         return system
@@ -145,6 +152,7 @@ class Scene:
                 "model": self.model,
                 **({} if self.definition is None else {"definition": self.definition, "modes": [*self.system.modes]}),
                 **({"drives": self.drives} if self.drives else {}),
+                **({"noise": self.noise} if self.noise else {}),
                 "effects": self.effects,
                 "parameters": self.parameters,
                 "initial": self.initial,
