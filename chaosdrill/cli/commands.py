@@ -76,7 +76,7 @@ def check_text(described: dict[str, Any]) -> str:
     """The description of a scene for people."""
     lines = [described["title"], f"system     {described['system']}"]
     lines += _block("set", ((key, f"= {value}") for key, value in described["changes"].items()))
-    for heading, key in (("simulated", "simulated"), ("left out", "left_out")):
+    for heading, key in (("simulated", "simulated"), ("left out", "left_out"), ("noise", "noise")):
         lines += _block(heading, described[key].items())
     lines += _block(
         "states",
@@ -277,6 +277,8 @@ def info_text(described: dict[str, Any]) -> str:
         facts = [f"{name} {content[name]}" for name in ("system", "method", "tolerance") if name in content]
         lines += ["", f"{group}  {content['kind']}  {', '.join(facts)}"]
         lines.append("  dimensions    " + ", ".join(f"{name} {size}" for name, size in content["dimensions"].items()))
+        if noise := content.get("noise"):
+            lines.append("  noise         " + "; ".join(f"{name} {words}" for name, words in noise.items()))
         for heading, key in (("outcomes", "outcomes"), ("special", "special_points")):
             if counts := ", ".join(f"{name} {count}" for name, count in content.get(key, {}).items()):
                 lines.append(f"  {heading:<13} {counts}")

@@ -94,6 +94,11 @@ def provenance(
     return attributes
 
 
+def drawn(noise: Mapping[str, Any]) -> dict[str, str]:
+    """How parameters are drawn anew, in words, from the table ``noise`` of a system or of its definition."""
+    return {str(name): f"{one['distribution']}, drawn anew at {' and '.join(one['at'])}" for name, one in noise.items()}
+
+
 def now() -> str:
     """The time in UTC, as ISO 8601."""
     return datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup
 
 from chaosdrill.archive.digest import altered, unsealed
+from chaosdrill.dataset.provenance import drawn
 from chaosdrill.dataset.references import mapping
 from chaosdrill.errors import ChaosdrillError
 from chaosdrill.files import name_text
@@ -121,6 +122,7 @@ def system_part(
         integrals=integrals,
         simulated=simulated,
         left_out=left_out,
+        noise=drawn(system.noise),
         states=table("States", ("state", "symbol", "at first", "is"), states),
         parameters=table("Parameters", ("parameter", "symbol", "value", *source, "is"), parameters),
         units=units,

@@ -208,8 +208,8 @@ def noise_faults(noise: Mapping[str, Any], known: Mapping[str, Any]) -> Faults:
     """What is wrong with a table of noise; ``known`` are the parameters of the system."""
     from chaosdrill.model.noise import DISTRIBUTIONS
 
-    seed = noise.get("seed", 0)
-    if not isinstance(seed, Mapping) and (isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 2**53):
+    seed = _seed(noise)
+    if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 2**53:
         yield ("seed",), f"must be a whole number from 0 to 2**53 - 1, received {seed!r:.60}"
     drawn = {name: one for name, one in noise.items() if name != "seed" or isinstance(one, Mapping)}
     if not drawn:
@@ -250,6 +250,22 @@ def distribution_of(table: Mapping[str, Any]) -> Any:
     return made(**{field.name: table[field.name] for field in fields(made) if field.name in table})
 
 
+def noise_parameters(noise: Mapping[str, Any]) -> dict[str, float]:
+    """Parameters that take the place of those that a sound table of noise draws."""
+    tables = {name: one for name, one in noise.items() if isinstance(one, Mapping)}
+    if not tables:
+        return {}
+    from chaosdrill.model.noise import added_parameters
+
+    return added_parameters({name: distribution_of(one) for name, one in tables.items()}, _seed(noise))
+
+
+def _seed(noise: Mapping[str, Any]) -> int:
+    # a parameter of this name may be drawn
+    seed = noise.get("seed", 0)
+    return 0 if isinstance(seed, Mapping) else seed
+
+
 def noisy_system(system: Any, noise: Mapping[str, Any]) -> Any:
     """The system with its noise."""
     drawn = {name: one for name, one in noise.items() if isinstance(one, Mapping)}
@@ -257,8 +273,7 @@ def noisy_system(system: Any, noise: Mapping[str, Any]) -> Any:
         return system
     at = {name: one["at"] for name, one in drawn.items() if "at" in one}
     distributions = {name: distribution_of(one) for name, one in drawn.items()}
-    seed = noise.get("seed", 0)
-    return system.with_noise(distributions, at=at, seed=0 if isinstance(seed, Mapping) else seed)
+    return system.with_noise(distributions, at=at, seed=_seed(noise))
 
 
 def driven_system(system: Any, drives: Mapping[str, Mapping[str, Any]]) -> Any:

@@ -4,7 +4,9 @@ import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from chaosdrill.dataset.provenance import drawn
 from chaosdrill.errors import SceneError
+from chaosdrill.scene.check_made import noise_parameters
 from chaosdrill.scene.load import load_scene
 from chaosdrill.scene.scene import Scene
 from chaosdrill.systems.drill.si import QUANTITIES
@@ -28,9 +30,9 @@ def check(scene: str | os.PathLike[str] | Scene, changes: Mapping[str, Any] | No
     Returns
     -------
     dict
-        Plain values, ready for JSON: ``title``, ``system``, effects ``simulated`` and ``left_out``, ``states``,
-        ``initial_mode``, ``parameters``, ``map`` (images, of a map alone), ``modes`` (equations), ``events``,
-        ``quadratures``, ``period``, ``si``, ``si_scales``, ``numerics``, ``analyses``,
+        Plain values, ready for JSON: ``title``, ``system``, effects ``simulated`` and ``left_out``, ``noise``,
+        ``states``, ``initial_mode``, ``parameters``, ``map`` (images, of a map alone), ``modes`` (equations),
+        ``events``, ``quadratures``, ``period``, ``si``, ``si_scales``, ``numerics``, ``analyses``,
         and ``changes``, the values that were set.
 
     Raises
@@ -48,18 +50,19 @@ def check(scene: str | os.PathLike[str] | Scene, changes: Mapping[str, Any] | No
 def describe_scene(scene: Scene) -> dict[str, Any]:
     """What a scene simulates, as plain values: equations in text, numbers, names."""
     system = scene.system
-    labels = system.labels
+    labels, given = system.labels, {*scene.parameters, *noise_parameters(scene.noise)}
     return {
         "title": scene.title,
         "system": system.name,
         "simulated": _effects(scene, present=True),
         "left_out": _effects(scene, present=False),
+        "noise": drawn(system.noise),
         "states": {
             name: {"label": labels.get(name, ""), "initial": system.initial[name]} for name in system.state_names
         },
         "initial_mode": system.initial["mode"],
         "parameters": {
-            name: {"label": labels.get(name, ""), "value": value, "given": name in scene.parameters}
+            name: {"label": labels.get(name, ""), "value": value, "given": name in given}
             for name, value in system.parameters.items()
         },
         "map": {f"{state} next": str(image) for state, image in images(system).items()},

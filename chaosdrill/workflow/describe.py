@@ -10,6 +10,7 @@ from chaosdrill.archive.digest import DIGESTS, altered, unsealed
 from chaosdrill.archive.read import open_archive
 from chaosdrill.dataset.branches import count_special_points
 from chaosdrill.dataset.outcomes import count_outcomes
+from chaosdrill.dataset.provenance import drawn
 from chaosdrill.dataset.references import Reference, package, references
 from chaosdrill.errors import ArchiveError
 from chaosdrill.typed import PATH, expecting
@@ -46,7 +47,8 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
         Plain values, ready for JSON: ``path``, ``bytes``, the origin from the root's attributes,
         ``quantities`` (numbers of the root, as those of a scene in SI units: value, units, long name), and ``groups``:
         name -> ``kind``, ``system``, ``method``, ``tolerance``, ``dimensions``, ``variables`` (name ->
-        dimensions, dtype, units, long name), ``repeatable`` (what `verify` would run it again from, or why it cannot),
+        dimensions, dtype, units, long name), ``noise`` (parameter -> how it is drawn, if any is),
+        ``repeatable`` (what `verify` would run it again from, or why it cannot),
         ``outcomes`` and ``special_points`` (name -> count), and ``altered``, the
         variables that were altered after writing (":" for attributes of the group), if any, and
         ``without_digests``, where that is unknown. So for the root, with ":scene" for a scene that has another SHA-256
@@ -120,11 +122,21 @@ def _group(group: "xr.Dataset", scene: bool) -> dict[str, Any]:
         described["altered"] = changed
     if DIGESTS not in group.attrs:
         described["without_digests"] = True
+    if noise := _noise(group):
+        described["noise"] = noise
     if "outcome" in group:
         described["outcomes"] = count_outcomes(group["outcome"].values)
     if "special_kind" in group:
         described["special_points"] = count_special_points(group["special_kind"].values)
     return described
+
+
+def _noise(group: "xr.Dataset") -> dict[str, str]:
+    """How the parameters of a system are drawn, by the definition that a group holds."""
+    try:
+        return drawn(json.loads(group.attrs["definition"]).get("noise", {}))
+    except (KeyError, TypeError, ValueError, AttributeError, RecursionError):
+        return {}
 
 
 def _plain(value: Any) -> Any:

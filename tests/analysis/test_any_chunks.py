@@ -33,6 +33,11 @@ def drill_diagram():
     cd.bifurcation_diagram(DRILL, {"eta": np.linspace(0.42, 0.66, 23)}, **BRIEF, tolerance=1e-10)
 
 
+def noisy_diagram():
+    system = IMPACTS.with_noise({"e": cd.Uniform(0.7, 0.9)}, at="impact", seed=1)
+    cd.bifurcation_diagram(system, {"omega": np.linspace(2.4, 2.8, 23)}, **BRIEF)
+
+
 def chart():
     sweep = {"omega": np.linspace(2.5, 2.8, 5), "e": np.linspace(0.5, 0.9, 4)}
     cd.parameter_chart(IMPACTS, sweep, **BRIEF, exponents=1, random={"count": 2, "seed": 3, "x": (-0.5, 0.2)})
@@ -55,6 +60,7 @@ CASES = {
     "diagram of the drill": drill_diagram,
     "chart": chart,
     "chart of the drill": drill_chart,
+    "diagram under noise": noisy_diagram,
     "basins": basins,
 }
 
