@@ -5,9 +5,10 @@ and of parameters of the distribution. A second state counts the draws. The numb
 count alone: on no run beside, on no step, on no order of computation.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from math import fsum, inf, isfinite, log, nextafter
+from numbers import Integral
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import sympy
@@ -72,13 +73,23 @@ class Distribution:
         """The standard variate of uniform numbers."""
         return drawn[0]
 
-    def median(self) -> float:
+    def at_first(self) -> float:
         """The standard variate before the first draw."""
         return 0.5
 
     def support(self) -> tuple[float, float]:
         """The least and the greatest value."""
         raise NotImplementedError
+
+    def spread(self) -> bool:
+        """Whether there is more than one value."""
+        low, high = self.support()
+        return low < high
+
+    def parameters(self) -> dict[str, float]:
+        """The parameters of a system in which it is drawn: one without spread is the first of them alone."""
+        numbers = self.numbers()
+        return numbers if self.spread() else dict([next(iter(numbers.items()))])
 
 
 @dataclass(frozen=True)
@@ -88,16 +99,15 @@ class Uniform(Distribution):
     Parameters
     ----------
     low, high : float
-        The ends, low <= high; where they are equal there is no noise.
+        The ends, low <= high.
     """
 
     low: float
     high: float
 
     def fault(self) -> str:
-        return (
-            "" if self.low <= self.high else f"low is {self.low:g} and high {self.high:g}; low must not be above high"
-        )
+        given = f"low is {self.low:g} and high {self.high:g}"
+        return "" if self.low <= self.high else f"{given}; low must not be above high"
 
     def value(self, variate: Any, of: Mapping[str, Any]) -> Any:
         return of["low"] + (of["high"] - of["low"]) * variate
@@ -129,7 +139,7 @@ class Normal(Distribution):
     def variate(self, drawn: Sequence[Any], of: Mapping[str, Any]) -> Any:
         return _gaussian(drawn)
 
-    def median(self) -> float:
+    def at_first(self) -> float:
         return 0.0
 
     def support(self) -> tuple[float, float]:
@@ -142,30 +152,30 @@ class LogNormal(Distribution):
 
     Parameters
     ----------
-    middle, sigma : float
+    median, sigma : float
         The median, > 0, and the standard deviation of the logarithm, >= 0.
     """
 
-    middle: float
+    median: float
     sigma: float
     uniforms: ClassVar[int] = 2
 
     def fault(self) -> str:
-        if self.middle <= 0:
-            return f"middle is {self.middle:g}; it is the median and must be > 0"
+        if self.median <= 0:
+            return f"median is {self.median:g}; it must be > 0"
         return "" if self.sigma >= 0 else f"sigma is {self.sigma:g}; it must be >= 0"
 
     def value(self, variate: Any, of: Mapping[str, Any]) -> Any:
-        return of["middle"] * variate
+        return of["median"] * variate
 
     def variate(self, drawn: Sequence[Any], of: Mapping[str, Any]) -> Any:
         return sympy.exp(of["sigma"] * _gaussian(drawn))
 
-    def median(self) -> float:
+    def at_first(self) -> float:
         return 1.0
 
     def support(self) -> tuple[float, float]:
-        return (nextafter(0.0, 1.0), inf) if self.sigma else (self.middle, self.middle)
+        return (nextafter(0.0, 1.0), inf) if self.sigma else (self.median, self.median)
 
 
 @dataclass(frozen=True)
@@ -189,7 +199,7 @@ class Exponential(Distribution):
     def variate(self, drawn: Sequence[Any], of: Mapping[str, Any]) -> Any:
         return sympy.Abs(sympy.log(drawn[0]))
 
-    def median(self) -> float:
+    def at_first(self) -> float:
         return log(2)
 
     def support(self) -> tuple[float, float]:
@@ -221,9 +231,9 @@ class Choice(Distribution):
             given = getattr(self, name)
             if given is None:
                 continue
-            listed = list(given) if isinstance(given, Sequence) and not isinstance(given, str) else [given]
+            listed = list(given) if isinstance(given, Iterable) and not isinstance(given, str | Mapping) else []
             read = tuple(number for one in listed if (number := finite(one)) is not None)
-            if len(read) < max(1, len(listed)) or not isinstance(given, Sequence):
+            if len(read) < max(1, len(listed)):
                 raise SettingsError(f"choice: {name} is {shown(given):.60}; it must be a list of finite numbers")
             object.__setattr__(self, name, read)
         weights = self.weights
@@ -253,7 +263,7 @@ class Choice(Distribution):
         one, following = beyond[:-1], beyond[1:]
         return sympy.Add(*(v * (a - b) for v, a, b in zip(of.values(), one, following, strict=True)))
 
-    def median(self) -> float:
+    def at_first(self) -> float:
         return next(v for v, edge in zip(self.values, self._edges(), strict=True) if edge >= 0.5)
 
     def support(self) -> tuple[float, float]:
@@ -272,7 +282,7 @@ def names_of(name: str) -> tuple[str, str]:
 
 def added_parameters(distributions: Mapping[str, Distribution], seed: int) -> dict[str, float]:
     """Parameters that take the place of those that are drawn."""
-    own = {f"{name}_{key}": value for name, one in distributions.items() for key, value in one.numbers().items()}
+    own = {f"{name}_{key}": value for name, one in distributions.items() for key, value in one.parameters().items()}
     return {**own, SEED: float(seed)}
 
 
@@ -303,7 +313,9 @@ def noisy(system: "HybridSystem", distributions: Any, at: Any, seed: int) -> "Hy
     held = {state: sympy.Integer(0) for name in distributions for state in names_of(name)}
     if whole.discrete:
         images = {x.name: _put(image, put) for x, image in vars(whole)["images"].items()}
-        given |= {"images": {**images, **{k: v for name in distributions for k, v in drawn.reset(name).items()}}}
+        still = {state: sympy.Symbol(state, real=True) for name in distributions for state in names_of(name)}
+        draws = {k: v for name in distributions for k, v in drawn.reset(name).items()}
+        given |= {"images": {**images, **still, **draws}}
         given.pop("quadratures")
     else:
         given |= {
@@ -329,19 +341,24 @@ class _Drawn:
         self.first = {name: sum(counts[:k]) for k, name in enumerate(distributions)}
 
     def reset(self, name: str) -> dict[str, Any]:
-        """The states of a parameter after a draw."""
+        """The states of a parameter after a draw; none of one without spread, which is not drawn."""
         variate, count = names_of(name)
         number, one = sympy.Symbol(count, real=True), self.distributions[name]
+        if not one.spread():
+            return {}
         places = [self.width * number + self.first[name] + k for k in range(one.uniforms)]
         uniform = [random_uniform(parameter(SEED), place) for place in places]
         return {variate: one.variate(uniform, _own(name, one)), count: number + 1}
 
 
 def _own(name: str, one: Distribution) -> dict[str, Any]:
-    return {key: parameter(f"{name}_{key}") for key in one.numbers()}
+    return {key: parameter(f"{name}_{key}") for key in one.parameters()}
 
 
 def _value(name: str, one: Distribution) -> Any:
+    if not one.spread():
+        (only,) = _own(name, one).values()
+        return only
     return one.value(sympy.Symbol(names_of(name)[0], real=True), _own(name, one))
 
 
@@ -355,7 +372,7 @@ def _labels(system: "HybridSystem", distributions: Mapping[str, Distribution]) -
         label = system.labels.get(name, name)
         variate, count = names_of(name)
         found |= {variate: f"standard variate of {label}", count: f"draws of {label}"}
-        found |= {f"{name}_{key}": f"{label}: {key} of its distribution" for key in one.numbers()}
+        found |= {f"{name}_{key}": f"{label}: {key} of its distribution" for key in one.parameters()}
     return found
 
 
@@ -434,15 +451,20 @@ def _clocks(
 def _built(
     system: "HybridSystem", given: Mapping[str, Any], distributions: Mapping[str, Distribution], seed: int
 ) -> "HybridSystem":
-    values = {key: value for key, value in system.parameters.items() if key not in distributions}
-    reader = system.reader({**values, **added_parameters(distributions, seed)})
+    added = added_parameters(distributions, seed)
+    # the first parameter of a distribution has the place of the one that is drawn, since rounding depends on places
+    first = {name: f"{name}_{next(iter(one.parameters()))}" for name, one in distributions.items()}
+    kept = {first.get(key, key): value for key, value in system.parameters.items()}
+    if taken := next((key for key in added if key in system.parameters), None):
+        raise SettingsError(f"{system.name}: it has a parameter {taken!r} already, of which noise makes one; rename it")
+    reader = system.reader({**kept, **added})
     found = reader.read(given)
     if found is None:
         raise ModelError(reader.told(f"{system.name} with noise"))
-    variates = {names_of(name)[0]: one.median() for name, one in distributions.items()}
+    variates = {names_of(name)[0]: one.at_first() for name, one in distributions.items()}
     made = type(system).of(found, reader.parameters, {**system.start, **variates})
     bounded = {name: one for name, one in distributions.items() if isinstance(one, Uniform | Choice)}
-    ends = {f"{name}_{key}": name for name, one in bounded.items() for key in one.numbers()}
+    ends = {f"{name}_{key}": name for name, one in bounded.items() for key in one.parameters()}
     limits: dict[str, Limit] = dict(system.limits)
     limits |= {end: limits[name] for end, name in ends.items() if name in limits}
     return made.limited(limits)
@@ -455,7 +477,7 @@ def _check(system: "HybridSystem", distributions: Any, seed: Any) -> None:
         raise SettingsError(
             f"{system.name}: it has Python functions, which read their parameters themselves; write them as expressions"
         )
-    if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < LARGEST_SEED:
+    if isinstance(seed, bool) or not isinstance(seed, Integral) or not 0 <= int(seed) < LARGEST_SEED:
         raise SettingsError(f"{system.name}: seed is {shown(seed):.60}; it must be a whole number from 0 to 2**53 - 1")
     if not isinstance(distributions, Mapping) or not distributions:
         raise SettingsError(

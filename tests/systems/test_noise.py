@@ -138,6 +138,22 @@ def test_without_variance_a_run_is_that_without_noise_to_the_bit(method):
     assert np.array_equal(one["event_time"], other["event_time"])
 
 
+@pytest.mark.parametrize("at", ["stick", "impact", "period"])
+def test_a_drill_in_rock_of_one_strength_is_the_drill_to_the_bit(at):
+    """Its chaos would double a rounding error every 30 periods."""
+    drill = cd.drill(friction="stribeck", contact="hunt-crossley", eta=0.448)
+    still = drill.with_noise({"mu": cd.Normal(0.6, 0.0)}, at=at)
+    one, other = (cd.lyapunov_spectrum(system, periods=150, transient=20) for system in (drill, still))
+    for name in ("lyapunov_exponent", "lyapunov_history", "progression_rate"):
+        assert np.array_equal(one[name], other[name])
+
+
+def test_a_spread_that_becomes_zero_in_a_reset_is_no_noise_to_the_bit():
+    still = NOISY.with_parameters(e_low=0.8, e_high=0.8)
+    one, other = (cd.lyapunov_spectrum(system, periods=60, transient=10) for system in (IMPACTS, still))
+    assert np.array_equal(one["lyapunov_history"], other["lyapunov_history"])
+
+
 def test_without_variance_a_sweep_is_that_without_noise_to_the_bit():
     still = IMPACTS.with_noise({"e": cd.Uniform(0.8, 0.8)}, at="impact")
     sweep = {"omega": np.linspace(2.4, 2.8, 11)}
@@ -259,7 +275,7 @@ def test_what_makes_no_sense_under_noise_is_refused_with_the_reason(call, reason
         (lambda: ball(cd.Uniform(0.5, 0.4)), "low must not be above high"),
         (lambda: cd.Choice([]), "values is"),
         (lambda: cd.Choice([1, 2], [0, 0]), "weights is"),
-        (lambda: cd.LogNormal(0, 1), "must be > 0"),
+        (lambda: cd.LogNormal(0, 1), "median is 0; it must be > 0"),
         (lambda: cd.lyapunov_spectrum(NOISY, periods=10, exponents=3), "the system has 2 states"),
     ],
 )
