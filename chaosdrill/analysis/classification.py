@@ -97,7 +97,7 @@ def evidence_of(
     one_of = (np.arange(points), column)
     late = averages.late[one_of] if exponents.shape[1] else np.zeros(points)
     found = Evidence.of(points, ended=ended, lead=lead, margin=margin, length=length, late=late)
-    found.noisy[:] = bool(system.noise)
+    found.noisy[:] = system.draws
     unforced = not system.forced and structure.autonomous
     with np.errstate(invalid="ignore"):
         if unforced and averages.complete and exponents.shape[1]:
@@ -155,7 +155,7 @@ def evidence_of_records(
     if part < 1.0:
         leaving, settling = stationarity(coarse - (coarse @ symmetries.T) @ symmetries, known)
         e.leaving, e.settling = e.leaving | leaving, e.settling | settling
-    if system.noise:
+    if system.draws:
         return e
     found = recurrence(aside(windows, symmetries), known, windows.shape[1] // REPEATS)
     e.recurs = found.period > 0
@@ -244,7 +244,7 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     ``before`` are the states of all points before the record, to tell by what only grows.
     """
     found = recurrence(batch.window[which], batch.sizes[which], plan.max_period, 2 * plan.max_period)
-    noisy = bool(plan.system.noise)
+    noisy = plan.system.draws
     if not plan.maps or noisy:
         # at the ends of parts of a duration, or where the system itself never repeats, a return tells no period
         found = replace(found, period=np.zeros_like(found.period))

@@ -323,7 +323,7 @@ def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arra
     _average_over_cycles(plan, parameters, batch, which, verdict.cycle, whole, arrays, places)
     evidence, open_, moves = verdict.evidence, verdict.outcome == Outcome.OPEN, verdict.moves.copy()
     which, times = which[~verdict.decided], 2
-    repeats = not plan.system.noise
+    repeats = not plan.system.draws
     while len(which) and plan.max_extension:
         for cycles in search(plan, batch, which[moves[which]], parameters) if repeats else ():
             _write(plan, cycles.batch, cycles.places, cycles.verdict, cycles.places, arrays, places[cycles.which])
@@ -358,7 +358,7 @@ def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arra
 
 def may_be_left(plan: Plan, parameters: Mapping[str, np.ndarray], found: Arrays, batch: Batch, point: int = 0) -> bool:
     """Whether a point that was measured stands on something unstable, which the slightest noise would leave."""
-    if plan.system.noise:
+    if plan.system.draws:
         return False
     outcome = int(found["outcome"][point])
     if outcome == Outcome.EQUILIBRIUM:

@@ -359,7 +359,7 @@ def section_points(where: Section, given: Any, max_period: int, job: "Job") -> T
     phases = phases_of(where, times / run.period)
     compared = np.column_stack([points[:, : len(system.states)], phases])
     known = np.append(run.sizes, np.ones(phases.shape[1]))
-    repeats = outcome == Outcome.OK and not system.noise
+    repeats = outcome == Outcome.OK and not system.draws
     period = find_period(compared, known, max_period) if repeats else 0
     return Taken(where, run, outcome, points, modes, times, period, blocks)
 

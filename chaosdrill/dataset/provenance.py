@@ -96,7 +96,11 @@ def provenance(
 
 def drawn(noise: Mapping[str, Any]) -> dict[str, str]:
     """How parameters are drawn anew, in words, from the table ``noise`` of a system or of its definition."""
-    return {str(name): f"{one['distribution']}, drawn anew at {' and '.join(one['at'])}" for name, one in noise.items()}
+    found = {}
+    for name, one in noise.items():
+        when = f"drawn anew at {' and '.join(one['at'])}" if one["at"] else "without spread, so that it is not drawn"
+        found[str(name)] = f"{one['distribution']}, {when}"
+    return found
 
 
 def now() -> str:

@@ -307,7 +307,8 @@ def noisy(system: "HybridSystem", distributions: Any, at: Any, seed: int) -> "Hy
             **_labels(whole, distributions),
         },
         "noise": {
-            name: {"distribution": one.title, "at": list(_told(whole, name, at))} for name, one in distributions.items()
+            name: {"distribution": one.title, "at": list(_told(whole, name, at)) if one.spread() else []}
+            for name, one in distributions.items()
         },
     }
     held = {state: sympy.Integer(0) for name in distributions for state in names_of(name)}

@@ -405,7 +405,7 @@ class Reader:
             entry = self._table(path, given)
             self._known(path, entry, ("distribution", "at"))
             events = entry.get("at")
-            if not isinstance(events, list | tuple) or not events:
+            if not isinstance(events, list | tuple):
                 self._fault((*path, "at"), f"expected names of events, received {shown(events):.60}")
                 events = ()
             read[name] = {

@@ -300,6 +300,11 @@ class HybridSystem:
         return len(self.states) - 2 * len(self.noise)
 
     @property
+    def draws(self) -> bool:
+        """Whether any event draws a parameter anew, so that nothing repeats."""
+        return any(one["at"] for one in self.noise.values())
+
+    @property
     def autonomous(self) -> bool:
         """Whether no rate, guard, reset or condition depends on time, so that a motion shifted in time is a motion.
 

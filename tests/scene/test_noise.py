@@ -118,7 +118,7 @@ def test_an_altered_definition_is_refused(tmp_path) -> None:
     definition = json.loads(found.attrs["definition"])
     for noise, told in (
         ({"x": definition["noise"]["e"]}, "the last states must be x_draw, x_count"),
-        ({"e": {"distribution": "uniform", "at": []}}, "expected names of events"),
+        ({"e": {"distribution": "uniform", "at": "impact"}}, "expected names of events"),
         ({"e": {"distribution": 3, "at": ["impact"]}}, "expected text"),
         ({"e": {"at": ["impact"], "every": 2}}, "unknown key"),
     ):
