@@ -23,6 +23,7 @@ def ball(noise: Any, seed: int = 0) -> cd.HybridSystem:
         states="x v",
         parameters={"e": 0.8},
         modes={"flight": {"x": "v", "v": -1}},
+        quadratures={"height": "x"},
         transitions=[cd.Transition("impact", "flight", "flight", "x", -1, reset={"v": "1 - e*v"})],
         initial={"x": 1.0},
     )
@@ -75,7 +76,7 @@ def test_choices_are_exact_and_as_likely_as_their_weights():
 
 
 def test_exponents_of_products_of_gaussian_matrices():
-    """Newman 1986, doi:10.1007/BF01205495: (ln 2 + digamma((n - i + 1)/2))/2; and the errors cover them."""
+    """(ln 2 + digamma((n - i + 1)/2))/2, Newman 1986, Commun. Math. Phys. 103, 121; and the errors cover them."""
     exact = (math.log(2) + digamma([1, 0.5])) / 2
     plain = cd.Map("x y", {"a": 1, "b": 0, "c": 0, "d": 1}, ["a*x + b*y", "c*x + d*y"])
     products = plain.with_noise(dict.fromkeys("abcd", cd.Normal(0, 1)))
@@ -108,6 +109,21 @@ def test_ball_with_random_restitution_has_the_mean_and_the_exponents_of_the_clos
     # of the stationary speeds <v^2> (1 - <e^2>) = 2 <e> <v> + 1
     square = (2 * 0.8 * flight / 2 + 1) / (1 - (0.64 + 0.2**2 / 12))
     assert np.mean(speeds**2) == pytest.approx(square, rel=0.02)
+
+
+def test_mean_height_of_the_ball_is_that_of_the_closed_form_and_errors_cover_it():
+    """With v' = e v + 1 the mean of x over a flight is <v^3>/(3 <v>), by the moments of e and v up to the third."""
+    e = [1, 0.8, 0.64 + 0.2**2 / 12, (0.9**4 - 0.7**4) / 4 / 0.2]
+    v = [1, 1 / (1 - e[1])]
+    v.append((2 * e[1] * v[1] + 1) / (1 - e[2]))
+    v.append((3 * e[2] * v[2] + 3 * e[1] * v[1] + 1) / (1 - e[3]))
+    seeds = {"noise_seed": np.arange(150.0)}
+    lengths = {"at": "impact", "transient": 50, "periods": 400, "max_extension": 0, "max_period": 16, "exponents": 1}
+    found = cd.bifurcation_diagram(ball(cd.Uniform(0.7, 0.9)), seeds, **lengths)
+    height, error = found["height_rate"].values.ravel(), found["height_rate_error"].values.ravel()
+    exact = v[3] / (3 * v[1])
+    assert abs(height.mean() - exact) < 4 * height.std() / math.sqrt(len(height)) < 0.02 * exact
+    assert 0.88 < np.mean(np.abs(height - exact) < 1.96 * error) < 0.99
 
 
 def test_a_force_drawn_once_a_period_has_the_variance_of_the_closed_form():
@@ -281,3 +297,27 @@ def test_what_makes_no_sense_under_noise_is_refused_with_the_reason(call, reason
 def test_wrong_noise_is_told_what_to_do(given, told):
     with pytest.raises(cd.SettingsError, match=told):
         given()
+
+
+def test_analyses_that_take_noise_agree_with_the_closed_form():
+    """Of x' = p x with p of two values the exponent is the mean logarithm, over windows as in charts and on lines."""
+    plain = cd.Map("x y", {"p": 1.0, "c": 0.1}, {"x": "p*x", "y": "c*y"})
+    system = plain.with_noise({"p": cd.Choice([0.3, 0.9])}, seed=2)
+    exact = (math.log(0.3) + math.log(0.9)) / 2
+    windows = cd.finite_time_exponents(system, periods=4000, windows=[1, 10], exponents=2)
+    assert windows["lyapunov_exponent"].values == pytest.approx([exact, math.log(0.1)], abs=0.03)
+    # of one draw the values are two, with this variance; of ten it is a tenth of it
+    variance = (math.log(0.3) - math.log(0.9)) ** 2 / 4
+    spread = windows["cumulant"].sel(exponent=1).values[:, 1]
+    assert spread == pytest.approx([variance, variance / 10], rel=0.1)
+    lengths = {"transient": 10, "periods": 2000, "max_extension": 0, "max_period": 16}
+    sweep = {"c": [0.1, 0.2]}
+    lines = cd.bifurcation_diagram(system, sweep, follow="both", exponents=1, **lengths)
+    chart = cd.parameter_chart(system, {**sweep, "noise_seed": [2, 3]}, exponents=2, **lengths)
+    assert lines["lyapunov_exponent"].sel(c=0.1).values == pytest.approx(np.full((2, 1), exact), abs=0.06)
+    found = chart["lyapunov_exponent"].squeeze("seed")
+    assert found.sel(c=0.2, exponent=1).values == pytest.approx(exact, abs=0.06)
+    assert found.sel(c=0.1, exponent=2).values == pytest.approx(math.log(0.1), abs=1e-9)
+    runs = cd.trajectory(system, initial=[[1.0, 0.0, 0.5, 0.0], [2.0, 0.0, 0.5, 0.0]], periods=20)
+    states = runs["states"].sel(state="x").values
+    assert np.array_equal(2 * states[0], states[1])
