@@ -30,6 +30,18 @@ def ball(noise: Any, seed: int = 0) -> cd.HybridSystem:
     return plain.with_noise({"e": noise}, at="impact", seed=seed)
 
 
+def splitmix(seed: int, index: int) -> int:
+    """Output of the generator in whole numbers of any length (Vigna, https://prng.di.unimi.it/splitmix64.c)."""
+    z = (seed + (index + 1) * 0x9E3779B97F4A7C15) % 2**64
+    z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) % 2**64
+    z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) % 2**64
+    return z ^ (z >> 31)
+
+
+def uniform(seed: int, index: int) -> float:
+    return ((splitmix(seed, index) >> 12) + 0.5) * 2.0**-52
+
+
 def draws(distribution: Any, count: int, seed: int = 0) -> np.ndarray:
     """Values that a parameter has, one an iterate."""
     system = cd.Map("x", {"p": 1.0}, {"x": "p"}).with_noise({"p": distribution}, seed=seed)
@@ -45,9 +57,9 @@ def test_uniform_numbers_are_the_published_ones():
         4593380528125082431,
         16408922859458223821,
     )
+    assert tuple(splitmix(1234567, index) for index in range(5)) == published
     found = cd.trajectory(ball(cd.Uniform(0.7, 0.9), 1234567), at="impact", periods=5).cd.events
-    expected = [((number >> 12) + 0.5) * 2.0**-52 for number in published]
-    assert found["e_draw_after"].tolist() == expected
+    assert found["e_draw_after"].tolist() == [uniform(1234567, index) for index in range(5)]
 
 
 @pytest.mark.parametrize(
@@ -109,6 +121,22 @@ def test_ball_with_random_restitution_has_the_mean_and_the_exponents_of_the_clos
     # of the stationary speeds <v^2> (1 - <e^2>) = 2 <e> <v> + 1
     square = (2 * 0.8 * flight / 2 + 1) / (1 - (0.64 + 0.2**2 / 12))
     assert np.mean(speeds**2) == pytest.approx(square, rel=0.02)
+
+
+def test_a_ball_with_random_restitution_comes_to_rest_when_the_closed_form_says():
+    """After sqrt(2)(1 + 2 (e_1 + e_1 e_2 + ...)), e_1 = <e> = 1/2: on average after 3 sqrt(2)."""
+    falls = cd.build("bouncing-ball").with_parameters(amplitude=0.0).with_initial(x=1.0, v=0.0, mode="flight")
+    system = falls.with_noise({"e": cd.Uniform(0.3, 0.7)}, at="impact")
+
+    def exact(seed: int) -> float:
+        e = [0.5, *(0.3 + 0.4 * uniform(seed, index) for index in range(60))]
+        return math.sqrt(2) * (1 + 2 * math.fsum(np.cumprod(e)))
+
+    ends = [cd.trajectory(system.with_parameters(noise_seed=seed), periods=2).cd.events for seed in range(20)]
+    assert {one["kind"].iloc[-1] for one in ends} == {"rest"}
+    times = [exact(seed) for seed in range(2000)]
+    assert [one["time"].iloc[-1] for one in ends] == pytest.approx(times[:20], abs=1e-13)
+    assert np.mean(times) == pytest.approx(3 * math.sqrt(2), abs=4 * np.std(times) / math.sqrt(2000))
 
 
 def test_mean_height_of_the_ball_is_that_of_the_closed_form_and_errors_cover_it():
