@@ -30,7 +30,7 @@ from chaosdrill.engine.records import cube, integer_matrix, integers, machine_at
 from chaosdrill.engine.run import Run
 from chaosdrill.engine.setup import scratch_of
 from chaosdrill.engine.stepper import machine
-from chaosdrill.engine.structure import examine, general_position
+from chaosdrill.engine.structure import examine
 from chaosdrill.engine.tangents import log_growth
 from chaosdrill.errors import SettingsError
 from chaosdrill.model import HybridSystem
@@ -181,7 +181,7 @@ def vectors(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     check_record(blocks.record, count * (n + 4) + n + 1, "periods, or a longer interval")
     lead = Run(system, blocks.plan.unit, job.numerics)
     outcome = blocks.plan.settle(lead)
-    run = _with_tangents(lead, general_position(n)[:m], structure.deficient, blocks, job)
+    run = _with_tangents(lead, structure.general(m), structure.deficient, blocks, job)
     forward, found = _Forward(run, blocks, job), _Found.empty(blocks.record, n, count)
     if outcome == Outcome.OK:
         outcome = forward.go()

@@ -254,10 +254,12 @@ class Structure:
         Fewer tangents therefore start in general position, drawn once and for all, and measure the largest exponents;
         what is exact in a full spectrum is right within its error then.
         """
+        return (self.frame, self.symmetries) if count == len(self.frame) else (self.general(count), 0)
+
+    def general(self, count: int) -> np.ndarray:
+        """Orthonormal tangents in general position, one a row."""
         m, n = self.frame.shape
-        if count == m:
-            return self.frame, self.symmetries
-        return np.pad(general_position(m)[:count], ((0, 0), (0, n - m))), 0
+        return np.pad(general_position(m)[:count], ((0, 0), (0, n - m)))
 
     @property
     def most_neutral(self) -> int:

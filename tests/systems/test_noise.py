@@ -289,7 +289,6 @@ def test_other_seeds_give_other_runs():
         (lambda s: cd.regularity(s, periods=100), "repeats"),
         (lambda s: cd.zero_one_test(s, periods=100), "noise itself"),
         (lambda s: cd.dimensions(s, periods=100), "fill what the noise reaches"),
-        (lambda s: cd.covariant_vectors(s, periods=10), "one sequence of draws"),
         (lambda s: cd.transient_chaos(s, periods=10), "one sequence of draws"),
         (lambda s: cd.work_precision(s, periods=10), "draws no numbers"),
     ],
@@ -349,3 +348,18 @@ def test_analyses_that_take_noise_agree_with_the_closed_form():
     runs = cd.trajectory(system, initial=[[1.0, 0.0, 0.5, 0.0], [2.0, 0.0, 0.5, 0.0]], periods=20)
     states = runs["states"].sel(state="x").values
     assert np.array_equal(2 * states[0], states[1])
+
+
+def test_covariant_vectors_are_mapped_onto_each_other_by_the_matrices_drawn():
+    plain = cd.Map("x y", {"p": 1.0, "q": 1.0}, {"x": "p*x + q*y", "y": "x/2"})
+    system = plain.with_noise({"p": cd.Normal(1.0, 0.4), "q": cd.Choice([-1.0, 1.0])}, seed=5)
+    found = cd.covariant_vectors(system, periods=60, transient=20)
+    drawn = found["states"].sel(state=["p_draw", "q_draw"]).values
+    vectors = found["vector"].sel(state=["x", "y"]).values
+    assert (found["vector"].sel(state=["p_draw", "p_count"]) == 0).all()
+    for k in range(len(vectors) - 1):
+        p, q = 1.0 + 0.4 * drawn[k, 0], drawn[k, 1]
+        image = np.array([[p, q], [0.5, 0.0]]) @ vectors[k]
+        growth = np.log(np.linalg.norm(image, axis=0))
+        assert np.abs(np.sum(image / np.exp(growth) * vectors[k + 1], axis=0)) == pytest.approx([1, 1], abs=1e-9)
+        assert found["local_growth"].values[k] == pytest.approx(growth, abs=1e-9)

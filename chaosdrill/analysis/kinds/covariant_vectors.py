@@ -53,7 +53,7 @@ VARIABLES = table(
 class CovariantVectors(Record):
     """Settings of `covariant_vectors`."""
 
-    without_noise: ClassVar[str] = "their angles at a time are those of one sequence of draws"
+    without_noise: ClassVar[str] = ""
 
     interval: float | None = setting(Number(above=0, most=LONGEST), None)
     forward: float | None = setting(Amount(least=0, most=LONGEST), None)
