@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import sympy
 
 from chaosdrill.errors import ModelError, SettingsError
+from chaosdrill.limits import Limit
 from chaosdrill.model.places import parameter
 from chaosdrill.model.reading import OF_NOISE, Transition
 from chaosdrill.model.special import random_uniform
@@ -21,7 +22,6 @@ from chaosdrill.model.tables import finite
 from chaosdrill.names import remedy, shown
 
 if TYPE_CHECKING:
-    from chaosdrill.limits import Limit
     from chaosdrill.model.system import HybridSystem
 
 PERIOD = "period"
@@ -286,6 +286,13 @@ def added_parameters(distributions: Mapping[str, Distribution], seed: int) -> di
     return {**own, SEED: float(seed)}
 
 
+def added_limits(distributions: Mapping[str, Distribution], limits: Mapping[str, Limit]) -> dict[str, Limit]:
+    """Limits of these: of what are values of a parameter those of the parameter."""
+    bounded = {name: one for name, one in distributions.items() if isinstance(one, Uniform | Choice) and name in limits}
+    own = {f"{name}_{key}": limits[name] for name, one in bounded.items() for key in one.parameters()}
+    return {**own, SEED: Limit(high=LARGEST_SEED - 1.0, quantity="the seed of the noise")}
+
+
 def noisy(system: "HybridSystem", distributions: Any, at: Any, seed: int) -> "HybridSystem":
     """The system with some of its parameters drawn anew at events; see `HybridSystem.with_noise`."""
     _check(system, distributions, seed)
@@ -464,11 +471,7 @@ def _built(
         raise ModelError(reader.told(f"{system.name} with noise"))
     variates = {names_of(name)[0]: one.at_first() for name, one in distributions.items()}
     made = type(system).of(found, reader.parameters, {**system.start, **variates})
-    bounded = {name: one for name, one in distributions.items() if isinstance(one, Uniform | Choice)}
-    ends = {f"{name}_{key}": name for name, one in bounded.items() for key in one.parameters()}
-    limits: dict[str, Limit] = dict(system.limits)
-    limits |= {end: limits[name] for end, name in ends.items() if name in limits}
-    return made.limited(limits)
+    return made.limited({**system.limits, **added_limits(distributions, system.limits)})
 
 
 def _check(system: "HybridSystem", distributions: Any, seed: Any) -> None:

@@ -252,12 +252,16 @@ def distribution_of(table: Mapping[str, Any]) -> Any:
 
 def noise_parameters(noise: Mapping[str, Any]) -> dict[str, float]:
     """Parameters that take the place of those that a sound table of noise draws."""
-    tables = {name: one for name, one in noise.items() if isinstance(one, Mapping)}
-    if not tables:
+    if not noise:
         return {}
     from chaosdrill.model.noise import added_parameters
 
-    return added_parameters({name: distribution_of(one) for name, one in tables.items()}, _seed(noise))
+    return added_parameters(distributions_of(noise), _seed(noise))
+
+
+def distributions_of(noise: Mapping[str, Any]) -> dict[str, Any]:
+    """The distributions of a sound table of noise, by parameter."""
+    return {name: distribution_of(one) for name, one in noise.items() if isinstance(one, Mapping)}
 
 
 def _seed(noise: Mapping[str, Any]) -> int:
@@ -268,11 +272,10 @@ def _seed(noise: Mapping[str, Any]) -> int:
 
 def noisy_system(system: Any, noise: Mapping[str, Any]) -> Any:
     """The system with its noise."""
-    drawn = {name: one for name, one in noise.items() if isinstance(one, Mapping)}
-    if not drawn:
+    if not noise:
         return system
-    at = {name: one["at"] for name, one in drawn.items() if "at" in one}
-    distributions = {name: distribution_of(one) for name, one in drawn.items()}
+    distributions = distributions_of(noise)
+    at = {name: noise[name]["at"] for name in distributions if "at" in noise[name]}
     return system.with_noise(distributions, at=at, seed=_seed(noise))
 
 

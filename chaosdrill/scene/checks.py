@@ -156,16 +156,17 @@ def _check_noise(checked: CheckedSystem, noise: Mapping[str, Any]) -> None:
     """Check the noise of a system whose parameters are known, and put those of its distributions in their place."""
     if not noise or checked.known is None:
         return
-    from chaosdrill.scene.check_made import noise_faults, noise_parameters
+    from chaosdrill.scene.check_made import distributions_of, noise_faults, noise_parameters
 
     if faults := problems_of(noise_faults(noise, checked.known), ("system", "noise")):
         checked.problems += faults
         # what they would be called is not known
         checked.known = checked.states = None
         return
-    from chaosdrill.model.noise import names_of
+    from chaosdrill.model.noise import added_limits, names_of
 
-    drawn = [name for name, one in noise.items() if isinstance(one, Mapping)]
+    drawn = distributions_of(noise)
+    checked.limits = {**checked.limits, **added_limits(drawn, checked.limits)}
     known = {name: value for name, value in checked.known.items() if name not in drawn}
     checked.known = {**known, **noise_parameters(noise)}
     if checked.states is not None:

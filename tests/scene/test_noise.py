@@ -71,6 +71,7 @@ def test_a_map_draws_at_every_iterate() -> None:
         ("high = 0.9", "high = 1.9", "s.toml:4: system.noise: impact-oscillator: 'e' cannot have uniform values: "),
         ('at = "impact"', 'at = "hit"', "s.toml:4: system.noise: impact-oscillator: at is 'hit' for 'e'; it has"),
         ('at = "impact"', "", "s.toml:4: system.noise: impact-oscillator: at is None for 'e'; give the name"),
+        ("start = 0.5, stop", "start = -0.5, stop", "s.toml:13: analysis.diagram.sweep.e_low"),
         ("sweep.e_low", "sweep.e", "s.toml:13: analysis.diagram.sweep.e: unknown parameter"),
         (
             '"bifurcation-diagram"\nsweep.e_low = { start = 0.5, stop = 0.9, num = 9 }',

@@ -314,6 +314,8 @@ def test_what_makes_no_sense_under_noise_is_refused_with_the_reason(call, reason
         (lambda: IMPACTS.with_noise({"omega": cd.Uniform(1, 2)}, at="impact"), "the period depends on 'omega'"),
         (lambda: IMPACTS.with_noise({"e": cd.Uniform(0, 1)}, at="impact", seed=-1), "seed is -1"),
         (lambda: NOISY.with_noise({"zeta": cd.Uniform(0, 1)}, at="impact"), "noise already"),
+        (lambda: NOISY.with_parameters(e_high=1.1), "parameter 'e_high': .* at most 1, received 1.1"),
+        (lambda: NOISY.with_parameters(noise_seed=1e300), "the seed of the noise must be at least 0 and at most"),
         (lambda: ball(cd.Uniform(0.5, 0.4)), "low must not be above high"),
         (lambda: cd.Choice([]), "values is"),
         (lambda: cd.Choice([1, 2], [0, 0]), "weights is"),

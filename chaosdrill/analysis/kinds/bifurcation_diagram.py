@@ -31,7 +31,6 @@ class BifurcationDiagram(Points):
     """Settings of `bifurcation_diagram`."""
 
     without_noise: ClassVar[str] = ""
-
     needs_section: ClassVar[bool] = True
 
     sweep: dict[str, Any] = setting(

@@ -78,7 +78,6 @@ class Trajectory(Record):
     """Settings of `trajectory`."""
 
     without_noise: ClassVar[str] = ""
-
     ends: ClassVar[tuple[str, ...]] = ("times",)
 
     samples: int | None = setting(Whole(1), None)

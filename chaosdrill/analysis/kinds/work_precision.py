@@ -53,7 +53,6 @@ class WorkPrecision(Record):
     """Settings of `work_precision`."""
 
     without_noise: ClassVar[str] = "its reference in extended precision draws no numbers"
-
     own_numerics: ClassVar[bool] = True
 
     methods: list[str] = setting(ListOf(Method(), distinct=True), tuple(METHODS))
