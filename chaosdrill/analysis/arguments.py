@@ -182,6 +182,39 @@ class Exponents(Whole):
             yield (), f"the system has {free} states and as many exponents, received {value}"
 
 
+class Parameters(Value):
+    """Parameters by name, or whether all of them or none."""
+
+    _list = ListOf(Text(), distinct=True)
+
+    def plain(self, value: Any) -> Any:
+        return bool(value) if getattr(getattr(value, "dtype", None), "kind", "") == "b" else self._list.plain(value)
+
+    def faults(self, value: Any) -> Faults:
+        if isinstance(value, list):
+            yield from self._list.faults(value)
+        elif not isinstance(value, bool):
+            yield (), told(too_long(value) or "expected true for all parameters, or a list of some", value)
+
+    def misfits(self, value: Any, known: Known) -> Faults:
+        for index, name in enumerate(value if isinstance(value, list) and known.known is not None else ()):
+            if isinstance(name, str) and name not in known.known:  # type: ignore[operator]
+                words = known.unused(name) or f"unknown parameter; {remedy(name, known.known or ())}"
+                yield (index,), told(words, name)
+        if value is True and known.known is not None and not known.known:
+            yield (), "the system has no parameters; leave it out"
+
+
+PARAMETERS = Parameters()
+
+
+def chosen(system: "HybridSystem", wanted: bool | list[str]) -> tuple[str, ...]:
+    """The parameters for which a sound setting `Parameters` stands."""
+    if isinstance(wanted, bool):
+        return tuple(system.parameters) if wanted else ()
+    return tuple(wanted)
+
+
 class Method(Text):
     """A numerical method."""
 

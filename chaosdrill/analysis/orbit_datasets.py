@@ -1,5 +1,6 @@
 """Datasets of what the search for orbits and the following of branches give."""
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -7,11 +8,13 @@ import numpy as np
 import xarray as xr
 
 from chaosdrill.dataset import Outcome
+from chaosdrill.dataset.schema import names_of_rate
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run, rate_names
 from chaosdrill.model import HybridSystem
+from chaosdrill.orbits.derivatives import derived_of
 from chaosdrill.orbits.multipliers import is_stable
-from chaosdrill.orbits.results import BranchResult, FoundOrbit
+from chaosdrill.orbits.results import BranchResult, Derived, FoundOrbit
 
 
 def orbits_dataset(system: HybridSystem, orbits: Sequence[FoundOrbit]) -> xr.Dataset:
@@ -74,6 +77,49 @@ def orbits_dataset(system: HybridSystem, orbits: Sequence[FoundOrbit]) -> xr.Dat
     numbers: dict[str, Any] = {name: np.arange(ds.sizes[name], dtype=np.int32) for name in ("iterate", "iteration")}
     numbers |= {name: np.arange(1, ds.sizes[name] + 1, dtype=np.int32) for name in ("orbit", "multiplier")}
     return ds.assign_coords(state=list(system.state_names), **numbers)
+
+
+NOT_OF_CHAOS = (
+    "there is no orbit, and only orbits have derivatives by parameters: means of a chaotic motion need not change "
+    "smoothly"
+)
+
+
+def with_derivatives(
+    ds: xr.Dataset, system: HybridSystem, names: Sequence[str], found: Sequence[Derived], over: str
+) -> xr.Dataset:
+    """The dataset with derivatives by parameters of what it tells of orbits.
+
+    Parameters
+    ----------
+    names : sequence of str
+        The parameters.
+    found : sequence of Derived
+        One an orbit.
+    over : {"orbit", "point"}
+        Dimension of the orbits; of points of a branch no times of events are told.
+    """
+    shapes: dict[str, tuple[str, ...]] = {
+        "orbit_state": ("state",),
+        "period_time": (),
+        "multiplier_real": ("multiplier",),
+        "multiplier_imag": ("multiplier",),
+        "lyapunov_exponent": ("multiplier",),
+    }
+    if over == "orbit":
+        shapes["event_time"] = ("event",)
+    variables: dict[str, Any] = {}
+    for ending, tables in (("", [one.values for one in found]), ("_error", [one.errors for one in found])):
+        for name, dims in shapes.items():
+            whole, _, part = name.rpartition("_")
+            rows = [getattr(one[whole], part) if whole == "multiplier" else one[name] for one in tables]
+            values = _filled(rows, (0, len(names))) if name == "event_time" else np.array(rows)
+            variables[f"{name}_derivative{ending}"] = ((over, *dims, "parameter"), values)
+        for i, quadrature in enumerate(system.quadratures):
+            mean = names_of_rate(str(quadrature))[0]
+            rows = [one["rates"][i] for one in tables]
+            variables[f"{mean}_derivative{ending}"] = ((over, "parameter"), np.array(rows))
+    return ds.assign(variables).assign_coords(parameter=list(names))
 
 
 def orbit_rates(
@@ -176,6 +222,30 @@ def branches_dataset(system: HybridSystem, result: BranchResult) -> xr.Dataset:
         iterate=np.arange(ds.sizes["iterate"], dtype=np.int32),
         branch_number=np.arange(len(branches), dtype=np.int32),
     )
+
+
+def branches_derived(ds: xr.Dataset, system: HybridSystem, names: Sequence[str], result: BranchResult) -> xr.Dataset:
+    """The dataset of branches with mean rates and derivatives by parameters at every point, NaN where there are none.
+
+    The attribute ``derivatives_message`` says where and why.
+    """
+    pairs = zip(result.orbits, result.multipliers, strict=True)
+    found = [derived_of(problem, names, orbit, values, rank) for (problem, orbit, rank), values in pairs]
+    if not found:
+        return ds.assign_attrs(derivatives_message=NOT_OF_CHAOS)
+    here = np.tile([system.parameters[name] for name in names], (len(found), 1))
+    for i, name in enumerate(result.parameters):
+        if name in names:
+            here[:, list(names).index(name)] = result.values[:, i]
+    means = {
+        names_of_rate(str(quadrature))[0]: ("point", np.array([one.means[i] for one in found]))
+        for i, quadrature in enumerate(system.quadratures)
+    }
+    missing = Counter(one.message for one in found if one.message)
+    words = "; ".join(f"{count} of {len(found)} points: {text}" for text, count in missing.items())
+    ds = with_derivatives(ds.assign(means), system, names, found, "point")
+    ds = ds.assign_coords(parameter_value=(("point", "parameter"), here))
+    return ds.assign_attrs(derivatives_message=words)
 
 
 def numbered(texts: Iterable[str]) -> str:

@@ -152,6 +152,7 @@ _GRAZING = "Smallest over all events; tangents grow without bound as it goes to 
 
 SI = "For scenes given in SI units."
 RANK_LOSS = "Per unit of model time; -inf is rank loss."
+_BOUND = "A bound: of rounding, tangents and how far the orbit may be off."
 COVERS = "Twice this error contains the true value in 95 % of cases."
 
 _COUNTS = (
@@ -227,6 +228,43 @@ def rates(dims: str) -> Table:
         may("progression_rate_si", dims, "f8", "mean progression rate", SI, "m h-1", rule="average"),
         may("progression_error_si", dims, "f8", "standard error of the progression rate", SI, "m h-1"),
     )
+
+
+def derivatives(dims: str, *, events: bool) -> Table:
+    """Derivatives by parameters of what is told of an orbit, each with its error, where they were asked for.
+
+    Parameters
+    ----------
+    dims : str
+        Of one number an orbit.
+    events : bool
+        Whether the times of events are among it, and all orbits are those of one system.
+    """
+    named = [
+        ("orbit_state", "state", "state of the orbit", "Without events and forcing: across the flow."),
+        ("period_time", "", "duration of one period", ""),
+        ("multiplier_real", "multiplier", "multiplier, real part", "0 where it is 0 or 1 by structure."),
+        ("multiplier_imag", "multiplier", "multiplier, imaginary part", ""),
+        ("lyapunov_exponent", "multiplier", "Lyapunov exponent", "NaN where it is infinite."),
+        (names_of_rate(PENETRATION)[0], "", "mean progression rate", ""),
+        (names_of_rate(QUADRATURE)[0], "", f"mean rate of {QUADRATURE}", ""),
+    ]
+    if events:
+        named.append(("event_time", "event", "time of the event", "Since the orbit's state, which moves as well."))
+    found = [
+        axis("parameter", "parameter", "str", "name of the parameter", "Those by which is derived."),
+        axis(
+            "parameter_value", "parameter" if events else f"{dims} parameter", "f8", "value of the parameter", "There."
+        ),
+    ]
+    for name, over, words, doc in named:
+        place, error = f"{dims} {over} parameter", f"{name}_derivative_error"
+        doc = " ".join(filter(None, ("Total, along the orbits that follow each parameter.", doc)))
+        found += [
+            may(f"{name}_derivative", place, "f8", f"derivative of the {words}", doc, bar=error),
+            may(error, place, "f8", f"error of the derivative of the {words}", _BOUND, rule="magnitude"),
+        ]
+    return tuple(found)
 
 
 def swept(forcing_doc: str) -> Table:

@@ -38,7 +38,10 @@ def held_surfaces(system: "HybridSystem") -> dict[str, tuple[Any, ...]]:
 
     They are guards of the transitions that lead there, or say what these reset, x - R(x). A mode also holds what the
     modes before it held. All this is the same for all values of the parameters, and of states that never change.
+    Those of a system that says of itself what it holds (``shared["held"]``) are not looked for.
     """
+    if "held" in system.shared:
+        return {mode: system.shared["held"].get(mode, ()) for mode in system.modes}
     frozen = set(frozen_states(system))
     moving = set(system.states) - frozen
     ways = [(source, t) for t in system.transitions if not t.marks_only() for source in t.source]

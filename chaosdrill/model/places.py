@@ -37,7 +37,9 @@ def in_places(system: "HybridSystem") -> "HybridSystem":
         return sympy.sympify(expression).xreplace(places)
 
     names = {symbol.name: place.name for symbol, place in places.items() if symbol != system.time}
-    other = rewritten(system, put, places)
+    other, shared = rewritten(system, put, places), type(system.shared)()
+    if "held" in system.shared:
+        shared["held"] = {mode: tuple(map(put, surfaces)) for mode, surfaces in system.shared["held"].items()}
     return other.changed(
         states=tuple(places[x] for x in system.states),
         time=None if system.time is None else TIME,
@@ -51,7 +53,7 @@ def in_places(system: "HybridSystem") -> "HybridSystem":
             for t, crossing in zip(other.transitions, crossings(other.transitions), strict=True)
         ),
         period=None if system.period is None else put(system.period),
-        shared=type(system.shared)(),
+        shared=shared,
     )
 
 

@@ -1,5 +1,6 @@
 """One orbit, from a guess to a verified result or the reason why none was found."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import product
@@ -152,6 +153,7 @@ def find_orbit(
     transient: float,
     numerics: Numerics,
     marks: Marks | None = None,
+    derive: Sequence[str] = (),
 ) -> FoundOrbit:
     """Find and verify one orbit, or say why none was found.
 
@@ -166,12 +168,14 @@ def find_orbit(
         Forcing periods of that run, or its time.
     marks : Marks, optional
         The section on which its points are given; default: the strobe, or where the orbit starts.
+    derive : sequence of str
+        Parameters by which what is told of it is derived.
     """
     try:
         problem, orbit, shot, residuals, message = starting_orbit(system, (), period, start, transient, numerics)
     except NoOrbitError as failure:
         return no_orbit(system, failure.outcome, failure.message, period, failure.residuals)
-    return describe(problem, orbit, shot, residuals, message, marks)
+    return describe(problem, orbit, shot, residuals, message, marks, derive)
 
 
 def starting_orbit(

@@ -141,6 +141,8 @@ class Problem:
         )
         self._no_plane = np.zeros((2, self.states))
         self._rooms: dict[int, tuple[Any, Any]] = {}
+        self.carriers: dict[tuple[str, ...], Any] = {}
+        """What derives its orbits by parameters (`chaosdrill.orbits.derivatives`), by their names."""
         self.unit = system.forcing_period()
         """Forcing period; without one the characteristic time of the motion, as soon as one was followed."""
         self.conserved = np.zeros((0, self.states))
@@ -273,7 +275,7 @@ class Problem:
         columns = self.columns(orbit)
         weights = self.weights(orbit) if weights is None else weights
         conditions = np.eye(columns)[d + 1 + count :] if conditions is None else conditions
-        conditions = np.vstack([conditions, self._held(orbit)])
+        conditions = np.vstack([conditions, self.held(orbit)])
         residuals: list[float] = []
         code, sharper, shortest = SLOW, 0, reach
         noise = max(100 * SETTINGS.residual, SETTINGS.residual_of_steps * self.numerics.tolerance)
@@ -341,7 +343,7 @@ class Problem:
         has a thousand unknowns, whose singular values take thirty times as long.
         """
         reference = np.eye(self.columns(orbit))[-1] if row is None else row
-        if row is not None and not len(self._held(orbit)):
+        if row is not None and not len(self.held(orbit)):
             rows = np.vstack([shot.equations[: len(orbit) + self.states + 1, :-1], reference])
             vector = solve(rows, np.eye(len(rows))[-1], weights)
             length = np.linalg.norm(weights * vector)
@@ -357,7 +359,7 @@ class Problem:
         its members.
         """
         _, sizes, rows = np.linalg.svd(self._weighted(orbit, shot, weights))
-        held = self._held(orbit)
+        held = self.held(orbit)
         # an orbit of twice the period has one more where it is born
         ordinary = sizes[: len(sizes) + len(self.free) - count]
         more = min(int((ordinary <= SETTINGS.smallest_singular_value * sizes[0]).sum()), len(held))
@@ -382,14 +384,14 @@ class Problem:
 
     def _within_families(self, orbit: Orbit, shot: Shot, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Singular values and right singular vectors of the weighted equations with what a family holds fixed."""
-        held = self._held(orbit) / weights
+        held = self.held(orbit) / weights
         _, sizes, rows = np.linalg.svd(np.vstack([self._weighted(orbit, shot, weights), held]))
         return np.asarray(sizes), np.asarray(rows)
 
     def regularity(self, orbit: Orbit, shot: Shot, weights: np.ndarray) -> float:
         """Smallest singular value of the weighted equations that the structure of the system does not make zero."""
         sizes = np.linalg.svd(self._weighted(orbit, shot, weights), compute_uv=False)
-        kept = sizes[: len(sizes) - len(self._held(orbit))]
+        kept = sizes[: len(sizes) - len(self.held(orbit))]
         return float(kept[-1])
 
     def kept(self, guess: Orbit, orbit: Orbit, change: np.ndarray) -> Orbit:
@@ -397,7 +399,7 @@ class Problem:
 
         Newton's method leaves it alone; what a polynomial makes of its round-off grows from point to point.
         """
-        held, d = self._held(orbit), self.states
+        held, d = self.held(orbit), self.states
         if not len(held):
             return guess
         moved = np.append(guess.starts[0, :d] - orbit.starts[0, :d], guess.phase - orbit.phase)
@@ -406,7 +408,7 @@ class Problem:
         starts[:, :d] += back[:d]
         return replace(guess, starts=starts, phase=guess.phase + float(back[d]))
 
-    def _held(self, orbit: Orbit) -> np.ndarray:
+    def held(self, orbit: Orbit) -> np.ndarray:
         """What distinguishes the orbits of a family, as rows over the reduced unknowns, shape (m, columns)."""
         neutral, d = self.neutral, self.states
         shifted_in_time = self.forced and neutral.flow and not orbit.eventless
@@ -606,6 +608,8 @@ def _with_free(system: HybridSystem, free: tuple[str, ...]) -> HybridSystem:
                 description=known.description,
                 labels={name: label for name, label in known.labels.items() if name not in known.quadratures},
             )  # fmt: skip
+        if "held" in system.shared:
+            known.shared["held"] = system.shared["held"]
         system.shared[key] = known
     values = {name: value for name, value in system.parameters.items() if name not in free}
     return known.with_parameters(**values)

@@ -5,11 +5,17 @@ events in one period, P the number of points of all branches together, q the num
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from chaosdrill.dataset.branches import BranchEnd, Criticality, Special
 from chaosdrill.dataset.outcomes import Outcome
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
+    from chaosdrill.orbits.orbit import Orbit
+    from chaosdrill.orbits.problem import Problem
 
 
 @dataclass(frozen=True)
@@ -24,6 +30,33 @@ class Checks:
     recurrence_difference: float  # largest distance after one more period, relative to the sizes of the states
     consistent: bool  # whether all of them are within what round-off and the tolerance explain
     disagreements: str = ""  # what is not, in words; empty if all is well
+
+
+@dataclass(frozen=True)
+class Derived:
+    """Derivatives by q parameters of what is told of an orbit with E events; NaN where there are none."""
+
+    values: dict[str, np.ndarray]
+    """By name: ``orbit_state`` (n, q), ``period_time`` (q,), ``event_time`` (E, q), ``rates`` (r, q) of the r
+    quadratures, complex ``multiplier`` (n, q), ``lyapunov_exponent`` (n, q)."""
+    errors: dict[str, np.ndarray]  # of the same names; complex for both parts of what is complex
+    means: np.ndarray  # (r,): the mean rates of the quadratures themselves
+    message: str = ""  # why there are none, or only some; empty if all is well
+
+
+def underived(system: "HybridSystem", count: int, events: int, message: str) -> Derived:
+    """No derivatives by so many parameters, with the reason."""
+    n, r = len(system.states), len(system.quadratures)
+    shapes: dict[str, tuple[int, ...]] = {
+        "orbit_state": (n,),
+        "period_time": (),
+        "event_time": (events,),
+        "rates": (r,),
+        "lyapunov_exponent": (n,),
+    }
+    none = {name: np.full((*shape, count), np.nan) for name, shape in shapes.items()}
+    none["multiplier"] = np.full((n, count), complex(np.nan, np.nan))
+    return Derived(none, none, np.full(r, np.nan), message)
 
 
 @dataclass(frozen=True)
@@ -61,6 +94,7 @@ class FoundOrbit:
     """(m,): times since the first of the strobes over one period, both ends included; an event has two."""
     path_states: np.ndarray  # (m, n)
     neutral: int = 0  # how many multipliers are 1 by the structure of the system, that of the flow direction among them
+    derived: Derived | None = None  # its derivatives by parameters, if they were asked for
 
 
 @dataclass(frozen=True)
@@ -143,3 +177,4 @@ class BranchResult:
     """Of the search for the orbit that the first branch starts from; ``Outcome.PERIODIC`` if there is one."""
     message: str = ""  # a remark on the start, such as why it has no branch; empty if all is well
     neutral: int = 0  # as in `FoundOrbit`
+    orbits: tuple[tuple["Problem", "Orbit", int], ...] = ()  # (P,): what was solved, and the rank of the tangent map

@@ -1,7 +1,7 @@
 """All orbits up to a period, stable or not, from close returns of motions."""
 
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain, zip_longest
 
@@ -13,6 +13,7 @@ from chaosdrill.engine import shooting as at
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.setup import bounds_of, constrained_states
 from chaosdrill.model import HybridSystem
+from chaosdrill.orbits.derivatives import derived_of
 from chaosdrill.orbits.find import NoOrbitError, admissible, least_period, orbit_read, solved
 from chaosdrill.orbits.guess import Place, Strobed, orbit_of_events, started, strobed, unit_of
 from chaosdrill.orbits.orbit import Orbit
@@ -310,6 +311,7 @@ def search(
     modes: np.ndarray,
     numerics: Numerics,
     progress: Callable[[int, int, dict[str, int] | None], None] | None = None,
+    derive: Sequence[str] = (),
 ) -> list[FoundOrbit]:
     """All orbits up to a period that are found where motions nearly come back.
 
@@ -326,6 +328,8 @@ def search(
         States at phase 0, and their modes.
     progress : callable, optional
         Called with the periods done, their number, and the orbits so far.
+    derive : sequence of str
+        Parameters by which what is told of the orbits is derived.
 
     Returns
     -------
@@ -343,6 +347,8 @@ def search(
         _all_of(period, close_returns, known)
         if progress:
             progress(period, max_period, {Outcome.PERIODIC.meaning: len(known.found)})
+    if derive:
+        known.derive(derive)
     return sorted(known.found, key=lambda o: (o.period if problem.forced else o.duration, abs(o.multipliers[0])))
 
 
@@ -424,6 +430,13 @@ class Known:
         self.found.append(found)
         self._points = np.vstack([self._points, found.states if self.problem.forced else least.starts])
         return True
+
+    def derive(self, names: Sequence[str]) -> None:
+        """Derive what is told of all orbits by these parameters."""
+        self.found = [
+            replace(one, derived=derived_of(self.problem, names, orbit, one.multipliers, one.rank))
+            for one, orbit in zip(self.found, self._orbits, strict=True)
+        ]
 
     def _same(self, a: Orbit, b: Orbit) -> bool:
         """Whether two orbits are the same closed path: both take the same time, and one passes the other's start."""

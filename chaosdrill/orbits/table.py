@@ -97,6 +97,7 @@ def branch_table(
             )
         infos.append(BranchInfo(branch.parent, period, branch.start, branch.words, branch.end))
     points = [points for table in tables for points in table.pop("section")]
+    orbits = tuple(orbit for table in tables for orbit in table.pop("orbits"))
     section = np.full((len(points), max([1, *map(len, points)]), problem.states), np.nan)
     for row, own in zip(section, points, strict=True):
         row[: len(own)] = own
@@ -112,6 +113,7 @@ def branch_table(
         events=tuple(sorted(events, key=lambda e: e.point)),
         cascade=cascade,
         section=section,
+        orbits=orbits,
         **joined,
     )
 
@@ -137,6 +139,7 @@ def _table(segment: "BranchSegment", number: int, sequence: int, marks: Marks | 
         "sequence": np.full(len(points), sequence),
         "smallest_speed": segment.speeds.min(axis=1),
         "residual": np.array([p.shot.residual for p in points]),
+        "orbits": [(problem, p.orbit, segment.rank) for p in points],
     }
 
 

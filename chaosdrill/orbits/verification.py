@@ -16,6 +16,7 @@ from chaosdrill.engine import layout
 from chaosdrill.engine import shooting as at
 from chaosdrill.model.derive import jacobian, saltation
 from chaosdrill.model.places import arguments
+from chaosdrill.orbits.derivatives import derived_of
 from chaosdrill.orbits.guess import run_from, standpoint
 from chaosdrill.orbits.marks import Marks, section_of
 from chaosdrill.orbits.multipliers import graded, structural_rank, structure_of
@@ -25,6 +26,8 @@ from chaosdrill.orbits.results import Checks, FoundOrbit
 from chaosdrill.orbits.settings import SETTINGS
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from chaosdrill.model import HybridSystem
     from chaosdrill.orbits.orbit import Orbit
     from chaosdrill.orbits.problem import Problem, Shot
@@ -316,6 +319,7 @@ def describe(
     residuals: np.ndarray,
     message: str = "",
     marks: Marks | None = None,
+    derive: "Sequence[str]" = (),
 ) -> FoundOrbit:
     """The verified orbit; a result without an orbit if an ordinary simulation does not follow it.
 
@@ -331,6 +335,8 @@ def describe(
         What there is to say of it.
     marks : Marks, optional
         The section on which its points are given; default: the strobe, or where the orbit starts.
+    derive : sequence of str
+        Parameters by which what is told of it is derived.
     """
     repeated = verify(problem, orbit)
     if repeated.differs:
@@ -360,8 +366,10 @@ def describe(
         **dict(zip(("path_times", "path_states"), path(problem, orbit), strict=True)),
         checks=_nothing_to_check(problem.states),
         neutral=problem.neutral.count,
+        derived=None,
     )
-    return replace(found, checks=check(problem, orbit, found, repeated))
+    derived = derived_of(problem, derive, orbit, found.multipliers, rank) if derive else None
+    return replace(found, checks=check(problem, orbit, found, repeated), derived=derived)
 
 
 def no_orbit(

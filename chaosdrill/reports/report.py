@@ -47,6 +47,7 @@ _TABLES: tuple[Callable[["xr.Dataset"], Markup], ...] = (
     tables.intervals,
     tables.attractors,
     tables.orbits,
+    tables.derivatives,
     tables.branches,
     tables.work_precision,
     tables.single_numbers,

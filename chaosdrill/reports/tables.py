@@ -308,6 +308,33 @@ def orbits(dataset: "xr.Dataset") -> Markup:
     )
 
 
+def derivatives(dataset: "xr.Dataset") -> Markup:
+    """What one percent of each parameter does to an orbit: to its period and mean rates in percent."""
+    if "period_time_derivative" not in dataset or dataset["period_time_derivative"].dims != ("parameter",):
+        return NOTHING
+    values = dataset["parameter_value"].values
+
+    def moved(name: str) -> Any:
+        change, error = dataset[f"{name}_derivative"].values, dataset[f"{name}_derivative_error"].values
+        return values * (change * (abs(change) > error))
+
+    names = [
+        name
+        for name in map(str, dataset.data_vars)
+        if not dataset[name].ndim and f"{name}_derivative" in dataset and float(dataset[name])
+    ]
+    shares = [moved(name) / float(dataset[name]) for name in names]
+    shares.append(moved("lyapunov_exponent")[0] / 100)
+    rows = [
+        (str(parameter), *(Quantity(number(float(one[i]), 5)) for one in (values, *shares)))
+        for i, parameter in enumerate(dataset["parameter"].values)
+    ]
+    head = ("parameter", "value", *(f"{long_name(dataset, name)}, %" for name in names), "largest exponent")
+    note = "By one percent more of each parameter, to first order: changes in percent, and of the exponent as it is. "
+    told = str(dataset.attrs.get("derivatives_message", ""))
+    return table("What moves the orbit", head, rows) + part("paragraph", note + told, "note")
+
+
 def branches(dataset: "xr.Dataset") -> Markup:
     """Branches of orbits with their starts and ends, their special points, and the cascade."""
     import numpy as np

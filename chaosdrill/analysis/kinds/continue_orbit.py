@@ -4,19 +4,23 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.analysis.arguments import Ranges
+from chaosdrill.analysis.arguments import PARAMETERS, Ranges, chosen
 from chaosdrill.analysis.base import ORBITS, Orbit, analysis
 from chaosdrill.dataset.schema import (
     ITERATE,
     MULTIPLIER,
     ORBIT_SECTION,
     ORBIT_STATE,
+    PENETRATION,
+    QUADRATURE,
     SI,
     STATES,
     SWEEP,
     axis,
+    derivatives,
     grazing,
     may,
+    mean_rate,
     need,
     table,
 )
@@ -63,6 +67,9 @@ VARIABLES = table(
     need("sequence", "point", "i4", "sequence of events", "Number of the entry of event_sequence."),
     axis("event_sequence", "sequence_number", "str", "sequence of events", "Transitions of a period in order.", True),
     grazing("point", "smallest_speed", required=True),
+    *mean_rate(PENETRATION, "point"),
+    *mean_rate(QUADRATURE, "point"),
+    *derivatives("point", events=False),
     need(
         "residual",
         "point",
@@ -113,6 +120,7 @@ class Continuation(Orbit):
     follow: str | None = setting(Choice(FOLLOW, ", or leave it out for a branch"), None)
     step: float | None = setting(Number(above=0.0, most=LONGEST), None)
     max_points: int = setting(Whole(2, 1_000_000), 2000)
+    derivatives: bool | list[str] = setting(PARAMETERS, False)
 
     @classmethod
     def together(cls, table: Mapping[str, Any], known: Known) -> Faults:
@@ -179,6 +187,8 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
         Largest step in the parameter, of two in the first; default 1/200 of its range.
     max_points : int, default 2000
         Largest number of points of a branch on either side of its start.
+    derivatives : bool or list of str, default False
+        Parameters by which the orbit of every point is derived, as in `periodic_orbit`; True for all.
     method, tolerance, steps, max_events, max_stalls, progress : optional
         As in `trajectory`, with a default tolerance of 1e-13.
 
@@ -199,6 +209,10 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
         says whether a first orbit was found; the attribute ``message`` explains, and names places where the number of
         multipliers outside the unit circle changes without a special point.
 
+        With ``derivatives`` also the mean rates, such as ``progression_rate``, and over ``point``, .., ``parameter``
+        the derivatives of `periodic_orbit` with their errors but for those of the times of events;
+        ``derivatives_message`` says at how many points there are none, and why.
+
     Raises
     ------
     SettingsError
@@ -212,7 +226,7 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
     """
     import numpy as np
 
-    from chaosdrill.analysis.orbit_datasets import branches_dataset
+    from chaosdrill.analysis.orbit_datasets import branches_dataset, branches_derived
     from chaosdrill.analysis.sections import orbit_start
     from chaosdrill.orbits.branches import branches
     from chaosdrill.orbits.curves import curve
@@ -233,5 +247,7 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
         result = curve(
             system, both, limits, *start, given.follow, longest, points, job.numerics, job.progress, begin.marks
         )
-    structure = neutral_of(system).words(system)
-    return branches_dataset(system, result).assign_attrs(message=result.message, structure=structure)
+    ds = branches_dataset(system, result)
+    if by := chosen(system, given.derivatives):
+        ds = branches_derived(ds, system, by, result)
+    return ds.assign_attrs(message=result.message, structure=neutral_of(system).words(system))

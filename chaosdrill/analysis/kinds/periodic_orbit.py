@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.analysis.arguments import LONGEST_PERIOD, RANDOM, SEEDS
+from chaosdrill.analysis.arguments import LONGEST_PERIOD, PARAMETERS, RANDOM, SEEDS, chosen
 from chaosdrill.analysis.base import ORBITS, Orbit, analysis
 from chaosdrill.dataset.schema import (
     ITERATE,
@@ -15,6 +15,7 @@ from chaosdrill.dataset.schema import (
     SI,
     STATES,
     axis,
+    derivatives,
     forcing,
     grazing,
     may,
@@ -67,6 +68,7 @@ VARIABLES = table(
     ),
     grazing(ORBIT, "smallest_speed", required=True),
     *rates(ORBIT),
+    *derivatives(ORBIT, events=True),
     need("lyapunov_exponent", f"{ORBIT} multiplier", "f8", "Lyapunov exponent", "By QR over the orbit, descending."),
     need("exponent_difference", ORBIT, "f8", "exponents against multipliers", "Largest difference of the two."),
     need("determinant_difference", ORBIT, "f8", "sum rule", "Relative: multipliers against contractions on the way."),
@@ -88,6 +90,7 @@ class PeriodicOrbit(Orbit):
     max_period: int | None = setting(Whole(1, LONGEST_PERIOD), None)
     seeds: list[dict[str, Any]] | None = setting(SEEDS, None)
     random: dict[str, Any] | None = setting(RANDOM, None)
+    derivatives: bool | list[str] = setting(PARAMETERS, False)
 
     @classmethod
     def together(cls, table: Mapping[str, Any], known: Known) -> Faults:
@@ -141,6 +144,8 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
         Initial states of the runs whose close returns start a search, as in `bifurcation_diagram`; default: the
         system's own. Runs from a box around them are added. Where motions escape, rounds are also made of pieces of
         several of them; a seed has to meet an event before it escapes.
+    derivatives : bool or list of str, default False
+        Parameters by which start, times, mean rates, multipliers and exponents are derived; True for all.
     method, tolerance, steps, max_events, max_stalls, progress : optional
         As in `trajectory`, with a default tolerance of 1e-13.
 
@@ -162,6 +167,15 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
         in words in the ``message``; ``outcome``, in words in the attributes
         ``message`` and ``disagreement``. A search adds the dimension ``orbit`` in front of all.
 
+        With ``derivatives``, over the last dimension ``parameter`` (values in ``parameter_value``), each with its
+        ``.._error``, a bound: ``orbit_state_derivative``, ``period_time_derivative``, ``event_time_derivative``,
+        ``multiplier_real_derivative``, ``multiplier_imag_derivative``, ``lyapunov_exponent_derivative``, and that of
+        the mean rate of every quadrature, such as ``progression_rate_derivative``. They are exact: the linearised
+        equations of all segments are solved for the change of the orbit, and carried tangents give second variations
+        across events. NaN, with the reason in the attribute ``derivatives_message``, where there are none: at grazing,
+        at a fold, and where a conserved quantity makes the orbit one of a family. Means of a chaotic motion have none,
+        only orbits do.
+
     Raises
     ------
     SettingsError
@@ -172,21 +186,25 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
     F. Dercole, Yu. A. Kuznetsov, "SlideCont: an Auto97 driver for bifurcation analysis of Filippov systems", ACM
     Trans. Math. Softw. 31 (2005) 95-119, doi:10.1145/1055531.1055536: orbits as arcs between events. M. di Bernardo,
     C. J. Budd, A. R. Champneys, P. Kowalczyk, "Piecewise-smooth Dynamical Systems", Springer 2008,
-    doi:10.1007/978-1-84628-708-4: tangents across events.
+    doi:10.1007/978-1-84628-708-4: tangents across events. K. A. Khan, V. P. Saxena, P. I. Barton, "Sensitivity
+    analysis of limit-cycle oscillating hybrid systems", SIAM J. Sci. Comput. 33 (2011) 1475-1504,
+    doi:10.1137/100804632: derivatives by parameters.
     """
-    from chaosdrill.analysis.orbit_datasets import numbered, orbit_rates, orbits_dataset
+    from chaosdrill.analysis.orbit_datasets import NOT_OF_CHAOS, numbered, orbit_rates, orbits_dataset, with_derivatives
     from chaosdrill.analysis.sections import orbit_start
     from chaosdrill.analysis.seeds import make_seeds
     from chaosdrill.analysis.starts import settled_modes
     from chaosdrill.dataset import Outcome
     from chaosdrill.orbits.find import find_orbit
     from chaosdrill.orbits.multipliers import neutral_of
+    from chaosdrill.orbits.results import underived
     from chaosdrill.orbits.search import search
 
+    names = chosen(system, given.derivatives)
     if given.max_period is not None:
-        chosen = make_seeds(system, given.seeds, given.random, needed=False)
-        modes = settled_modes(system, chosen.starts, chosen.modes)
-        found = search(system, given.max_period, chosen.starts, modes, job.numerics, job.progress)
+        seeds = make_seeds(system, given.seeds, given.random, needed=False)
+        modes = settled_modes(system, seeds.starts, seeds.modes)
+        found = search(system, given.max_period, seeds.starts, modes, job.numerics, job.progress, names)
         message = numbered(orbit.message for orbit in found)
         if not found:
             message = f"no orbit of a period up to {given.max_period} was found; "
@@ -194,11 +212,18 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
         disagreement = numbered(orbit.checks.disagreements for orbit in found)
     else:
         begin = orbit_start(system, given, job.numerics)
-        found = [find_orbit(begin.system, begin.period, begin.start, begin.transient, job.numerics, begin.marks)]
+        where = (begin.system, begin.period, begin.start, begin.transient)
+        found = [find_orbit(*where, job.numerics, begin.marks, names)]
         if begin.marks is not None and found[0].outcome == Outcome.PERIODIC:
             found = [replace(found[0], period=max(1, len(found[0].section)))]
         message, disagreement = found[0].message, found[0].checks.disagreements
     ds = orbits_dataset(system, found).assign(orbit_rates(system, found, job.numerics))
-    ds = ds if given.max_period is not None else ds.isel(orbit=0, drop=True)
-    structure = neutral_of(system).words(system)
-    return ds.assign_attrs(message=message, disagreement=disagreement, structure=structure)
+    told = {"message": message, "disagreement": disagreement, "structure": neutral_of(system).words(system)}
+    if names:
+        empty = underived(system, len(names), 0, NOT_OF_CHAOS)
+        derived = [empty if one.derived is None else one.derived for one in found]
+        ds = with_derivatives(ds, system, names, derived, "orbit")
+        ds = ds.assign_coords(parameter_value=("parameter", [system.parameters[name] for name in names]))
+        words = [one.message for one in derived]
+        told["derivatives_message"] = words[0] if given.max_period is None else numbered(words)
+    return (ds if given.max_period is not None else ds.isel(orbit=0, drop=True)).assign_attrs(told)
