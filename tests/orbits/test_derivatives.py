@@ -5,6 +5,7 @@ from math import cos, pi, sqrt
 import numpy as np
 import pytest
 from support import closed_derivatives as closed
+from support.pages import read
 
 import chaosdrill as cd
 from chaosdrill.analysis.orbit_datasets import orbit_rates
@@ -251,6 +252,44 @@ def test_where_there_are_none():
     ds = cd.periodic_orbit(own.with_parameters(zeta=40.0, wall=5.0, amplitude=0.0), derivatives=["e"], method="dop853")
     assert int(ds["outcome"]) != cd.Outcome.PERIODIC
     assert "means of a chaotic motion" in ds.attrs["derivatives_message"]
+
+
+SCENE = """\
+[system]
+model = "rimless-wheel"
+[analysis.gait]
+kind = "periodic-orbit"
+transient = 50
+derivatives = DERIVATIVES
+"""
+
+
+def test_in_a_scene_its_archive_and_the_report(tmp_path):
+    """One per cent of each parameter, in the table of the page, is that of the closed form."""
+    archive = tmp_path / "gait.nc"
+    cd.run(cd.parse_scene(SCENE.replace("DERIVATIVES", "true")), archive)
+    assert cd.verify(archive).exact
+    page = read(cd.report(archive, tmp_path / "gait.html").path)
+    (table,) = (one for one in page.all("table") if "What moves the orbit" in one.text)
+    values = {"alpha": 0.3, "gamma": 0.15}
+    period, by = float(closed.gait(**values)["period"]), closed.by_parameters(closed.gait, values)["period"]
+    rows = [[cell.text for cell in row.all("th", "td")] for row in table.all("tr")]
+    for name, value, moved, *_ in rows[-2:]:
+        assert float(value) == values[name]
+        assert float(moved.replace("−", "-")) == pytest.approx(float(by[name]) * values[name] / period, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ('["alfa"]', ("6: analysis.gait.derivatives", "unknown parameter; did you mean 'alpha'?")),
+        ('"alpha"', ("6: analysis.gait.derivatives", "expected true for all parameters, or a list of some")),
+    ],
+)
+def test_refused_in_a_scene(given, words):
+    with pytest.raises(cd.SceneError) as caught:
+        cd.parse_scene(SCENE.replace("DERIVATIVES", given))
+    assert all(part in str(caught.value) for part in words)
 
 
 @pytest.mark.parametrize(
