@@ -7,15 +7,18 @@ second variations and the derivatives of saltation matrices.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.linalg import eig
 
+from chaosdrill.codegen import kernels_of
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.layout import DONE
 from chaosdrill.engine.setup import constrained_states
 from chaosdrill.model.lifted import Lifted, lifted
+from chaosdrill.orbits.expressions import slopes_of_surfaces
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.results import Derived, underived
 from chaosdrill.orbits.settings import SETTINGS
@@ -225,16 +228,17 @@ class _Linear:
         starts = self.shot.sensitivity[segment, :n, :-1]
         if length <= SETTINGS.same_instant * period:
             return self.along(starts)
-        one = replace(
-            orbit, segments=orbit.segments[[segment]] * [1, 0, 1] + [0, at.PLANE, 0],
-            starts=self.base[segment : segment + 1], phase=time, durations=np.array([length]),
+        # the start of a second segment is told as it comes, whatever the mode holds
+        there = replace(
+            orbit, segments=np.repeat(orbit.segments[[segment]] * [1, 0, 1] + [0, at.PLANE, 0], 2, axis=0),
+            starts=np.repeat(self.base[segment : segment + 1], 2, axis=0), phase=time,
+            durations=np.array([length, 0.0]),
         )  # fmt: skip
-        arrived = self.carrier.wide.shoot(one, watched=False).equations[1 : 1 + n, :-1]
-        arrived[:, :n] += np.eye(n)
+        arrived = self.carrier.wide.shoot(there, watched=False).sensitivity[1, :n, :-1]
         # the strobe is at a multiple of the period
         until = round((time + length) / period) / orbit.periods * self._total() - clock
         rows = arrived[:, :n] @ starts + arrived[:, [d]] @ clock + arrived[:, [d + 1]] @ until
-        rows[:, d + 1 + len(orbit) :] += arrived[:, d + 2 :]
+        rows[:, d + 1 + len(orbit) :] += arrived[:, d + 3 :]
         return self.along(rows)
 
     def _events(self) -> tuple[np.ndarray, np.ndarray]:
@@ -309,7 +313,10 @@ class _Linear:
         return changes, errors * (1 + 1j)
 
     def _moved(self, tangent: np.ndarray, free: np.ndarray, units: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """What parameters do to the image of a tangent that stays as it is, in parts of the units."""
+        """What parameters do to the image of a tangent, in parts of the units, shape (free, q).
+
+        It stays as it is, but for what keeps it on the surfaces that the first mode holds, as these turn.
+        """
         image = np.zeros((len(free), len(self.carrier.names)), dtype=complex)
         error = np.zeros(image.shape)
         for part, factor in ((tangent.real, 1.0), (tangent.imag, 1j)):
@@ -320,9 +327,31 @@ class _Linear:
             shot = self.shoot(self._carried(start))
             rows = self._passengers(shot, self.carrier.tangent)[free, :-1] / units[free, np.newaxis]
             change, bound = self.along(rows)
-            image += factor * change
-            error += bound
+            kept = self._whole[free] @ self._kept_on_surfaces(start) / units[free, np.newaxis]
+            image += factor * (change + kept)
+            error += bound + self.accuracy * np.abs(kept)
         return image, error
+
+    @cached_property
+    def _whole(self) -> np.ndarray:
+        """The tangent map around the orbit, also across the surfaces that its first mode holds, shape (n, n)."""
+        return self._passengers(self.shot, self.carrier.tangent)[:, self.carrier.tangent]
+
+    def _kept_on_surfaces(self, tangent: np.ndarray) -> np.ndarray:
+        """How a tangent at the start has to change with parameters to stay on the surfaces held there, (n, q)."""
+        problem, orbit, n = self.carrier.problem, self.orbit, self.carrier.n
+        mode, system = int(orbit.segments[0, at.SEGMENT_MODE]), problem.plain
+        if not kernels_of(system).held[mode]:
+            return np.zeros((n, len(self.given)))
+        known = dict(zip(problem.free, orbit.starts[0, n:], strict=True))
+        values = np.array([known.get(name, value) for name, value in system.parameters.items()])
+        gradients, turned = slopes_of_surfaces(system, mode, orbit.phase, orbit.starts[0, :n], values)
+        gradients[:, constrained_states(system)[mode] == 1] = 0.0
+        moved = np.zeros((n + 1 + len(values), len(self.given)))
+        moved[: n + 1] = self.change[self.own[: n + 1]]
+        for column, name in enumerate(self.carrier.names):
+            moved[n + 1 + list(system.parameters).index(name), column] = 1.0
+        return -np.linalg.pinv(gradients) @ np.einsum("mis,sq,i->mq", turned, moved, tangent)
 
     def _exponents(
         self, period: np.ndarray, off: np.ndarray, multipliers: np.ndarray, errors: np.ndarray

@@ -7,16 +7,14 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import sympy
 
-from chaosdrill.codegen import kernels_of, python
-from chaosdrill.codegen.special import CODE
+from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout
 from chaosdrill.engine import shooting as at
 from chaosdrill.model.derive import jacobian, saltation
-from chaosdrill.model.places import arguments
 from chaosdrill.orbits.derivatives import derived_of
+from chaosdrill.orbits.expressions import function_of
 from chaosdrill.orbits.guess import run_from, standpoint
 from chaosdrill.orbits.marks import Marks, section_of
 from chaosdrill.orbits.multipliers import graded, structural_rank, structure_of
@@ -85,18 +83,13 @@ def _integral(problem: "Problem", one: "Orbit", divergence: Any, values: np.ndar
     return total + float(whole.sum())
 
 
-def _function(placed: "HybridSystem", expression: Any) -> Any:
-    """An expression of time, states and parameters as a function of numbers."""
-    return sympy.lambdify(arguments(placed), expression, modules=[{**CODE, "Called": python.evaluate}, "math"])
-
-
 def _divergence(system: "HybridSystem", mode: int) -> Any:
     """Divergence of the field of a mode as a function; None where it is zero."""
     known = system.shared.setdefault("divergences", {})
     if mode not in known:
         placed = system.placed
         trace = jacobian(placed, placed.mode_names[mode]).trace()
-        known[mode] = None if trace == 0 else _function(placed, trace)
+        known[mode] = None if trace == 0 else function_of(placed, trace)
     return known[mode]
 
 
@@ -105,7 +98,7 @@ def _saltation(system: "HybridSystem", transition: int, mode: int) -> Any:
     if (transition, mode) not in known:
         placed = system.placed
         matrix = saltation(placed, placed.transitions[transition], placed.mode_names[mode])
-        known[transition, mode] = _function(placed, matrix.tolist())
+        known[transition, mode] = function_of(placed, matrix.tolist())
     return known[transition, mode]
 
 

@@ -45,30 +45,33 @@ def kicked(mode="on", *, pull=0, names="x v y", size=1.0, reverse=False, kick=KI
     )
 
 
-def slide(x, y, t):
-    part = x / (B - 1 / TAU)
-    return x * exp(-t / TAU), (y - part) * exp(-B * t) + part * exp(-t / TAU)
+def slide(x, y, t, tau=TAU):
+    part = x / (B - 1 / tau)
+    return x * exp(-t / tau), (y - part) * exp(-B * t) + part * exp(-t / tau)
 
 
-def lap(x, y, kick=KICK):
+def lap(x, y, kick=KICK, tau=TAU):
     """The map of (x, y) on the surface over a period, in closed form but for the time of the kick."""
-    begin = brentq(lambda t: cos(W * t) + C * x * exp(-t / TAU), 0.5 * pi / 2 / W, pi / W, xtol=1e-15, rtol=1e-15)
-    x, y = slide(x, y, begin)
-    v = kick - x / TAU
-    linear = v - TAU * FALL
-    flight = (linear + sqrt(linear**2 + 2 * FALL * (x + TAU * v))) / FALL
+    begin = brentq(lambda t: cos(W * t) + C * x * exp(-t / tau), 0.5 * pi / 2 / W, pi / W, xtol=1e-15, rtol=1e-15)
+    x, y = slide(x, y, begin, tau)
+    v = kick - x / tau
+    linear = v - tau * FALL
+    flight = (linear + sqrt(linear**2 + 2 * FALL * (x + tau * v))) / FALL
     second = -FALL / 2 / B
     first = (v - 2 * second) / B
     constant = (x - first) / B
     y = (y - constant) * exp(-B * flight) + constant + first * flight + second * flight**2
-    return np.array(slide(x + v * flight - FALL * flight**2 / 2, y, 2 * pi / W - begin - flight))
+    return np.array(slide(x + v * flight - FALL * flight**2 / 2, y, 2 * pi / W - begin - flight, tau))
 
 
-def by_hand(kick=KICK):
+def by_hand(kick=KICK, tau=TAU):
     state = np.array([0.6, 0.1])
     for _ in range(200):
-        state = lap(*state, kick)
-    columns = [(lap(*(state + step), kick) - lap(*(state - step), kick)) / 2e-6 for step in 1e-6 * np.eye(2)]
+        state = lap(*state, kick, tau)
+    columns = []
+    for step in 1e-4 * np.eye(2):
+        near, far = (lap(*(state + s * step), kick, tau) - lap(*(state - s * step), kick, tau) for s in (1, 2))
+        columns.append((8 * near - far) / 12e-4)
     values = np.linalg.eigvals(np.column_stack(columns))
     return state, values[np.argsort(-np.abs(values))]
 
@@ -158,3 +161,23 @@ def test_a_surface_that_moves():
     x = -TAU * W / (1 + (TAU * W) ** 2)
     assert found["orbit_state"].values[:2] == pytest.approx([x, -x / TAU], abs=1e-9)
     assert found["multiplier_real"].values == pytest.approx([exp(-pi), exp(-pi / TAU), 0], abs=1e-10)
+
+
+@pytest.mark.parametrize("pull", [0, 3])
+def test_derivatives_where_the_surface_turns_with_its_parameter(pull):
+    """Whatever the field beside the surface: tangents stay on it as it turns."""
+    ds = cd.periodic_orbit(kicked(pull=pull), derivatives=["tau", "kick"])
+    v, h = float(ds["orbit_state"][1]), 2e-3
+
+    def told(**moved):
+        state, values = by_hand(**moved)
+        return np.array([*state, *values.real])
+
+    for name, value in (("tau", TAU), ("kick", KICK)):
+        near, far = (told(**{name: value + s * h}) - told(**{name: value - s * h}) for s in (1, 2))
+        wanted = (8 * near - far) / (12 * h)
+        one = ds.sel(parameter=name)
+        state = one["orbit_state_derivative"].values
+        np.testing.assert_allclose(state[[0, 2]], wanted[:2], rtol=1e-7)
+        assert abs(state[0] + TAU * state[1] + (v if name == "tau" else 0.0)) < 1e-10
+        np.testing.assert_allclose(one["multiplier_real_derivative"], [*wanted[2:], 0.0], atol=1e-7)
