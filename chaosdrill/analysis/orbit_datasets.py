@@ -80,8 +80,8 @@ def orbits_dataset(system: HybridSystem, orbits: Sequence[FoundOrbit]) -> xr.Dat
 
 
 NOT_OF_CHAOS = (
-    "there is no orbit, and only orbits have derivatives by parameters: means of a chaotic motion need not change "
-    "smoothly"
+    "there is no orbit, as the message says, and only orbits have derivatives by parameters: means of a chaotic motion "
+    "need not change smoothly"
 )
 
 

@@ -361,6 +361,8 @@ class _Linear:
         with np.errstate(divide="ignore", invalid="ignore"):
             size = self.multipliers[:, np.newaxis]
             exponent = np.where(size == 0, np.nan, np.log(np.abs(size)) / length)
+            # by structure 0, and what is left of it is rounding
+            exponent[(exponent[:, 0] == exponent[:, 0]) & ~errors.any(axis=1)] = 0.0
             change = ((multipliers / size).real - exponent * period) / length
             bound = (errors.real / np.abs(size) + np.abs(exponent) * off) / length
         nothing = np.isnan(exponent) & np.ones(change.shape, dtype=bool)

@@ -324,7 +324,9 @@ def derivatives(dataset: "xr.Dataset") -> Markup:
         if not dataset[name].ndim and f"{name}_derivative" in dataset and float(dataset[name])
     ]
     shares = [moved(name) / float(dataset[name]) for name in names]
-    shares.append(moved("lyapunov_exponent")[0] / 100)
+    exponents = moved("lyapunov_exponent") / 100
+    # one that is 0 by structure says nothing
+    shares.append(next((one for one in exponents if (one != 0).any() and (one == one).all()), exponents[0]))
     rows = [
         (str(parameter), *(Quantity(number(float(one[i]), 5)) for one in (values, *shares)))
         for i, parameter in enumerate(dataset["parameter"].values)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
+from support import closed_derivatives as closed
 
 import chaosdrill as cd
 from chaosdrill.dataset import BranchEnd, Outcome, Special, label
@@ -553,3 +554,22 @@ def test_a_cascade_without_an_accumulation_point_has_no_picture(tmp_path, contin
     short = continuation.assign(accumulation=np.nan)
     xr.DataTree.from_dict({"run": short}).to_netcdf(tmp_path / "run.nc")
     assert [file.name for file in plot_archive(tmp_path / "run.nc")] == ["run-branches.png", "run-multipliers.png"]
+
+
+def test_what_one_per_cent_does_is_drawn_as_bars_of_their_lengths():
+    """The period of the rimless wheel, against its closed form; its neutral exponent is not drawn."""
+    ds = cd.periodic_orbit(cd.build("rimless-wheel"), transient=50, derivatives=True)
+    values = {"alpha": 0.3, "gamma": 0.15}
+    form, by = closed.gait(**values), closed.by_parameters(closed.gait, values)
+    left, right = cd.plot(ds, kind="elasticities").figure.axes
+    names = [text.get_text() for text in left.get_yticklabels()]
+    lengths = dict(zip(names, (bar.get_width() for bar in left.patches), strict=True))
+    for name, letter in (("alpha", "α"), ("gamma", "γ")):
+        wanted = float(by["period"][name]) * values[name] / float(form["period"])
+        assert lengths[letter] == pytest.approx(wanted, rel=1e-9)
+    # exponent log(cos^2 2a)/T
+    moved = float(by["multiplier"]["alpha"] / form["multiplier"]) - float(ds["lyapunov_exponent"][1]) * float(
+        by["period"]["alpha"]
+    )
+    drawn = right.patches[names.index("α")].get_width()
+    assert drawn == pytest.approx(moved / float(form["period"]) * 0.3 / 100, rel=1e-8)
