@@ -196,10 +196,9 @@ def _boundary(inside: np.ndarray) -> np.ndarray:
 
 def measures_dataset(system: "HybridSystem", given: Any, job: "Job") -> "xr.Dataset":
     """Measures of basins; see `chaosdrill.basin_measures`."""
-    import xarray as xr
-
     from chaosdrill.analysis.shares import share_of
     from chaosdrill.analysis.sweeps import over_states
+    from chaosdrill.dataset.build import dataset
 
     found = over_states(system, given, job).rename(attractor="reached", attractor_number="attractor")
     reached, count = found["reached"].values.astype(np.int64), found.sizes["attractor"]
@@ -243,7 +242,7 @@ def measures_dataset(system: "HybridSystem", given: Any, job: "Job") -> "xr.Data
         for name, parts in zip(("smallest_kick", "smallest_kick_error"), zip(*kicks, strict=True), strict=False):
             variables[name] = (("attractor", "state"), _of_states(system, given.grid, np.array(parts)))
         coords["distance"] = power.distance.astype(np.int32)
-    return xr.Dataset(variables, coords=coords)
+    return dataset(variables | coords, coords)
 
 
 def _evenly(values: np.ndarray) -> bool:

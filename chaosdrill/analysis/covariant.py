@@ -23,6 +23,7 @@ from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.kinds import Pointer, int64, void
 from chaosdrill.codegen.signatures import matrix
 from chaosdrill.dataset import Outcome
+from chaosdrill.dataset.build import dataset
 from chaosdrill.engine.flow import flow
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.layout import DONE, EVENT_COLUMNS
@@ -196,7 +197,7 @@ def vectors(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     message = run.stopped(outcome)
     over = ("time", "vector")
     means = _means(found, run, forward, job)
-    return xr.Dataset(
+    return dataset(
         {
             "vector": (("time", "state", "vector"), found.vector * _signs(found.vector)),
             "vector_error": (over, errors),
@@ -209,8 +210,6 @@ def vectors(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
             **_angles(found, given.bins),
             "outcome": ((), np.int8(outcome)),
             **({"forcing_period": ((), blocks.plan.unit)} if blocks.plan.periodic else {}),
-        },
-        coords={
             "time": start + np.arange(blocks.record) * blocks.interval,
             "state": list(system.state_names),
             "split": np.arange(1, found.angle.shape[1] + 1, dtype=np.int32),

@@ -16,6 +16,7 @@ from chaosdrill.analysis.seeds import draw
 from chaosdrill.analysis.starts import states_and_modes
 from chaosdrill.analysis.statistics import block_ends
 from chaosdrill.dataset import Outcome
+from chaosdrill.dataset.build import dataset
 from chaosdrill.engine.batch import Batch, Returns
 from chaosdrill.engine.structure import examine
 from chaosdrill.model import HybridSystem
@@ -89,7 +90,7 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
         report(2 * len(starts))
     n = len(system.states)
     alive = np.array([(lives.units >= age).sum() for age in range(count + 1)]) / len(starts)
-    return xr.Dataset(
+    return dataset(
         {
             "lifetime": ("start", lives.length),
             "outcome": ("start", lives.outcome.astype(np.int8)),
@@ -104,8 +105,6 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
             "lyapunov_exponent": ("exponent", saddle[1]),
             "lyapunov_error": ("exponent", saddle[2]),
             **({"forcing_period": ((), unit)} if forced else {}),
-        },
-        coords={
             "start": np.arange(1, len(starts) + 1, dtype=np.int32),
             "age": np.arange(count + 1) * unit,
             "state": list(system.state_names),

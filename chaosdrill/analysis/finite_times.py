@@ -13,6 +13,7 @@ from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.kinds import Pointer, int64
 from chaosdrill.codegen.signatures import matrix
 from chaosdrill.dataset import Outcome
+from chaosdrill.dataset.build import dataset
 from chaosdrill.engine.flow import flow
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.layout import DONE, EVENT_COLUMNS
@@ -98,7 +99,7 @@ def finite_times(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
             histogram[w, e], histogram_error[w, e], centre[w, e] = density(one, given.bins)
     over, binned = ("window", "exponent"), ("window", "exponent", "bin")
     message = run.stopped(outcome)
-    return xr.Dataset(
+    return dataset(
         {
             "lyapunov_exponent": ("exponent", mean),
             "lyapunov_error": ("exponent", cumulant_error[0, :, 0]),
@@ -111,8 +112,6 @@ def finite_times(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
             "correlation_time_error": ("exponent", times[1] * plan.unit),
             "outcome": ((), np.int8(outcome)),
             **({"forcing_period": ((), plan.unit)} if plan.periodic else {}),
-        },
-        coords={
             "window": windows.times,
             "exponent": np.arange(1, count + 1, dtype=np.int32),
             "order": np.arange(1, ORDERS + 1, dtype=np.int32),

@@ -10,6 +10,7 @@ import xarray as xr
 from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.sections import Section, Taken, find_section, section_points
 from chaosdrill.dataset import Outcome, count_outcomes
+from chaosdrill.dataset.build import dataset
 from chaosdrill.engine.ahead import ONE_RUN, compile_ahead
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.errors import SettingsError
@@ -112,18 +113,16 @@ def over_records(system: HybridSystem, given: Any, job: Job, measure: Measure) -
         taken = section_points(where, given, given.max_period, job)
         found = _measured(taken, measure, given, job.numerics)
         message = taken.run.stopped(taken.outcome)
-        return xr.Dataset(
-            {name: (measure.dims.get(name, ()), value) for name, value in found.items()},
-            coords=labels,
-            attrs={"message": message} if message else {},
+        return dataset(
+            labels | {name: (measure.dims.get(name, ()), value) for name, value in found.items()},
+            labels,
+            {"message": message} if message else {},
         )
     ((parameter, values),) = given.sweep.items()
     task = RecordTask(system, where, given, job.numerics, parameter, values, measure)
     found = execute(task, workers=job.workers, scheduler=job.scheduler, store=job.store, progress=job.progress)
-    return xr.Dataset(
-        {name: ((parameter, *measure.dims.get(name, ())), value) for name, value in found.items()},
-        coords={parameter: values, **labels},
-    )
+    over = {name: ((parameter, *measure.dims.get(name, ())), value) for name, value in found.items()}
+    return dataset({parameter: values, **labels, **over}, labels)
 
 
 def _measured(taken: Taken, measure: Measure, given: Any, numerics: Numerics) -> Arrays:

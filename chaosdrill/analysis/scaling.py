@@ -14,6 +14,7 @@ from chaosdrill.analysis.recurrence import CLOSE, sizes
 from chaosdrill.analysis.sections import Taken, find_section, phases_of, section_points
 from chaosdrill.analysis.statistics import in_blocks, standard_error
 from chaosdrill.dataset import Outcome
+from chaosdrill.dataset.build import dataset
 from chaosdrill.errors import SettingsError
 from chaosdrill.model import HybridSystem
 
@@ -91,7 +92,7 @@ def dimensions_of(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
         if np.isnan(dimension).all():
             outcome = Outcome.UNDECIDED
     told = {"message": taken.run.stopped(outcome), "reason": "; ".join(reasons)}
-    return xr.Dataset(
+    return dataset(
         {
             "dimension": ("order", dimension),
             "dimension_error": ("order", error),
@@ -104,8 +105,10 @@ def dimensions_of(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
             "period": ((), np.int32(taken.period)),
             "outcome": ((), np.int8(outcome)),
             **({"forcing_period": ((), taken.where.unit)} if system.forced else {}),
+            "order": orders,
+            "scale": SCALES,
+            "state": list(system.state_names),
         },
-        coords={"order": orders, "scale": SCALES, "state": list(system.state_names)},
         attrs={name: text for name, text in told.items() if text},
     )
 

@@ -18,6 +18,7 @@ from chaosdrill.analysis.recording import Record, record, record_returns, time_o
 from chaosdrill.analysis.recurrence import CLOSE, find_period, sizes
 from chaosdrill.analysis.statistics import block_ends, error_of_mean_rate, whole_cycles
 from chaosdrill.dataset import Outcome
+from chaosdrill.dataset.build import dataset
 from chaosdrill.dataset.schema import names_of_errors
 from chaosdrill.engine import layout
 from chaosdrill.engine.numerics import Numerics
@@ -25,11 +26,10 @@ from chaosdrill.engine.run import Run, event_rates, rate_names
 from chaosdrill.engine.structure import examine
 from chaosdrill.errors import SettingsError
 from chaosdrill.model import HybridSystem
-from chaosdrill.orbits.marks import Marks
-from chaosdrill.orbits.problem import Problem
 
 if TYPE_CHECKING:
     from chaosdrill.analysis.base import Job
+    from chaosdrill.orbits.marks import Marks
 
 RETURN = 1000
 """Longest time between two points of a section, unless another one is given: in forcing periods, else in times in
@@ -145,7 +145,7 @@ class OrbitStart:
     period: int
     start: str | float
     transient: float
-    marks: Marks | None = None  # the section whose points the period counts, if one was named
+    marks: "Marks | None" = None  # the section whose points the period counts, if one was named
 
 
 def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitStart:
@@ -155,6 +155,10 @@ def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitSt
     beside all of them, and the round has the time that the ``period`` returns from there take. On an attractor it is
     the point after the transient to which so many returns lead back most nearly.
     """
+    # a section alone needs no orbits, nor what they import
+    from chaosdrill.orbits.marks import Marks
+    from chaosdrill.orbits.problem import Problem
+
     if given.counts(system) != "section":
         lead_in = int(given.transient) if system.forced else given.transient
         return OrbitStart(system, given.period, given.start, lead_in)
@@ -406,7 +410,7 @@ def section(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
         "state": list(system.state_names),
         "multiplier": np.arange(1, system.free + 1, dtype=np.int32),
     }
-    return xr.Dataset(variables, coords=coords)
+    return dataset(variables | coords, coords)
 
 
 @dataclass(frozen=True)

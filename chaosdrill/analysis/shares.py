@@ -26,6 +26,7 @@ from chaosdrill.analysis.starts import states_and_modes
 from chaosdrill.analysis.visits import merge
 from chaosdrill.dataset import count_outcomes
 from chaosdrill.dataset.branches import AttractorEnd
+from chaosdrill.dataset.build import dataset
 from chaosdrill.dataset.schema import names_of_rate
 from chaosdrill.engine.period import forcing_periods
 from chaosdrill.model import HybridSystem
@@ -295,7 +296,7 @@ def over_one_parameter(system: HybridSystem, given: Any, job: Job) -> xr.Dataset
     }
     if plan.exponents:
         coords["exponent"] = np.arange(1, plan.exponents + 1, dtype=np.int32)
-    return xr.Dataset(variables, coords=coords)
+    return dataset(variables | coords, coords)
 
 
 def _columns(

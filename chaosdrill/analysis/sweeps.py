@@ -15,6 +15,7 @@ from chaosdrill.analysis.seeds import make_seeds
 from chaosdrill.analysis.starts import settled_modes, states_and_modes
 from chaosdrill.analysis.visits import LENGTH, merge
 from chaosdrill.dataset import count_outcomes
+from chaosdrill.dataset.build import dataset
 from chaosdrill.dataset.schema import names_of_rate
 from chaosdrill.engine.period import forcing_periods
 from chaosdrill.model import HybridSystem
@@ -79,7 +80,7 @@ def over_parameters(
     }
     if rows:
         coords["iterate"] = np.arange(rows, dtype=np.int32)
-    return xr.Dataset(variables, coords=coords)
+    return dataset(variables | coords, coords)
 
 
 def over_states(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
@@ -131,7 +132,7 @@ def over_states(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
         variables["attractor_error"] = ((number, "exponent"), cells["lyapunov_error"][leaders])
     variables |= {name: (number, cells[of_cells][leaders]) for of_cells, name in rates.items()}
     coords |= {number: np.arange(1, len(leaders) + 1, dtype=np.int32), **_labels(system, plan)}
-    return xr.Dataset(variables, coords=coords)
+    return dataset(variables | coords, coords)
 
 
 def _rates(system: HybridSystem, of: str = "") -> list[str]:

@@ -50,7 +50,7 @@ class FittedLayout(ConstrainedLayoutEngine):
         """Fit and lay out."""
         if self._done != self._state(fig):
             self._fit(fig)
-        elif fig.stale:
+        else:
             super().execute(fig)
 
     def _fit(self, fig: "Figure") -> None:

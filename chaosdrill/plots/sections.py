@@ -71,7 +71,8 @@ def bifurcation(
         Points without a result from any seed are shaded.
     """
     sweep = str(dataset["period"].dims[0])
-    dataset = dataset.sortby(sweep)
+    if (np.diff(dataset[sweep].values) < 0).any():
+        dataset = dataset.sortby(sweep)
     states = dataset["section"].transpose(sweep, "seed", "iterate", "state").values
     index = first_that_varies(states) if state is None else places_of(dataset, state, 1)[0]
     edges = bounds(dataset[sweep].values)
@@ -264,16 +265,17 @@ def _draw(
     x = dataset[str(dataset["period"].dims[0])].values
     if dataset.sizes["seed"] == 1 or seed_names(dataset)[seed] in ("forward", "backward"):
         options: dict[str, Any] = {"color": colour, "linewidth": 0.8 + step, "alpha": 1 if step == 0 else 0.5}
-        breaks = _breaks(dataset.isel(seed=seed), values)
+        breaks = _breaks(dataset, seed, values)
         panel.plot(np.insert(x, breaks, np.nan), np.insert(values, breaks, np.nan), **options)
     else:
         size = float(np.clip(300 / len(x), 1.0, 3.0))
         panel.plot(x, values, "o", color=colour, markersize=size + 0.8 * step, markeredgewidth=0)
 
 
-def _breaks(run: "xr.Dataset", values: "NDArray[np.float64]") -> "NDArray[np.int64]":
+def _breaks(dataset: "xr.Dataset", seed: int, values: "NDArray[np.float64]") -> "NDArray[np.int64]":
     """Places before which a line is broken: there a jump leads from one attractor to another."""
-    kinds = np.column_stack([run["period"].values, run["outcome"].values])
+    # a selection by xarray would import dask, where that is installed
+    kinds = np.stack([dataset[name].transpose(..., "seed").values[:, seed] for name in ("period", "outcome")], axis=1)
     changes = (np.diff(kinds, axis=0) != 0).any(axis=1)
     steps = np.abs(np.diff(values))
     known = np.where(np.isfinite(steps), steps, 0.0)

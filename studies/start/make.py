@@ -235,8 +235,11 @@ def heyoka(interpreter, masses, repeats):
 
 def processor_time(script, folder):
     """Seconds of processor time of one process, its start and its end included."""
+    # modules are compiled beforehand, as `pip install` leaves them
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run([sys.executable, "-c", script], cwd=folder, check=True, stderr=subprocess.DEVNULL)
+    command = [sys.executable, "-c", script]
+    subprocess.run(command, cwd=folder, env=environment, check=True, stderr=subprocess.DEVNULL)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 

@@ -36,3 +36,28 @@ def run(script):
 def test_a_spectrum_loads_what_it_needs():
     done = run(SPECTRUM)
     assert done.returncode == 0, done.stderr
+
+
+PICTURE = """
+import sys
+import matplotlib
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+before = set(sys.modules)
+import chaosdrill as cd
+diagram = {"transient": 1, "periods": 4, "max_extension": 0, "workers": 1}
+cd.plot(cd.lyapunov_spectrum(cd.build("lorenz"), duration=2.0))
+cd.plot(cd.bifurcation_diagram(cd.build("duffing"), {"delta": [0.2, 0.25]}, **diagram))
+plt.savefig("diagram.png")
+unasked = {"dask", "scipy", "sympy", "numba", "netCDF4", "jinja2"}
+loaded = sorted(unasked & ({name for name, module in sys.modules.items() if module is not None} - before))
+sys.exit(f"loaded: {loaded}" if loaded else 0)
+"""
+
+
+def test_the_first_picture_loads_what_it_needs(tmp_path):
+    for _ in range(2):
+        done = subprocess.run(
+            [sys.executable, "-c", PICTURE], capture_output=True, text=True, cwd=tmp_path, check=False
+        )
+    assert done.returncode == 0, done.stderr
