@@ -112,8 +112,8 @@ def tell_of_compilation() -> None:
 
 
 @cache
-def _hear_numba() -> None:
-    """Have numba report when it compiles."""
+def hear_numba() -> None:
+    """Have numba report when it compiles, from where it is imported on."""
     from numba.core import event
 
     class Listener(event.Listener):
@@ -167,7 +167,8 @@ class Display:
         The first call gives the start, which after a resume is not zero: rates count from there.
         """
         self._close()
-        _hear_numba()
+        if "numba" in sys.modules:
+            hear_numba()
         name = visible(name)
         face = _Bars(name, self._stream, self._notebook) if self._live else _Lines(name, self._stream)
         self._meter = _Meter(face, self._delay)

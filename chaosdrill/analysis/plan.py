@@ -186,11 +186,7 @@ def make_plan(
     # of a complex pair only both exponents together are known well, and tangents are stepped in pairs anyway
     n = system.free
     enough = (n if n <= SMALL else max(count, min(structure.most_neutral + 2, n))) if count else 0
-    in_resets = {
-        i
-        for i, t in enumerate(system.transitions)
-        if any(s.name in swept for value in t.reset.values() for s in value.free_symbols)
-    }
+    in_resets = {i for i, t in enumerate(system.transitions) if not t.in_reset().isdisjoint(swept)}
     return Plan(
         where=where,
         transient=int(transient),

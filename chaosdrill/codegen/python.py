@@ -20,6 +20,7 @@ from llvmlite import ir
 from chaosdrill.codegen.emitter import DOUBLE, Function, Number, Row
 from chaosdrill.errors import ModelError
 from chaosdrill.model.python import DIGITS, Along, Called, Doubt, Source
+from chaosdrill.progress import hear_numba
 
 if TYPE_CHECKING:
     from numba.core.types import Type
@@ -117,6 +118,7 @@ def _compiled(source: Source, kind: str) -> Any:
 
     from chaosdrill.codegen import carried
 
+    hear_numba()
     one = _KINDS[kind]
     arrays = "abc"[: one.rows + 1]
 
@@ -170,6 +172,7 @@ def _dispatcher(source: Source) -> tuple[Any, tuple[Any, Any]]:
     import numba
     from numba import types
 
+    hear_numba()
     tuples = (
         namedtuple("x", source.states, rename=True),  # type: ignore[misc]
         namedtuple("p", source.parameters, rename=True),  # type: ignore[misc]

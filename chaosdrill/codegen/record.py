@@ -1,8 +1,9 @@
-"""What was derived of a system of the library, kept on the disk as plain data, so that another process needs no sympy.
+"""What was derived of a system, kept on the disk as plain data, so that another process needs no sympy.
 
-A record holds the outline of a system, what is known of its structure, and where its compiled code is; it is JSON, of
-which nothing is run. It lies beside compiled code, whole, where nobody else can write, under a key of all code that
-derives and of what makes the system. One that is damaged, or another system's, is as good as none.
+A record holds the outline of a system of the library or of a scene, what is known of its structure, and where its
+compiled code is; it is JSON, of which nothing is run. It lies beside compiled code, whole, where nobody else can write,
+under a key of all code that derives and of what makes the system. One that is damaged, or another system's, is as good
+as none.
 """
 
 import hashlib
@@ -26,8 +27,11 @@ MOST_BYTES = 2_000_000
 """Of a record; a system with a larger one is derived again in every process."""
 
 _FOLDERS = ("model", "codegen", "systems", "systems.drill")
-_FILES = ("engine.setup", "engine.structure", "engine.period", "analysis.classification")
-"""What derives, beside `_FOLDERS`."""
+_FILES = (
+    *("engine.setup", "engine.structure", "engine.period", "analysis.classification", "sweep.fingerprint"),
+    *("declared", "scene.checks", "scene.defined"),
+)
+"""What derives, and what checks the definition of a scene, beside `_FOLDERS`."""
 
 
 def _pairs(plain: Any) -> frozenset[tuple[int, int]]:
@@ -39,6 +43,7 @@ _FACTS: Mapping[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
     **dict.fromkeys(("symmetries", "branching", "pins", "period by math", "period by numpy"), (list, list)),
     "always_passed": (sorted, _pairs),
     "definition": (lambda found: found, lambda found: found),
+    **dict.fromkeys(("regions", "texts"), (dict, dict)),
     "sources": (dict, dict),
 }
 """What is kept of `Shared`, by its name there: how it is written, and how it is read."""
@@ -74,7 +79,7 @@ def _deriving() -> str:
 
 
 def place(key: tuple[str, ...]) -> Path:
-    """The file of the record of a system of the library."""
+    """The file of the record of a system."""
     digest = hashlib.sha256(json.dumps([_deriving(), key]).encode()).hexdigest()
     return cache_folder() / "kernels" / f"{digest[:32]}{RECORD}"
 
@@ -105,7 +110,7 @@ def recall(shared: "Shared") -> bool:
 
 
 def remember(system: "HybridSystem") -> None:
-    """Keep what is known of a system of the library, if that is more than its record holds."""
+    """Keep what is known of a system of the library, or of a scene, if that is more than its record holds."""
     shared = system.shared
     if shared.key is None or shared.outline is None:
         return

@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import SettingsError
+from chaosdrill.model import arithmetic
 
 if TYPE_CHECKING:
     import numpy as np
@@ -15,9 +16,6 @@ ROUNDING = 1e-15
 
 UNTOLD = -1
 """Number of the mode of a start that names none, until its region tells it; and of one that is in no region."""
-
-Signs = dict[Any, "np.ndarray"]
-"""Relation -> the sign of its left side minus its right one, at each start."""
 
 
 def own_mode(system: "HybridSystem") -> int:
@@ -46,16 +44,15 @@ def modes_at(
         Whether all that the regions ask of parameters alone, each of them the same, holds.
     """
     import numpy as np
-    import sympy
 
-    regions, common, signs_at = _compiled(system)
+    plain = _plain(system)
     count = len(states)
     values = [np.broadcast_to(parameters.get(name, own), count) for name, own in system.parameters.items()]
-    signs = signs_at([*states.T, *values], count)
+    held = [_compared(system, number, [*states.T, *values], count) for number in range(len(plain["relations"]))]
     modes = np.full(count, UNTOLD, dtype=np.int64)
-    for k, region in reversed(regions):
-        modes[_holds(region, signs, count)] = k
-    return modes, _holds(sympy.And(*common), signs, count)
+    for k, region in reversed(plain["regions"]):
+        modes[_holds(region, held, count)] = k
+    return modes, np.all([np.full(count, True), *(_holds(one, held, count) for one in plain["common"])], axis=0)
 
 
 def check_parameters(system: "HybridSystem") -> None:
@@ -79,60 +76,103 @@ def _common(system: "HybridSystem") -> set[Any]:
     return {one for one in set.intersection(*parts) if one.free_symbols and not one.free_symbols & set(system.states)}
 
 
-def _compiled(system: "HybridSystem") -> tuple[list[tuple[int, Any]], set[Any], Callable[..., Signs]]:
-    """Regions by the numbers of their modes, what they have in common, and the signs of their relations."""
+def _plain(system: "HybridSystem") -> dict[str, Any]:
+    """The regions as plain data, which need no sympy.
+
+    ``relations`` are comparisons, each with the terms of the difference of its sides; ``regions`` the number of each
+    mode with its condition, and ``common`` what all conditions ask of parameters alone.
+    """
     if "regions" not in system.shared:
-        import sympy
-
-        from chaosdrill.model.held import opaque
-        from chaosdrill.model.places import parameter
-
         placed = system.placed
-        regions = [(system.mode_names.index(mode), region) for mode, region in placed.regions.items()]
-        relations = sorted(
-            {one for _, region in regions for one in region.atoms(sympy.core.relational.Relational)},
-            key=sympy.default_sort_key,
-        )
-        terms = [sympy.Add.make_args(one.lhs - one.rhs) for one in relations]
-        # what numpy cannot calculate is known nowhere
-        unknown = {call: sympy.nan for group in terms for term in group for call in opaque(term)}
-        terms = [[term.xreplace(unknown) for term in group] for group in terms]
-        symbols = [*placed.states, *map(parameter, placed.parameters)]
-        function = sympy.lambdify(symbols, terms, modules="numpy")
-        system.shared["regions"] = regions, _common(placed), _signs(relations, function)
-    found: tuple[list[tuple[int, Any]], set[Any], Callable[..., Signs]] = system.shared["regions"]
+        relations = _relations(placed)
+        names = (*placed.state_names, *placed.parameters)
+        terms = ([arithmetic.written(term, names, of_arrays=True) for term in _terms(one)] for one in relations)
+        system.shared["regions"] = {
+            "relations": [
+                [one.rel_op, None if None in parts else parts] for one, parts in zip(relations, terms, strict=True)
+            ],
+            "regions": [[placed.mode_names.index(m), _form(one, relations)] for m, one in placed.regions.items()],
+            "common": [_form(one, relations) for one in _common(placed)],
+        }
+    found: dict[str, Any] = system.shared["regions"]
     return found
 
 
-def _signs(relations: list[Any], function: Callable[..., Any]) -> Callable[..., Signs]:
-    import numpy as np
+def _relations(placed: "HybridSystem") -> list[Any]:
+    """The comparisons in the conditions of all regions."""
+    import sympy
 
-    def at(values: "list[np.ndarray]", count: int) -> Signs:
-        found = {}
-        with np.errstate(all="ignore"):
-            for relation, terms in zip(relations, function(*values), strict=True):
-                rows = np.array([np.broadcast_to(np.asarray(term, dtype=float), count) for term in terms])
-                total = rows.sum(axis=0)
-                found[relation] = np.where(np.abs(total) <= ROUNDING * np.abs(rows).sum(axis=0), 0.0, np.sign(total))
-        return found
-
-    return at
+    relational = sympy.core.relational.Relational
+    found = {one for region in placed.regions.values() for one in region.atoms(relational)}
+    return sorted(found, key=sympy.default_sort_key)
 
 
-def _holds(condition: Any, signs: Signs, count: int) -> "np.ndarray":
-    """Where a condition holds; a relation without a value does so nowhere."""
-    import numpy as np
+def _terms(relation: Any) -> list[Any]:
+    """Terms of the difference of the sides; what numpy cannot calculate is known nowhere."""
+    import sympy
+
+    from chaosdrill.model.held import opaque
+
+    terms = sympy.Add.make_args(relation.lhs - relation.rhs)
+    return [term.xreplace(dict.fromkeys(opaque(term), sympy.nan)) for term in terms]
+
+
+def _form(condition: Any, relations: list[Any]) -> Any:
+    """A condition of comparisons: the number of one, whether it always holds, or a connective with conditions."""
     import sympy
 
     if condition in (sympy.true, sympy.false):
-        return np.full(count, condition == sympy.true)
-    if condition in signs:
-        sign = signs[condition]
-        return np.asarray(_OF_SIGN[condition.rel_op](sign))
-    parts = [_holds(part, signs, count) for part in condition.args]
-    if isinstance(condition, sympy.Not):
-        return ~parts[0]
-    joined: np.ndarray = (np.all if isinstance(condition, sympy.And) else np.any)(parts, axis=0)
+        return bool(condition)
+    if condition in relations:
+        return ["relation", relations.index(condition)]
+    name = next((name for name in ("Not", "And") if isinstance(condition, getattr(sympy, name))), "Or")
+    return [name, *(_form(part, relations) for part in condition.args)]
+
+
+def _compared(system: "HybridSystem", number: int, values: "list[np.ndarray]", count: int) -> "np.ndarray":
+    """Where a comparison holds; one without a value does so nowhere."""
+    import numpy as np
+
+    operation, terms = _plain(system)["relations"][number]
+    with np.errstate(all="ignore"):
+        if terms is None:
+            found = _more_than_arithmetic(system, number)(*values)
+        else:
+            found = [arithmetic.value(term, values, np) for term in terms]
+        rows = np.array([np.broadcast_to(np.asarray(term, dtype=float), count) for term in found])
+        total = rows.sum(axis=0)
+        sign = np.where(np.abs(total) <= ROUNDING * np.abs(rows).sum(axis=0), 0.0, np.sign(total))
+    return np.asarray(_OF_SIGN[operation](sign))
+
+
+def _more_than_arithmetic(system: "HybridSystem", number: int) -> Callable[..., Any]:
+    """What calculates the terms of a comparison that holds other functions than those of arithmetic."""
+    if ("terms", number) not in system.shared:
+        import sympy
+
+        from chaosdrill.model.places import parameter
+
+        placed = system.placed
+        symbols = [*placed.states, *map(parameter, placed.parameters)]
+        terms = _terms(_relations(placed)[number])
+        system.shared["terms", number] = sympy.lambdify(symbols, terms, modules="numpy")
+    found: Callable[..., Any] = system.shared["terms", number]
+    return found
+
+
+def _holds(form: Any, held: "list[np.ndarray]", count: int) -> "np.ndarray":
+    """Where a condition holds, by where its comparisons do."""
+    import numpy as np
+
+    if isinstance(form, bool):
+        return np.full(count, form)
+    name, *parts = form
+    if name == "relation":
+        return held[parts[0]]
+    found = [_holds(part, held, count) for part in parts]
+    if name == "Not":
+        return ~found[0]
+    joined: np.ndarray = (np.all if name == "And" else np.any)(found, axis=0)
     return joined
 
 

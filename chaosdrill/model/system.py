@@ -183,7 +183,7 @@ class HybridSystem:
     def listed(
         cls, key: tuple[str, ...], make: Callable[[], "HybridSystem"], limits: Mapping[str, Limit]
     ) -> "HybridSystem":
-        """A system of the library with its defaults: from an outline that is known of it, or built.
+        """A system of the library with its defaults, or one of a scene: from an outline that is known of it, or built.
 
         Parameters
         ----------
@@ -195,27 +195,40 @@ class HybridSystem:
             Those of its parameters.
         """
         with deriving:
+            found = cls.known(key, make, limits)
+            if found is None:
+                found = make()
+                found.shared.key, found.shared.outline = key, outline(found)
+                cls._list(key, found)
+        return found
+
+    @classmethod
+    def known(
+        cls, key: tuple[str, ...], make: Callable[[], "HybridSystem"], limits: Mapping[str, Limit]
+    ) -> "HybridSystem | None":
+        """As `listed`, but None for a system that neither this process nor an earlier one has built."""
+        with deriving:
             found = _listed.get(key)
             if found is None:
                 shared = Shared(key)
-                if "recall" in KEPT and KEPT["recall"](shared):
-                    found, whole = cls.__new__(cls), Whole(make)
-                    found._put(whole=whole, limits=limits, shared=shared, **attributes(shared.outline, whole))
-                else:
-                    found = make()
-                    found.shared.key, found.shared.outline = key, outline(found)
-                _listed[key] = found
-            _listed.move_to_end(key)
-            while len(_listed) > _LATELY:
-                _listed.popitem(last=False)
+                if "recall" not in KEPT or not KEPT["recall"](shared):
+                    return None
+                found, whole = cls.__new__(cls), Whole(make)
+                found._put(whole=whole, limits=limits, shared=shared, **attributes(shared.outline, whole))
+            cls._list(key, found)
         return found
+
+    @staticmethod
+    def _list(key: tuple[str, ...], system: "HybridSystem") -> None:
+        _listed[key] = system
+        _listed.move_to_end(key)
+        while len(_listed) > _LATELY:
+            _listed.popitem(last=False)
 
     def _become(self, found: "Definition", parameters: Mapping[Any, Any], initial: Mapping[Any, Any] | None) -> None:
         self._put(
             **{one.name: getattr(found, one.name) for one in fields(found)},
             parameters={str(key): _number(found.name, "parameter", key, value) for key, value in parameters.items()},
-            initial={"mode": next(iter(found.modes)), **dict.fromkeys((x.name for x in found.states), 0.0)},
-            names_mode=not found.regions,
             limits={},
         )
         if not isinstance(initial, Mapping | None):
@@ -225,7 +238,18 @@ class HybridSystem:
         from chaosdrill.model.exponents import exponent_parameters
 
         self._put(exponent_parameters=exponent_parameters(self), shared=self._shared_with_others())
-        self._set_initial({str(key): value for key, value in (initial or {}).items()})
+        self._begin({str(key): value for key, value in (initial or {}).items()})
+
+    def begun(self, initial: Mapping[str, Any]) -> "HybridSystem":
+        """A copy that starts as if it had been made with this initial state."""
+        other = copy(self)
+        other._begin(initial)
+        return other
+
+    def _begin(self, initial: Mapping[str, Any]) -> None:
+        start = {"mode": next(iter(self.modes)), **dict.fromkeys(self.state_names, 0.0)}
+        self._put(initial=start, names_mode=not self.regions)
+        self._set_initial(initial)
 
     def _put(self, **values: Any) -> None:
         for name, value in values.items():

@@ -109,10 +109,18 @@ class Transition:
         known: bool | None = vars(self).get("marks")
         return (not self.reset and self.source == (self.target,)) if known is None else known
 
+    def in_reset(self) -> frozenset[str]:
+        """Names of the states, parameters and the time that its reset depends on."""
+        known: frozenset[str] | None = vars(self).get("named")
+        if known is not None:
+            return known
+        return frozenset(symbol.name for value in self.reset.values() for symbol in value.free_symbols)
+
     def outline(self) -> dict[str, Any]:
         """All of it but expressions, as plain data."""
         plain = (self.name, list(self.source), self.target, self.direction, self.priority, self.completes, self.kind)
-        return {**dict(zip(_PLAIN, plain, strict=True)), "marks": self.marks_only()}
+        told = {"marks": self.marks_only(), "named": sorted(self.in_reset())}
+        return {**dict(zip(_PLAIN, plain, strict=True)), **told}
 
     @classmethod
     def outlined(cls, plain: Mapping[str, Any], found: Callable[[], "Transition"]) -> "Transition":
@@ -120,6 +128,7 @@ class Transition:
         made = cls.__new__(cls)
         for key in (*_PLAIN, "marks"):
             object.__setattr__(made, key, tuple(plain[key]) if key == "source" else plain[key])
+        object.__setattr__(made, "named", frozenset(plain["named"]))
         object.__setattr__(made, "found", found)
         return made
 

@@ -12,6 +12,7 @@ from chaosdrill.analysis.base import Analysis, NumericsSettings
 from chaosdrill.analysis.registry import analyses, function
 from chaosdrill.errors import ChaosdrillError, ModelError
 from chaosdrill.names import remedy
+from chaosdrill.scene.defined import checked_before
 from chaosdrill.scene.lines import Path, Problem, problems_of
 from chaosdrill.settings import Known, Number, Settings, TableOf, Text, setting
 from chaosdrill.systems.drill.effects import LIMITS
@@ -102,8 +103,12 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
         checked.known = dict(table_in(raw, "parameters"))
         if ways[0] == "definition":
             checked.definition = dict(raw["definition"])
-            _check_drives(checked, table_in(raw, "drives"))
-            _check_definition(checked)
+            found = None if "drives" in raw else checked_before(checked.definition, checked.known)
+            if found is not None:
+                checked.states = found.state_names
+            else:
+                _check_drives(checked, table_in(raw, "drives"))
+                _check_definition(checked)
         elif ways[0] == "map":
             # which tells it from other definitions
             checked.definition = {"images": None, **raw["map"]}

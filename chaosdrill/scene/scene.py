@@ -11,6 +11,7 @@ from chaosdrill.errors import ChaosdrillError, SettingsError
 from chaosdrill.files import name_text
 from chaosdrill.names import remedy
 from chaosdrill.scene.check_made import DriveFault, driven_system, noisy_system
+from chaosdrill.scene.defined import build
 from chaosdrill.scene.lines import InvalidSceneError, Path, Problem, problems_of
 from chaosdrill.systems.drill.si import ReadSI
 
@@ -100,9 +101,7 @@ class Scene:
         initial = {name: value for name, value in self.initial.items() if name != "mode"}
         try:
             if self.definition is not None:
-                from chaosdrill.model.definition import build_defined
-
-                system = build_defined(self.definition, self.parameters, initial)
+                system = build(self.definition, self.parameters, initial, kept=not (self.drives or self.noise))
             else:
                 effects = self.effects if systems.REGISTRY[self.model].effects else None
                 system = systems.build(self.model, parameters=self.parameters, effects=effects, initial=initial)

@@ -22,12 +22,21 @@ def origin() -> dict[str, Any]:
 
 def of_system(system: "HybridSystem") -> dict[str, Any]:
     """Equations, parameters and initial state of a system."""
+    if "texts" not in system.shared:
+        system.shared["texts"] = _texts(system)
     return {
         "name": system.name,
         "parameters": system.parameters,
         "initial": system.start,
-        "regions": {mode: str(region) for mode, region in system.regions.items()},
         "bounds": system.bounds,
+        **system.shared["texts"],
+    }
+
+
+def _texts(system: "HybridSystem") -> dict[str, Any]:
+    """The equations."""
+    return {
+        "regions": {mode: str(region) for mode, region in system.regions.items()},
         "modes": {mode: {str(s): str(rate) for s, rate in field.items()} for mode, field in system.modes.items()},
         "transitions": [str(transition) for transition in system.transitions],
         "period": str(system.period),

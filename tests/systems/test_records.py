@@ -237,3 +237,115 @@ def test_a_period_is_the_number_that_its_expression_gives():
         expected = float(period.subs({a: 1.7, b: 0.3}).evalf(30))
         assert math.isclose(system.forcing_period(), expected, rel_tol=4e-16)
         assert forcing_periods(system, {"b": np.array([0.3, 0.3])}, 2) == pytest.approx([expected] * 2, rel=4e-16)
+
+
+SCENE = """
+[system.definition]
+name = "belt-and-wall"
+states = ["x", "v"]
+period = "2*pi/omega"
+[system.definition.modes.free]
+x = "v"
+v = "-x - 2*zeta*v + cos(omega*t)"
+[system.definition.modes.soft]
+x = "v"
+v = "-k*x - 2*zeta*v + cos(omega*t)"
+[system.definition.regions]
+free = "x < 0.3"
+soft = "x >= 0.3"
+[[system.definition.transitions]]
+name = "in"
+source = "free"
+target = "soft"
+guard = "x - 0.3"
+direction = 1
+[[system.definition.transitions]]
+name = "out"
+source = "soft"
+target = "free"
+guard = "x - 0.3"
+direction = -1
+reset = { v = "e*v" }
+[system.parameters]
+zeta = 0.05
+omega = 2.5
+e = 0.8
+k = 4.0
+[system.initial]
+x = 0.4
+[analysis.spectrum]
+kind = "lyapunov-spectrum"
+transient = 2
+periods = 10
+[analysis.diagram]
+kind = "bifurcation-diagram"
+sweep.e = [0.7, 0.8]
+transient = 2
+periods = 10
+max_extension = 0
+"""
+
+RUN = """
+import json, sys
+import chaosdrill as cd
+from chaosdrill.cli import main
+code = main(["run", *sys.argv[1:], "-o", "out.nc"])
+loaded = [name for name in ("sympy", "numba") if name in sys.modules]
+bits = {}
+if code == 0:
+    for node in cd.open("out.nc").subtree:
+        kinds = {name: one for name, one in node.variables.items() if one.dtype.kind in "fiu"}
+        bits |= {f"{node.path}/{name}": one.values.tobytes().hex() for name, one in kinds.items()}
+print(json.dumps([code, loaded, bits]))
+"""
+
+
+def scene_process(folder, text, *changes):
+    """What a new process makes of a scene: its exit code, modules that it has loaded, bits, and what it says."""
+    (folder / "scene.toml").write_text(text)
+    environment = {**os.environ, "CHAOSDRILL_CACHE_DIR": str(folder / "cache"), "PYTHONPATH": str(PACKAGE.parent)}
+    sets = [part for change in changes for part in ("--set", change)]
+    command = [sys.executable, "-P", "-c", RUN, "scene.toml", *sets]
+    done = subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True, timeout=300)
+    return (*json.loads(done.stdout.splitlines()[-1]), done.stderr)
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    """A folder with the record of a scene, and what the process says that kept it."""
+    folder = tmp_path_factory.mktemp("scene")
+    return folder, scene_process(folder, SCENE)
+
+
+def test_the_second_run_of_a_scene_needs_no_sympy_and_gives_the_same_bits(scene):
+    folder, (code, loaded, bits, _) = scene
+    assert (code, "sympy" in loaded) == (0, True)
+    assert len(bits) > 10
+    assert scene_process(folder, SCENE)[:3] == (0, [], bits)
+
+
+def test_a_scene_that_starts_elsewhere_has_the_same_record(scene):
+    folder, _ = scene
+    elsewhere = SCENE.replace("x = 0.4", "x = 0.1")
+    code, loaded, bits, _ = scene_process(folder, elsewhere)
+    assert (code, loaded) == (0, [])
+    system = cd.parse_scene(elsewhere).system
+    assert system.initial == {"mode": "free", "x": 0.1, "v": 0.0}
+    expected = cd.lyapunov_spectrum(system, transient=2, periods=10)["lyapunov_exponent"].values
+    assert bits["/spectrum/lyapunov_exponent"] == expected.tobytes().hex()
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        (("x < 0.3", "x < wall"), "unknown name 'wall'"),
+        (("k = 4.0", "k = 4.0\nlost = 1.0"), "not used in the definition"),
+        (("[system.initial]", "[system.drives.k]\npieces = 'square'\n[system.initial]"), None),
+    ],
+    ids=["unknown name", "unused parameter", "a drive"],
+)
+def test_a_record_hides_no_fault_of_another_scene(scene, change, fault):
+    folder, _ = scene
+    code, loaded, _, told = scene_process(folder, SCENE.replace(*change))
+    assert "sympy" in loaded
+    assert (code == 2 and fault in told) if fault else code == 0, told

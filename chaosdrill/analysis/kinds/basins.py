@@ -82,13 +82,14 @@ class Basins(Points):
     @classmethod
     def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
         """As for every run; and a state that the initial mode holds at one value."""
-        from chaosdrill.model.derive import pinned_states
+        from chaosdrill.engine.setup import constrained_states
 
         yield from super().misfits(table, system)
         if not system.names_mode:
             return
         mode = str(system.initial["mode"])
-        held = [system.state_names[i] for i in pinned_states(system, mode)]
+        pinned = constrained_states(system)[system.mode_names.index(mode)]
+        held = [name for name, one in zip(system.state_names, pinned, strict=True) if one]
         for name in table.get("grid", {}).keys() & set(held):
             words = f"mode {mode!r}, the initial one, leaves it no freedom; give another state, or another initial mode"
             yield ("grid", name), f"{words}: {list(system.modes)}"
