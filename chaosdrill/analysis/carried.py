@@ -99,7 +99,7 @@ class _Values(Task):
     @property
     def at_once(self) -> int:
         """Runs that are held in memory together."""
-        return max(1, min(AT_ONCE, MOST_HELD // (8 * self.plan.window * (len(self.plan.system.states) + 1))))
+        return max(1, min(AT_ONCE, MOST_HELD // (8 * self.plan.window * (len(self.plan.system.state_names) + 1))))
 
 
 @dataclass(frozen=True)

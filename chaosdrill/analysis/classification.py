@@ -213,7 +213,7 @@ def contracts(system: HybridSystem) -> bool:
 
 
 def _contracts(system: HybridSystem) -> bool:
-    if system.autonomous or len(system.states) != 2 or any(t.reset for t in system.transitions):
+    if system.autonomous or len(system.state_names) != 2 or any(t.reset for t in system.transitions):
         return False
     free = {*system.states, system.time}
     rates = [sum(field[x].diff(x) for x in system.states) for field in system.modes.values()]

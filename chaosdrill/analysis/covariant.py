@@ -175,7 +175,7 @@ class _Forward:
 
 def vectors(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     """Covariant vectors of a record; see `covariant_vectors`."""
-    count, n = tangent_count(system, given.exponents), len(system.states)
+    count, n = tangent_count(system, given.exponents), len(system.state_names)
     structure = examine(system)
     m = computed_exponents(structure, count)
     blocks = _divided(given.span(system, job.numerics), given)

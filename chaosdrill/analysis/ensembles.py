@@ -34,7 +34,7 @@ def ensemble(system: "HybridSystem", given: Any, job: "Job") -> xr.Dataset:
     parts = plan.count * samples_of(system, given)
     even = begin + np.arange(parts + 1) * (plan.length / parts)
     times = even if given.times is None else np.array(given.times, dtype=float)
-    n, q, runs = len(system.states), len(system.quadratures), len(starts)
+    n, q, runs = len(system.state_names), len(system.quadratures), len(starts)
     rows = np.full((runs, len(times), n + q + 1), np.nan)
     rows[..., -1] = -1
     paths: list[Path] = []
@@ -63,7 +63,7 @@ def _dataset(
     over: tuple[str, ...],
 ) -> xr.Dataset:
     """States, quadratures and modes at times, with events run by run; ``over`` is ("run",) of many runs, () of one."""
-    n = len(system.states)
+    n = len(system.state_names)
     variables: dict[str, Any] = {
         "states": ((*over, "time", "state"), rows[..., :n]),
         "mode": ((*over, "time"), rows[..., -1].astype(np.int8)),

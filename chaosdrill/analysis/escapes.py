@@ -88,7 +88,7 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     saddle = _saddle(marked, ends, starts, modes, lives.units, unit, lead, job)
     if report:
         report(2 * len(starts))
-    n = len(system.states)
+    n = len(system.state_names)
     alive = np.array([(lives.units >= age).sum() for age in range(count + 1)]) / len(starts)
     return dataset(
         {
@@ -216,7 +216,7 @@ def _saddle(
     In the middle of a long life a run is near the saddle: it has come along the stable manifold, and has not yet left
     along the unstable one.
     """
-    n = len(system.states)
+    n = len(system.state_names)
     none = np.zeros((0, n)), np.full(n, np.nan), np.full(n, np.nan)
     if len(units) < SURVIVORS:
         return none

@@ -27,7 +27,7 @@ def orbits_dataset(system: HybridSystem, orbits: Sequence[FoundOrbit]) -> xr.Dat
     orbits : sequence of FoundOrbit
         What was found; shorter ones are filled up with NaN, and -1 for codes.
     """
-    n = len(system.states)
+    n = len(system.state_names)
     found = np.array([orbit.outcome == Outcome.PERIODIC for orbit in orbits], dtype=bool)
     multipliers = _filled([orbit.multipliers for orbit in orbits], (n,), complex(np.nan, np.nan))
     multipliers[~found] = complex(np.nan, np.nan)
@@ -168,7 +168,7 @@ def branches_dataset(system: HybridSystem, result: BranchResult) -> xr.Dataset:
     result : BranchResult
         Branches with their special points.
     """
-    n = len(system.states)
+    n = len(system.state_names)
     branches, special = result.branches, result.events
     values = np.array([point.values for point in special]).reshape(len(special), len(result.parameters))
     variables: dict[str, Any] = {

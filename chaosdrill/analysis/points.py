@@ -114,7 +114,7 @@ class PointTask(Task):
 
     def run(self, first: int, count: int) -> Arrays:
         """Results of some points of the grid with all their seeds."""
-        held = 8 * self.plan.window * (len(self.plan.system.states) + 1)
+        held = 8 * self.plan.window * (len(self.plan.system.state_names) + 1)
         step = max(1, min(AT_ONCE, MOST_HELD // held) // self.points_per_unit)
         parts = [self._run(begin, min(step, first + count - begin)) for begin in range(first, first + count, step)]
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
@@ -259,7 +259,7 @@ class LineTask(Task):
 
 def point_columns(plan: Plan) -> dict[str, tuple[str, tuple[int, ...]]]:
     """Dtype and shape of everything that is known of one point."""
-    n = len(plan.system.states)
+    n = len(plan.system.state_names)
     return {
         "section": ("f8", (plan.rows, n)),
         "period": ("i2", ()),
@@ -458,7 +458,7 @@ def _write(
     places: np.ndarray,
 ) -> None:
     """Keep the results of some points of a batch, at their places."""
-    n = len(plan.system.states)
+    n = len(plan.system.state_names)
     ended = ~np.isin(verdict.outcome[rows], MEASURED)
     window = batch.window[which]
     period = verdict.period[rows]

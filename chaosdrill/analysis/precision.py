@@ -90,7 +90,7 @@ def measure_costs(
         Called after each round.
     """
     deficient = examine(system).deficient
-    frame = np.eye(len(system.states))
+    frame = np.eye(len(system.state_names))
 
     def timed(numerics: Numerics, units: int) -> tuple[Outcome, float, float, Run]:
         run = Run(system, unit, numerics, tangents=frame, deficient=deficient)

@@ -190,7 +190,7 @@ def flow_direction_error(place: Place, numerics: Numerics) -> float:
             system.shared["with time"] = system.augmented(time=True)
         timed = system.shared["with time"].with_parameters(**system.parameters)
         system = timed.with_initial(**{**system.initial, system.time.name: 0.0})
-    size = len(system.states) + len(system.quadratures)
+    size = len(system.state_names) + len(system.quadratures)
     before, after = np.empty(size), np.empty(size)
     c = kernels_of(system).constants(system.parameters)
     field_of = kernels_of(system).functions[3]
@@ -238,7 +238,7 @@ def true_paths(found: Survey, unit: float, numerics: Numerics, most: int) -> tup
 
 def _path(start: HybridSystem, unit: float, numerics: Numerics, most: int) -> np.ndarray:
     run = Run(start, unit, numerics)
-    path = np.full((most, len(start.states)), np.nan)
+    path = np.full((most, len(start.state_names)), np.nan)
     for point in path:
         if run.advance(1)[0] != Outcome.OK:
             break

@@ -441,7 +441,7 @@ def find_truth(
     ArithmeticError, ValueError, TypeError
         If a number cannot be computed.
     """
-    n = len(system.states)
+    n = len(system.state_names)
     with mpmath.workdps(DIGITS):
         exact = Exact(system, unit, sizes)
         base = exact.follow(start, itinerary, count, COLUMNS, TOLERANCE)

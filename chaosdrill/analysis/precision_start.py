@@ -104,7 +104,7 @@ def survey(system: HybridSystem, plan: Span, judged: Collection[str] = ()) -> Su
 
 
 def _survey(system: HybridSystem, plan: Span, numerics: Numerics) -> Survey:
-    n = len(system.states)
+    n = len(system.state_names)
     # no direction of a model is likely to be orthogonal to this one
     direction = np.sqrt(np.arange(2.0, n + 2.0))
     run = Run(system, plan.unit, numerics, tangents=direction[np.newaxis] / np.linalg.norm(direction))
@@ -156,7 +156,7 @@ class Mapped:
 
 def run_map(system: HybridSystem, unit: float, count: int, numerics: Numerics) -> Mapped:
     """One run from the initial state over ``count`` units with the whole tangent map."""
-    run = Run(system, unit, numerics, tangents=np.eye(len(system.states)), orthonormalise=False)
+    run = Run(system, unit, numerics, tangents=np.eye(len(system.state_names)), orthonormalise=False)
     found = record(run, count, events=True)
     return Mapped(found.outcome, run.x.copy(), run.vectors.T.copy(), found, run.mode, run.sizes)
 

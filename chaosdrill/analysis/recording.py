@@ -75,7 +75,7 @@ def record(
     slices : int
         Parts between which an interruption is heard.
     """
-    n, per_period = len(run.system.states), run.samples
+    n, per_period = len(run.system.state_names), run.samples
     length = (periods + 1) * per_period + 2 if times is None else len(times)
     shape = (length, n + len(run.system.quadratures) + 1)
     check_record(*shape, "periods or samples")
@@ -140,7 +140,7 @@ def record_returns(
     report : callable, optional
         Called with the events of those transitions so far.
     """
-    n, cell = len(run.system.states), max(1, math.ceil(longest / run.period))
+    n, cell = len(run.system.state_names), max(1, math.ceil(longest / run.period))
     check_record(count, at.EVENT_COLUMNS + 2 * n, "periods")
     buffer = np.zeros((_EVENT_ROWS, at.EVENT_COLUMNS + 2 * n))
     begin = run.elapsed - run.strobes * run.period - float(run.standing["time"])

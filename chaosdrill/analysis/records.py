@@ -57,7 +57,7 @@ class RecordTask:
 
     def columns(self) -> dict[str, tuple[str, tuple[int, ...]]]:
         """Dtype and shape of one unit of each array."""
-        sizes = {**self.measure.sizes, "state": len(self.system.states)}
+        sizes = {**self.measure.sizes, "state": len(self.system.state_names)}
         told = {name: ("f8", tuple(sizes[dim] for dim in dims)) for name, dims in self.measure.dims.items()}
         return told | {"period": ("i4", ()), "outcome": ("i1", ())}
 

@@ -67,7 +67,7 @@ def dimensions_of(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     shape = (len(orders), len(SCALES))
     sums, slope, slope_error = np.full((3, *shape), np.nan)
     dimension, error, low, high = np.full((4, len(orders)), np.nan)
-    spread = np.zeros(len(system.states))
+    spread = np.zeros(len(system.state_names))
     if outcome == Outcome.OK and taken.period:
         outcome, dimension, error = Outcome.PERIODIC, np.zeros(len(orders)), np.zeros(len(orders))
     elif outcome == Outcome.OK and count < FEWEST:

@@ -361,7 +361,7 @@ def section_points(where: Section, given: Any, max_period: int, job: "Job") -> T
     if outcome == Outcome.OK and where.grazed(times):
         outcome = Outcome.NO_RETURN
     phases = phases_of(where, times / run.period)
-    compared = np.column_stack([points[:, : len(system.states)], phases])
+    compared = np.column_stack([points[:, : len(system.state_names)], phases])
     known = np.append(run.sizes, np.ones(phases.shape[1]))
     repeats = outcome == Outcome.OK and not system.draws
     period = find_period(compared, known, max_period) if repeats else 0
@@ -370,7 +370,7 @@ def section_points(where: Section, given: Any, max_period: int, job: "Job") -> T
 
 def section(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     """States at every strobe, or before every event of a section; see `poincare_section`."""
-    numerics, n = job.numerics, len(system.states)
+    numerics, n = job.numerics, len(system.state_names)
     taken = section_points(find_section(system, given, numerics), given, given.max_period, job)
     where, run, outcome, period, blocks = taken.where, taken.run, taken.outcome, taken.period, taken.blocks
     points, modes, times = taken.points, taken.modes, taken.times
@@ -426,7 +426,7 @@ class _Blocks:
 
 def _recorded(where: Section, given: Any, job: "Job") -> tuple[int, Outcome, Run, Record, _Blocks]:
     """Strobes before the record, how it went, the run at its end, the record, and blocks of it."""
-    n, q = len(where.system.states), len(where.system.quadratures)
+    n, q = len(where.system.state_names), len(where.system.quadratures)
     if where.counts == "section":
         run = Run(where.system, where.unit, job.numerics)
         outcome = settled_at(where, run, int(given.transient))
@@ -508,7 +508,7 @@ def _once_more(where: Section, run: Run, cycle: Run, period: int) -> Outcome:
 
 def cycle_multipliers(where: Section, run: Run, period: int, numerics: Numerics) -> np.ndarray:
     """Eigenvalues of the tangent map over a cycle of so many points from where a run stands, by descending modulus."""
-    system, n = where.system, len(where.system.states)
+    system, n = where.system, len(where.system.state_names)
     deficient = examine(system).deficient
     whole_map = Run(system, run.period, numerics, tangents=np.eye(n), orthonormalise=False)
     ranked = Run(system, run.period, numerics, tangents=np.eye(n), deficient=deficient)

@@ -94,7 +94,7 @@ class Search:
     def split(self, several: Iterable[tuple[Node, int]]) -> set[tuple[Node, int]]:
         """Which attractors lead to different ones at the neighbouring value, from different stretches of them."""
         asked = sorted(several)
-        n = len(self.plan.system.states)
+        n = len(self.plan.system.state_names)
         of_state = np.repeat(np.arange(min(n, MOST_PROBED)), PROBES)
         beside = np.zeros((len(of_state), n))
         beside[np.arange(len(of_state)), of_state] = PROBED * np.resize([1.0, -1.0], len(of_state))
@@ -132,7 +132,7 @@ class Search:
             origins + np.array([way for _, way in steps]),
             joined([part(self.known[node.value], slice(node.slot, node.slot + 1)) for node, _ in steps]),
             np.zeros(len(steps), dtype=np.int64) if ahead is None else ahead,
-            np.zeros((len(steps), len(self.plan.system.states))) if beside is None else beside,
+            np.zeros((len(steps), len(self.plan.system.state_names))) if beside is None else beside,
         )
         found = self.progress.execute(task, self.job, f"round-{self.rounds}")
         slots = np.full(len(steps), NEITHER)

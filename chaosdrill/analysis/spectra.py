@@ -43,8 +43,8 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
     sums = np.full((len(ends), m), np.nan)
     drilled = np.full((len(ends), len(system.quadratures)), np.nan)
     sums[0], drilled[0] = 0.0, 0.0
-    path, begin = [np.zeros((0, len(system.states) + 1))], run.x.copy()
-    coarse = np.full((len(ends), len(system.states)), np.nan)
+    path, begin = [np.zeros((0, len(system.state_names) + 1))], run.x.copy()
+    coarse = np.full((len(ends), len(system.state_names)), np.nan)
     coarse[0] = begin
     for block, length in enumerate(np.diff(ends), start=1):
         if outcome != Outcome.OK:
@@ -144,7 +144,7 @@ def computed_exponents(structure: Structure, count: int) -> int:
 
 def _advance(run: Run, periods: int, path: list[np.ndarray]) -> Outcome:
     """Go on, and keep the last samples with their modes in ``path``."""
-    n, outcome = len(run.system.states), Outcome.OK
+    n, outcome = len(run.system.state_names), Outcome.OK
     if periods > LENGTH:
         outcome, periods = run.advance(periods - LENGTH)[0], LENGTH
     if outcome != Outcome.OK:

@@ -76,7 +76,7 @@ class Tangents(Value):
     def read(self, name: str, value: Any, system: "HybridSystem") -> "np.ndarray | None":
         import numpy as np
 
-        n = len(system.states)
+        n = len(system.state_names)
         if isinstance(value, bool | np.bool_):
             return np.eye(n) if value else None
         try:

@@ -4,9 +4,10 @@ import ctypes
 import math
 from collections.abc import Callable
 from functools import cache, partial
+from pathlib import Path
 from typing import Any
 
-from chaosdrill.codegen.kept import engine_code
+from chaosdrill.codegen.kept import engine_code, engine_path
 from chaosdrill.codegen.kinds import UNCOMPILED
 from chaosdrill.codegen.machine import Library, callback_object, load
 from chaosdrill.progress import compiling
@@ -50,9 +51,22 @@ def address(name: str) -> int:
         return _called_back(title)
     if title.startswith(_OF_GAMMA):
         return int(_callback(title, cache=True).address)
-    library = load(engine_code(_HOME, title, partial(_compile, title)), {})
+    library = load(code_of(title), {})
     _libraries.append(library)
     return library.address(title)
+
+
+def kept_codes() -> dict[Path, Callable[[], bytes]]:
+    """What gives the code of special functions, by where it is kept; numba keeps that which calls its own functions."""
+    from chaosdrill.codegen.special import CODE
+
+    titles = [title for title in CODE if not title.startswith(_OF_GAMMA)]
+    return {engine_path(_HOME, title): partial(code_of, title) for title in titles}
+
+
+def code_of(title: str) -> bytes:
+    """Object code of a special function, from the disk or compiled."""
+    return engine_code(_HOME, title, partial(_compile, title))
 
 
 _libraries: list[Library] = []

@@ -25,7 +25,7 @@ def block(system: "HybridSystem", m: int, constants: np.ndarray) -> at.Block:
     constants : ndarray, shape (constants,)
         Those of one point; what varies from point to point is filled in later.
     """
-    n, q, guards = len(system.states), len(system.quadratures), kernels_of(system).key_table.shape[1]
+    n, q, guards = len(system.state_names), len(system.quadratures), kernels_of(system).key_table.shape[1]
     in_lanes = aligned(len(constants), LANES)
     in_lanes[:] = constants[:, np.newaxis]
     rows = kernels_of(system).rows + (m + m % 2) * n

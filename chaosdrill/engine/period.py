@@ -83,7 +83,7 @@ def check_period(system: "HybridSystem", period: float) -> None:
     from chaosdrill.model.derive import frozen_states
 
     kernels = kernels_of(system)
-    n, q = len(system.states), len(system.quadratures)
+    n, q = len(system.state_names), len(system.quadratures)
     c = kernels.constants(system.parameters)
     rng = np.random.default_rng(20260104)
     place = event_places(n)

@@ -73,7 +73,7 @@ class Run:
         kernels = kernels_of(system)
         start = np.array([[system.initial[s] for s in system.state_names]])
         modes, refused = modes_of_starts(system, {}, start, np.array([own_mode(system)]))
-        n, q = len(system.states), len(system.quadratures)
+        n, q = len(system.state_names), len(system.quadratures)
         frame = np.zeros((0, n)) if tangents is None else np.array(tangents, dtype=float)
         m = len(frame)
         self.system = system
@@ -341,7 +341,7 @@ class Run:
 
     def _facing(self, mode: int) -> "tuple[Any, int] | None":
         """The surface on which the state is and another mode, if both modes lead across it to each other."""
-        kernels, n, t = kernels_of(self.system), len(self.system.states), self.elapsed
+        kernels, n, t = kernels_of(self.system), len(self.system.state_names), self.elapsed
         c, gradient, rates = self.states.c[0], np.empty(n + 1), np.empty(n + len(self.system.quadratures))
         field, guard = kernels.functions[3], kernels.functions[5]
 

@@ -83,7 +83,7 @@ def tables_of(
         symmetries=np.array(symmetries, dtype=float),
         constrained=constrained_states(system),
         held=np.array(kernels.held, dtype=np.int64),
-        slack=np.zeros(len(system.states)),
+        slack=np.zeros(len(system.state_names)),
         **_steep(system),
     )
 
@@ -247,7 +247,7 @@ def states_of(
 
 def scratch_of(system: "HybridSystem", m: int, method: str) -> at.Scratch:
     """Scratch arrays of the engine for a system with m tangents and a method."""
-    n, q, guards = len(system.states), len(system.quadratures), kernels_of(system).key_table.shape[1]
+    n, q, guards = len(system.state_names), len(system.quadratures), kernels_of(system).key_table.shape[1]
     return at.Scratch(
         workspace=aligned(kernels_of(system).rows + (m + m % 2) * n, at.COLUMNS),
         polynomial=np.zeros(at.COLUMNS),

@@ -47,7 +47,7 @@ def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
     """Saltation matrices (transition, matrix of shape (n, n)) at random states on the guards."""
     kernels = kernels_of(system)
     functions = Functions(*kernels.functions)
-    n = len(system.states)
+    n = len(system.state_names)
     c = kernels.constants(system.parameters)
     rng = np.random.default_rng(20260101)
     event, gradient, (sooner, jump, scratch) = np.zeros(event_places(n).size), np.empty(n + 1), np.empty((3, n))
@@ -121,7 +121,7 @@ def _at_parameters(system: "HybridSystem", name: str, find: Callable[[], Any]) -
 def _passes(system: "HybridSystem") -> Iterator[tuple[int, int]]:
     kernels = kernels_of(system)
     c = kernels.constants(system.parameters)
-    n = len(system.states)
+    n = len(system.state_names)
     trials = _trials(n)
     functions = Functions(*kernels.functions)
     event, scratch = np.zeros(event_places(n).size), np.zeros((4, n + 1 + len(system.quadratures)))
@@ -326,7 +326,7 @@ def examine(system: "HybridSystem") -> Structure:
 
 
 def _examine(system: "HybridSystem") -> Structure:
-    m, n = system.free, len(system.states)
+    m, n = system.free, len(system.state_names)
     # a random state may be one that the system never sees
     with np.errstate(all="ignore"):
         jumps = [(transition, matrix[:m, :m]) for transition, matrix in saltations(system)]
@@ -407,7 +407,7 @@ def _frame(effects: list[np.ndarray], symmetries: list[list[float]], n: int, sta
 
 
 def _jacobians(system: "HybridSystem", samples: int = _SAMPLES) -> Iterator[np.ndarray]:
-    n = len(system.states)
+    n = len(system.state_names)
     c = kernels_of(system).constants(system.parameters)
     variation = kernels_of(system).functions[4]
     rng = np.random.default_rng(20260102)

@@ -1,16 +1,17 @@
 """The engine compiled beforehand, for containers and clusters whose processes are not to wait for it."""
 
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 
-from chaosdrill.codegen import kept
+from chaosdrill.codegen import addresses, kept
 from chaosdrill.codegen.cache import put
 from chaosdrill.engine.jit import COMPILED
 from chaosdrill.package import modules
 
 
 def warm(folder: Path | None = None, elsewhere: tuple[str, ...] = ()) -> list[Path]:
-    """Compile all of the engine for this machine.
+    """Compile all of the engine, and the special functions of systems, for this machine.
 
     Parameters
     ----------
@@ -34,9 +35,12 @@ def warm(folder: Path | None = None, elsewhere: tuple[str, ...] = ()) -> list[Pa
         import_module(name)
     if folder is not None:
         folder.mkdir(mode=0o755, parents=True, exist_ok=True)
+    codes = {
+        kept.engine_path(one.py_func.__module__, one.__name__): partial(getattr, one, "code") for one in COMPILED
+    } | addresses.kept_codes()
     found = []
-    for function in COMPILED:
-        code, own = function.code, kept.engine_path(function.py_func.__module__, function.__name__)
+    for own, code_of in codes.items():
+        code = code_of()
         if folder is not None:
             own = folder / own.name
             put(own, code)

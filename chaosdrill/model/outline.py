@@ -9,7 +9,7 @@ from functools import partial
 from threading import RLock
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.model.tables import Entries, Symbols
+from chaosdrill.model.tables import Entries
 from chaosdrill.model.transition import Transition
 
 if TYPE_CHECKING:
@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
 EXPRESSIONS = ("time", "period")
 """Attributes that are expressions, or None."""
+
+LATE = ("states", *EXPRESSIONS)
+"""Attributes that come with the whole system."""
 
 _TABLES = ("modes", "regions", "quadratures")
 _PLAIN = ("name", "description", "labels", "parameters", "initial", "names_mode")
@@ -69,7 +72,7 @@ def attributes(plain: Mapping[str, Any], whole: Whole) -> dict[str, Any]:
         **{name: plain[name] for name in _PLAIN},
         **{name: Entries(plain[name], partial(whole.part, name)) for name in _TABLES},
         **{name: None for name in EXPRESSIONS if not plain[name]},
-        "states": Symbols(plain["states"], partial(whole.part, "states")),
+        "outlined_states": tuple(plain["states"]),
         "bounds": {name: tuple(pair) for name, pair in plain["bounds"].items()},
         "transitions": tuple(
             Transition.outlined(one, partial(whole.transition, number))

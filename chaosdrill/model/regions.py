@@ -59,7 +59,7 @@ def check_parameters(system: "HybridSystem") -> None:
     """Raise SettingsError if no start is possible at the parameters of a system."""
     import numpy as np
 
-    if not system.regions or modes_at(system, {}, np.zeros((1, len(system.states))))[1].all():
+    if not system.regions or modes_at(system, {}, np.zeros((1, len(system.state_names))))[1].all():
         return
     asked = _common(system)
     named = {symbol.name for relation in asked for symbol in relation.free_symbols}

@@ -12,8 +12,8 @@ from chaosdrill.declared import DISPLAYS, KEPT
 from chaosdrill.errors import ModelError, SettingsError
 from chaosdrill.limits import Limit
 from chaosdrill.model import arithmetic
-from chaosdrill.model.outline import EXPRESSIONS, Whole, attributes, deriving, outline
-from chaosdrill.model.tables import ANOTHER, UNNAMED, Symbols, finite, read_only
+from chaosdrill.model.outline import LATE, Whole, attributes, deriving, outline
+from chaosdrill.model.tables import ANOTHER, UNNAMED, finite, read_only
 from chaosdrill.model.transition import Transition
 from chaosdrill.names import remedy, shown
 
@@ -266,7 +266,7 @@ class HybridSystem:
 
         def __getattr__(self, name: str) -> Any:
             # what an outline leaves out
-            if "whole" not in vars(self) or name not in EXPRESSIONS:
+            if "whole" not in vars(self) or name not in LATE:
                 raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
             self._put(**{name: vars(self)["whole"].part(name)})
             return vars(self)[name]
@@ -311,7 +311,10 @@ class HybridSystem:
     @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in order."""
-        return self.states.names if isinstance(self.states, Symbols) else tuple(s.name for s in self.states)
+        if "states" in vars(self):
+            return tuple(s.name for s in self.states)
+        names: tuple[str, ...] = vars(self)["outlined_states"]
+        return names
 
     @property
     def start(self) -> dict[str, Any]:
@@ -478,11 +481,11 @@ class HybridSystem:
             names = tuple(map(str, start["state"].values)) if "state" in start.coords else names
             found = start.values
         numbers = list(found) if isinstance(found, Iterable) and not isinstance(found, str | bytes) else []
-        if getattr(found, "ndim", 1) != 1 or len(numbers) != len(self.states):
+        if getattr(found, "ndim", 1) != 1 or len(numbers) != len(self.state_names):
             received = f"an array of shape {found.shape}" if hasattr(found, "shape") else f"{found!r:.60}"
             raise SettingsError(
-                f"{self.name}: the initial state is {received}; it must have {len(self.states)} numbers, in the order "
-                f"{', '.join(self.state_names)}; or give some by name, as in {self.state_names[0]}=0.1"
+                f"{self.name}: the initial state is {received}; it must have {len(self.state_names)} numbers, in the "
+                f"order {', '.join(self.state_names)}; or give some by name, as in {self.state_names[0]}=0.1"
             )
         return dict(zip(names, numbers, strict=True))
 

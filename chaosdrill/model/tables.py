@@ -51,45 +51,6 @@ class Table(_ReadOnly, dict[Any, Any]):
         return dict(self)
 
 
-class Symbols(Sequence[Any]):
-    """Symbols of which the names are known; they do what a tuple does."""
-
-    def __init__(self, names: Sequence[str], find: Callable[[], Sequence[Any]]) -> None:
-        self.names = tuple(names)
-        self._find = find
-
-    def __len__(self) -> int:
-        return len(self.names)
-
-    def __getitem__(self, index: Any) -> Any:
-        return self._find()[index]
-
-    def __add__(self, other: tuple[Any, ...]) -> tuple[Any, ...]:
-        return (*self, *other)
-
-    def __radd__(self, other: tuple[Any, ...]) -> tuple[Any, ...]:
-        return (*other, *self)
-
-    def __mul__(self, times: int) -> tuple[Any, ...]:
-        return tuple(self) * times
-
-    __rmul__ = __mul__
-
-    def _sympy_(self) -> Any:
-        from sympy import Tuple
-
-        return Tuple(*self)
-
-    def __eq__(self, other: object) -> bool:
-        return tuple(self) == (tuple(other) if isinstance(other, Symbols) else other)
-
-    def __hash__(self) -> int:
-        return hash(tuple(self))
-
-    def __repr__(self) -> str:
-        return repr(tuple(self))
-
-
 class Entries(_ReadOnly, Mapping[str, Any]):
     """A table of which the names are known; read only as `Table`, and else what it does."""
 

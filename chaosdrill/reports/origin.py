@@ -277,7 +277,7 @@ def system_latex(system: HybridSystem) -> str | None:
 
 
 def _equations(system: HybridSystem) -> int:
-    fields = len(system.modes) * len(system.states)
+    fields = len(system.modes) * len(system.state_names)
     return fields + sum(1 + len(event.reset) for event in system.transitions) + len(system.quadratures)
 
 

@@ -68,6 +68,8 @@ def test_an_installation_that_cannot_be_written_brings_its_engine(tmp_path):
     environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent)}
     made = subprocess.run(warm, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
     assert f"in {tmp_path / 'warm'}" in made.stdout
+    # what systems call by name
+    assert list((tmp_path / "warm").glob("special.positive_power.*"))
     packed = tmp_path / "packed.zip"
     with zipfile.ZipFile(packed, "w") as archive:
         for file in PACKAGE.rglob("*"):
