@@ -1,0 +1,38 @@
+"""An installation has every file of the package, and a source distribution what it is built and cited from."""
+
+import tomllib
+from fnmatch import fnmatch
+from pathlib import Path
+
+import pytest
+
+import chaosdrill
+from chaosdrill.version import __version__
+
+PACKAGE = Path(chaosdrill.__file__).parent
+ROOT = PACKAGE.parent
+SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+
+
+def files():
+    return [one.relative_to(PACKAGE) for one in PACKAGE.rglob("*") if one.is_file() and "__pycache__" not in one.parts]
+
+
+def test_data_files_are_listed():
+    """Setuptools takes modules by itself, and of the rest what is listed."""
+    patterns = SETTINGS["tool"]["setuptools"]["package-data"]["chaosdrill"]
+    data = [one.as_posix() for one in files() if one.suffix != ".py"]
+    assert data
+    assert [one for one in data if not any(fnmatch(one, pattern) for pattern in patterns)] == []
+
+
+def test_every_folder_of_modules_is_a_package():
+    folders = {one.parent for one in files() if one.suffix == ".py"}
+    assert [one for one in folders if not (PACKAGE / one / "__init__.py").is_file()] == []
+
+
+@pytest.mark.parametrize("name", ["CHANGELOG.md", "CITATION.cff"])
+def test_a_source_distribution_has_what_describes_the_release(name):
+    text = (ROOT / name).read_text(encoding="utf-8")
+    assert __version__ in text
+    assert name in (ROOT / "MANIFEST.in").read_text(encoding="utf-8").split()
