@@ -198,7 +198,8 @@ class HybridSystem:
             found = cls.known(key, make, limits)
             if found is None:
                 found = make()
-                found.shared.key, found.shared.outline = key, outline(found)
+                # others of the same equations may be known by another key
+                found.shared.key, found.shared.outline, found.shared.recalled = key, outline(found), frozenset()
                 cls._list(key, found)
         return found
 

@@ -347,3 +347,12 @@ def test_a_record_hides_no_fault_of_another_scene(scene, change, fault):
     code, loaded, _, told = scene_process(folder, SCENE.replace(*change))
     assert "sympy" in loaded
     assert (code == 2 and fault in told) if fault else code == 0, told
+
+
+def test_scenes_of_the_same_equations_have_a_record_each(tmp_path, monkeypatch):
+    monkeypatch.setattr(record, "cache_folder", lambda: tmp_path)
+    for text in (SCENE, SCENE.replace("k = 4.0", "k = 5.0")):
+        system = cd.parse_scene(text).system
+        kernels_of(system)
+        record.remember(system)
+    assert len(list(tmp_path.rglob(f"*{cache.RECORD}"))) == 2
