@@ -351,6 +351,7 @@ def test_a_record_hides_no_fault_of_another_scene(scene, change, fault):
 
 def test_scenes_of_the_same_equations_have_a_record_each(tmp_path, monkeypatch):
     monkeypatch.setattr(record, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(model, "_listed", type(model._listed)())
     for text in (SCENE, SCENE.replace("k = 4.0", "k = 5.0")):
         system = cd.parse_scene(text).system
         kernels_of(system)
