@@ -43,7 +43,7 @@ class Known:
             dict(system.parameters),
             states=tuple(system.state_names),
             limits=system.limits,
-            drawn=len(system.states) - system.free,
+            drawn=len(system.state_names) - system.free,
         )
 
     def unused(self, parameter: str) -> str:
