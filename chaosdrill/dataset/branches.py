@@ -31,6 +31,8 @@ class Special(Code):
     GRAZING_FOLD = 20
     GRAZING_FLIP = 21
     GRAZING_NEIMARK_SACKER = 22
+    LEVEL = 23
+    OPTIMUM = 24
 
     @property
     def words(self) -> str:
@@ -120,6 +122,8 @@ _HAPPENS = {
     Special.GRAZING_FOLD: "A guard is met at zero speed by an orbit with a multiplier +1.",
     Special.GRAZING_FLIP: "A guard is met at zero speed by an orbit with a multiplier -1.",
     Special.GRAZING_NEIMARK_SACKER: "A guard is met at zero speed by an orbit with a pair on the unit circle.",
+    Special.LEVEL: "A function of the orbit takes a value that was asked for.",
+    Special.OPTIMUM: "A function of the orbit is largest or smallest.",
 }
 
 _BORN = {

@@ -15,7 +15,7 @@ from chaosdrill.orbits.criticality import normal_form
 from chaosdrill.orbits.crossings import Located, located, noise_of, steps_with
 from chaosdrill.orbits.event_changes import branch_behind, reason, recounted, slowness, what_changed
 from chaosdrill.orbits.find import NoOrbitError, admissible, starting_orbit
-from chaosdrill.orbits.marks import Marks
+from chaosdrill.orbits.marks import NO_COLUMNS, Columns
 from chaosdrill.orbits.multipliers import free_multipliers, is_stable, multipliers, structural_rank
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.problem import CONVERGED, LostError, Shot
@@ -393,7 +393,7 @@ def branches(
     max_points: int,
     numerics: Numerics,
     progress: Progress | None,
-    marks: Marks | None = None,
+    columns: Columns = NO_COLUMNS,
 ) -> BranchResult:
     """The branch through an orbit, and up to ``doublings`` generations of doubled branches.
 
@@ -411,8 +411,8 @@ def branches(
         Largest number of points of one branch.
     progress : callable, optional
         Called with the branches done, the branches planned and None.
-    marks : Marks, optional
-        The section, as for `chaosdrill.orbits.find.find_orbit`.
+    columns : Columns, optional
+        What else is told of every orbit.
 
     Returns
     -------
@@ -461,7 +461,9 @@ def branches(
         generation = following
         _report(progress, found, doublings)
     cascade = _longest_cascade(found) if doublings else None
-    return branch_table(problem, (parameter,), found, cascade, marks, missing)
+    if columns.wanted is not None:
+        missing += [words for one in found for words in columns.wanted.mark(one)]
+    return branch_table(problem, (parameter,), found, cascade, columns, missing)
 
 
 def _partners(curve: Curve, whole: Branch, step: float, most: int) -> list[Branch]:

@@ -186,6 +186,15 @@ CONDITIONS = [
     Condition(Special.GRAZING_FOLD, Special.GRAZING, _at(1, 0, True), 1),
     Condition(Special.GRAZING_FLIP, Special.GRAZING, _at(-1, 0, False), 1),
     Condition(Special.GRAZING_NEIMARK_SACKER, Special.GRAZING, _each(_circling), 2, _on_circle),
+    *(
+        Condition(kind, curve, values, multiplicity, proper)
+        for curve in (Special.LEVEL, Special.OPTIMUM)
+        for kind, values, multiplicity, proper in (
+            (Special.FOLD, _at(1, 0, True), 1, lambda curve, point: True),
+            (Special.PERIOD_DOUBLING, _at(-1, 0, False), 1, lambda curve, point: True),
+            (Special.NEIMARK_SACKER, _each(_circling), 2, _on_circle),
+        )
+    ),
 ]
 """What is looked for along curves."""
 
@@ -222,7 +231,7 @@ def mark_conditions(branch: "Branch") -> list[str]:
         if branch.end == BranchEnd.CLOSED and len(branch.segments) == last - first:
             found = [one for one in found if not _again(curve, one[2], found)]
         for k, _, one in sorted(found, key=lambda entry: entry[:2], reverse=True):
-            _insert(branch, *chain[k - (one.part == 0.0)], one)
+            insert(branch, *chain[k - (one.part == 0.0)], one, one.point.special.words)
     return missing
 
 
@@ -291,7 +300,7 @@ def _again(curve: "SpecialCurve", one: Located, found: Sequence[tuple[int, float
     )
 
 
-def _insert(branch: "Branch", number: int, place: int, one: Located) -> None:
+def insert(branch: "Branch", number: int, place: int, one: Located, text: str) -> None:
     """Put a located point before another one of a segment, or in its place if it is there, and mark it."""
     segment = branch.segments[number]
     points = list(segment.points)
@@ -303,4 +312,4 @@ def _insert(branch: "Branch", number: int, place: int, one: Located) -> None:
         for m in branch.marks
     ]
     kind = one.point.special
-    branch.marks = [*moved, Mark(number, place, kind, one.error, kind.words, one.multiplicity)]
+    branch.marks = [*moved, Mark(number, place, kind, one.error, text, one.multiplicity)]

@@ -13,7 +13,7 @@ from chaosdrill.orbits.branches import Branch, Mark, Progress, trace_branch
 from chaosdrill.orbits.codimension_two import mark_conditions
 from chaosdrill.orbits.continuation import Curve, Point, SpecialCurve
 from chaosdrill.orbits.find import NoOrbitError, starting_orbit
-from chaosdrill.orbits.marks import Marks
+from chaosdrill.orbits.marks import NO_COLUMNS, Columns
 from chaosdrill.orbits.multipliers import free_multipliers, pair_near
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.problem import LostError, Problem
@@ -23,7 +23,11 @@ from chaosdrill.orbits.switching import lifted
 from chaosdrill.orbits.table import branch_table, nothing
 
 FOLLOWED = {
-    kind.meaning: kind for kind in (Special.FOLD, Special.PERIOD_DOUBLING, Special.NEIMARK_SACKER, Special.GRAZING)
+    kind.meaning: kind
+    for kind in (
+        *(Special.FOLD, Special.PERIOD_DOUBLING, Special.NEIMARK_SACKER, Special.GRAZING),
+        *(Special.LEVEL, Special.OPTIMUM),
+    )
 }
 """What can be followed, by name."""
 
@@ -40,7 +44,7 @@ def curve(
     max_points: int,
     numerics: Numerics,
     progress: Progress | None,
-    marks: Marks | None = None,
+    columns: Columns = NO_COLUMNS,
 ) -> BranchResult:
     """The curve of special points of one kind over two parameters through the nearest such point.
 
@@ -53,15 +57,16 @@ def curve(
         Smallest and largest value of each.
     period, start, transient
         Of the first orbit, as for `chaosdrill.orbits.find.starting_orbit`.
-    follow : {"fold", "period_doubling", "neimark_sacker", "grazing"}
+    follow : {"fold", "period_doubling", "neimark_sacker", "grazing", "level", "optimum"}
+        The last two: where the first of the functions of ``columns`` takes its value, or is largest or smallest.
     step : float
         Longest step of the first parameter; that of the second is the same part of its range.
     max_points : int
         Largest number of points in one direction.
     progress : callable, optional
         Called with the directions done, their total and None.
-    marks : Marks, optional
-        The section, as for `chaosdrill.orbits.find.find_orbit`.
+    columns : Columns, optional
+        What else is told of every orbit, and the functions of which one is followed.
 
     Returns
     -------
@@ -81,13 +86,17 @@ def curve(
     over = Curve(alone, ranges[:1])
     along = over.first(orbit, shot)
     ways = [trace_branch(over, one, part, max_points) for one in (along, along.turned())]
+    if kind in (Special.LEVEL, Special.OPTIMUM) and columns.wanted is not None:
+        for way in ways:
+            columns.wanted.mark(way)
     found = _nearest(ways, kind)
     if found is None:
         text = f"no {called} on the branch of {name} through the orbit: {_told(ways)}"
         return nothing(system, parameters, Outcome.NO_SPECIAL_POINT, text)
     problem = alone.alike(system, parameters)
     try:
-        curve, first = _begin(problem, lifted(found, system.parameters[parameters[1]]), kind, ranges)
+        lifted_orbit = lifted(found, system.parameters[parameters[1]])
+        curve, first = _begin(problem, lifted_orbit, kind, ranges, columns)
     except LostError as lost:
         text = f"the {called} at {name} = {found.starts[0, -1]:.12g} cannot be followed: {lost}"
         return nothing(system, parameters, Outcome.NO_SPECIAL_POINT, text)
@@ -105,7 +114,9 @@ def curve(
     branch.marks.append(Mark(*place, kind, error, "start of the curve"))
     branch.start = f"the {called} at {name} = {value:.12g}"
     missing = mark_conditions(branch)
-    result = branch_table(problem, parameters, [branch], None, marks, missing)
+    if columns.wanted is not None:
+        missing += columns.wanted.mark(branch)
+    result = branch_table(problem, parameters, [branch], None, columns, missing)
     if kind == Special.NEIMARK_SACKER:
         return _circling(problem, result, branch)
     return replace(result, stable=_stable(problem, result.multipliers, kind))
@@ -130,7 +141,14 @@ def _told(ways: list[Branch]) -> str:
     return f"{there} between {' and '.join(f'{v:.9g}' for v in sorted(ends))}"
 
 
-def _begin(problem: Problem, orbit: Orbit, kind: Special, ranges: np.ndarray) -> tuple[SpecialCurve, Point]:
+def _begin(
+    problem: Problem, orbit: Orbit, kind: Special, ranges: np.ndarray, columns: Columns
+) -> tuple[SpecialCurve, Point]:
+    if kind in (Special.LEVEL, Special.OPTIMUM):
+        assert columns.wanted is not None
+        wanted = columns.wanted
+        curve = SpecialCurve(problem, ranges, wanted.level_test() if kind == Special.LEVEL else wanted.optimum_test())
+        return curve, curve.begin(orbit, problem.shoot(orbit), 0.0)
     weights = problem.weights(orbit, np.ptp(ranges, axis=1))
     test, orbit, shot, tracked = test_function_at(problem, orbit, problem.shoot(orbit), kind, weights)
     curve = SpecialCurve(problem, ranges, test)
@@ -141,7 +159,7 @@ def _stable(problem: Problem, values: np.ndarray, kind: Special) -> np.ndarray:
     """Whether all multipliers but the critical one are inside the unit circle; False where one is NaN."""
     free = free_multipliers(values, problem.neutral.count)
     moduli = np.abs(free)
-    if kind != Special.GRAZING:
+    if kind in (Special.FOLD, Special.PERIOD_DOUBLING):
         critical = 1.0 if kind == Special.FOLD else -1.0
         np.put_along_axis(moduli, np.abs(free - critical).argmin(axis=-1)[:, np.newaxis], 0.0, axis=-1)
     return (moduli < 1).all(axis=-1)

@@ -15,6 +15,7 @@ from chaosdrill.orbits.settings import SETTINGS
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
+    from chaosdrill.orbits.function_points import Wanted
     from chaosdrill.orbits.orbit import Orbit
     from chaosdrill.orbits.problem import Problem
 
@@ -25,6 +26,17 @@ class Marks:
 
     system: "HybridSystem"  # with transitions that mark the section, if it is a surface, behind its own
     transitions: frozenset[int]
+
+
+@dataclass(frozen=True)
+class Columns:
+    """What is told of every orbit of a branch beside its state and multipliers."""
+
+    marks: Marks | None = None  # the section, as for `chaosdrill.orbits.find.find_orbit`
+    wanted: "Wanted | None" = None  # functions of the orbit, and what of them makes a point special
+
+
+NO_COLUMNS = Columns()
 
 
 def section_of(problem: "Problem", orbit: "Orbit", marks: Marks | None) -> np.ndarray:

@@ -4,7 +4,7 @@ Throughout, n is the number of states, k the period in forcing periods (1 for au
 events in one period, P the number of points of all branches together, q the number of free parameters.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +15,7 @@ from chaosdrill.dataset.outcomes import Outcome
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
     from chaosdrill.orbits.orbit import Orbit
-    from chaosdrill.orbits.problem import Problem
+    from chaosdrill.orbits.problem import Problem, Shot
 
 
 @dataclass(frozen=True)
@@ -95,6 +95,7 @@ class FoundOrbit:
     path_states: np.ndarray  # (m, n)
     neutral: int = 0  # how many multipliers are 1 by the structure of the system, that of the flow direction among them
     derived: Derived | None = None  # its derivatives by parameters, if they were asked for
+    solved: "tuple[Problem, Orbit, Shot] | None" = None  # what was solved; None without an orbit
 
 
 @dataclass(frozen=True)
@@ -178,3 +179,6 @@ class BranchResult:
     message: str = ""  # a remark on the start, such as why it has no branch; empty if all is well
     neutral: int = 0  # as in `FoundOrbit`
     orbits: tuple[tuple["Problem", "Orbit", int], ...] = ()  # (P,): what was solved, and the rank of the tangent map
+    functions: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    """(P, F): functions of the orbits, as many as were asked for."""
+    function_errors: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))  # (P, F)

@@ -324,5 +324,21 @@ class Settings:
     checked: int = 4
     """Points of a segment that the ordinary engine follows as well, at most."""
 
+    # functions of an orbit
+    function_pieces: int = 64
+    """Pieces of a segment in a quadrature, at most; what more would change is part of the error."""
+    function_error: float = 1e-13
+    """Part of an integral by which twice as many pieces may change it for these to be enough."""
+    function_grid: int = 64
+    """Parts of a segment at whose ends a greatest value is looked for first."""
+    function_narrowest: float = 1e-8
+    """Part of a segment at which the greatest value is known to round-off: it changes with the square."""
+    function_shift: float = 1e-6
+    """Part of the size of a state by which it is changed to see what its error does to a function."""
+    function_nodes: int = 9
+    """Points of a branch from whose polynomial an optimum is taken."""
+    function_step: float = 1e-3
+    """Step of the differences, in the norm of the weights, whose vanishing makes an optimum."""
+
 
 SETTINGS = Settings()

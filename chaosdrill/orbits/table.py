@@ -12,7 +12,7 @@ import numpy as np
 from chaosdrill.dataset.branches import Special
 from chaosdrill.orbits.crossings import unexplained
 from chaosdrill.orbits.guess import with_values
-from chaosdrill.orbits.marks import Marks, section_of
+from chaosdrill.orbits.marks import Columns, section_of
 from chaosdrill.orbits.multipliers import is_stable, multipliers
 from chaosdrill.orbits.problem import Problem
 from chaosdrill.orbits.results import BranchInfo, BranchResult, Cascade, SpecialPoint
@@ -64,10 +64,10 @@ def branch_table(
     parameters: tuple[str, ...],
     branches: "Sequence[Branch]",
     cascade: Cascade | None,
-    marks: Marks | None,
+    columns: Columns,
     missing: "Sequence[str]" = (),
 ) -> BranchResult:
-    """One table of the points of all branches, with those on a section; ``missing`` says what could not be followed."""
+    """One table of the points of all branches, with what ``columns`` ask for; ``missing`` is what was not followed."""
     tables, events, infos = [], [], []
     names: dict[str, int] = {}
     total = 0
@@ -79,7 +79,7 @@ def branch_table(
             if not len(segment):
                 continue
             sequence = names.setdefault(_cycle(segment.orbit(0).events(problem.plain)), len(names))
-            tables.append(_table(segment, number, sequence, marks))
+            tables.append(_table(segment, number, sequence, columns))
             total += len(segment)
             period = segment.orbit(0).periods
         for mark in branch.marks:
@@ -118,12 +118,16 @@ def branch_table(
     )
 
 
-def _table(segment: "BranchSegment", number: int, sequence: int, marks: Marks | None) -> dict[str, Any]:
+def _table(segment: "BranchSegment", number: int, sequence: int, columns: Columns) -> dict[str, Any]:
     problem, points, first = segment.curve.problem, segment.points, segment.orbit(0)
     strobes, modes = problem.strobes([p.orbit for p in points])
     values = multipliers(problem, first, segment.monodromies, segment.rank)
     # at grazing the map has no derivative on the side where the guard is crossed
     values[_slowness(segment) < SETTINGS.grazing_speed] = complex(np.nan, np.nan)
+    marks, wanted = columns.marks, columns.wanted
+    none = np.zeros((len(points), 0))
+    seen = [p.orbit for p in points], [p.shot for p in points]
+    functions = (none, none) if wanted is None else wanted.functions(problem, *seen)
     return {
         "values": segment.values,
         "branch": np.full(len(points), number),
@@ -140,6 +144,8 @@ def _table(segment: "BranchSegment", number: int, sequence: int, marks: Marks | 
         "smallest_speed": segment.speeds.min(axis=1),
         "residual": np.array([p.shot.residual for p in points]),
         "orbits": [(problem, p.orbit, segment.rank) for p in points],
+        "functions": functions[0],
+        "function_errors": functions[1],
     }
 
 

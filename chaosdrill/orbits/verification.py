@@ -360,6 +360,7 @@ def describe(
         checks=_nothing_to_check(problem.states),
         neutral=problem.neutral.count,
         derived=None,
+        solved=(problem, orbit, shot),
     )
     derived = derived_of(problem, derive, orbit, found.multipliers, rank) if derive else None
     return replace(found, checks=check(problem, orbit, found, repeated), derived=derived)

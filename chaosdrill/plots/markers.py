@@ -43,6 +43,8 @@ SPECIAL_MARKERS = {
     "grazing_fold": "$+$",
     "grazing_flip": "$-$",
     "grazing_neimark_sacker": "$\\circ$",
+    "level": "$=$",
+    "optimum": "$!$",
 }
 """Shape of each kind of special point; white with a black edge, and black where it is hard: both read on any line."""
 WARNING = "#B3261E"
@@ -60,6 +62,8 @@ _NAMES = {
     "grazing_fold": "grazing with fold",
     "grazing_flip": "grazing with flip",
     "grazing_neimark_sacker": "grazing with Neimark-Sacker",
+    "level": "level of a function",
+    "optimum": "optimum of a function",
 }
 _ENDS = {
     "joined": "meets another branch",

@@ -184,8 +184,11 @@ ORBITS_CASES = [
     (
         '"grazing"',
         '"torus"',
-        "22: analysis.curve.follow: expected one of ['fold', 'period_doubling', 'neimark_sacker', 'grazing']",
+        "22: analysis.curve.follow: expected one of ['fold', 'period_doubling', 'neimark_sacker', 'grazing', ",
     ),
+    ("step = 1e-3", "functions.f = 3", "17: analysis.branch.functions.f: expected a table"),
+    ("step = 1e-3", "levels.f = [1]", "17: analysis.branch.levels.f: there is no such function"),
+    ('follow = "grazing"', 'follow = "level"', '18: analysis.curve.levels: follow = "level" needs one level'),
 ]
 
 

@@ -6,6 +6,16 @@ from typing import TYPE_CHECKING, Any
 
 from chaosdrill.analysis.arguments import PARAMETERS, Ranges, chosen
 from chaosdrill.analysis.base import ORBITS, Orbit, analysis
+from chaosdrill.analysis.functions import (
+    FUNCTIONS,
+    LEVELS,
+    OPTIMA,
+    function_columns,
+    functions_of,
+    misfits_of_functions,
+    unnamed,
+    with_functions,
+)
 from chaosdrill.dataset.schema import (
     ITERATE,
     MULTIPLIER,
@@ -32,7 +42,7 @@ if TYPE_CHECKING:
     from chaosdrill.analysis.base import Job
     from chaosdrill.model import HybridSystem
 
-FOLLOW = ("fold", "period_doubling", "neimark_sacker", "grazing")
+FOLLOW = ("fold", "period_doubling", "neimark_sacker", "grazing", "level", "optimum")
 """Special points that can be followed in two parameters."""
 
 MOST_DOUBLINGS = 12
@@ -98,12 +108,14 @@ VARIABLES = table(
     may("accumulation", "", "f8", "accumulation point", "Where the period doublings lead."),
     may("accumulation_error", "", "f8", "error of the accumulation point", "Estimated from the last ratios."),
     may("neutral", "", "i4", "neutral multipliers", "How many are 1 by the structure of the system."),
+    *function_columns("point"),
     need("outcome", "", "i1", "outcome", "Of the search for the orbit from which the branch starts.", flags="outcome"),
     magnitude=("residual", "special_error", "special_coefficient_error", "accumulation_error"),
     bars={
         "special_value": "special_error",
         "special_coefficient": "special_coefficient_error",
         "accumulation": "accumulation_error",
+        "function_value": "function_error",
     },
 )
 
@@ -121,6 +133,9 @@ class Continuation(Orbit):
     step: float | None = setting(Number(above=0.0, most=LONGEST), None)
     max_points: int = setting(Whole(2, 1_000_000), 2000)
     derivatives: bool | list[str] = setting(PARAMETERS, False)
+    functions: dict[str, Any] | None = setting(FUNCTIONS, None)
+    levels: dict[str, Any] | None = setting(LEVELS, None)
+    optima: list[str] | None = setting(OPTIMA, None)
 
     @classmethod
     def together(cls, table: Mapping[str, Any], known: Known) -> Faults:
@@ -132,10 +147,22 @@ class Continuation(Orbit):
             yield ("follow",), told(f"sweep names only {names[0]!r}; name the second parameter too", follow)
         elif follow is not None and table.get("doublings"):
             yield ("doublings",), told("a curve in two parameters has none; leave it out", table["doublings"])
+        yield from unnamed(table)
+        wished = [len(one) for one in (table.get("levels") or {}).values()]
+        if follow == "level" and wished != [1]:
+            yield ("levels",), 'follow = "level" needs one level of one function, as in levels.force = [2.5]'
+        elif follow == "optimum" and len(table.get("optima") or ()) != 1:
+            yield ("optima",), 'follow = "optimum" needs the name of one function, as in optima = ["rate"]'
         first = table["sweep"][names[0]]
         room = abs(first["stop"] - first["start"])
         if table.get("step", 0) > room:
             yield ("step",), told(f"is longer than the whole range of {names[0]!r}, which is {room:g}", table["step"])
+
+    @classmethod
+    def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
+        """Functions of what the system does not have."""
+        yield from super().misfits(table, system)
+        yield from misfits_of_functions(table, system)
 
     @property
     def room(self) -> float:
@@ -180,15 +207,29 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
         Number of successive branches of doubled period to follow, each from the first period doubling met. Where
         another branch crosses the first one, as where a symmetric orbit loses its symmetry, it is followed on either
         side, and so are its doublings.
-    follow : {"fold", "period_doubling", "neimark_sacker", "grazing"}, optional
-        The special point to follow in two parameters. Points of codimension two on the curve are located: cusps, strong
-        resonances, generalised flips, Chenciner points, and where two conditions meet.
+    follow : {"fold", "period_doubling", "neimark_sacker", "grazing", "level", "optimum"}, optional
+        The special point to follow in two parameters; the last two are those of ``levels`` and ``optima``. Points of
+        codimension two on the curve are located: cusps, strong resonances, generalised flips, Chenciner points, and
+        where two conditions meet.
     step : float, optional
         Largest step in the parameter, of two in the first; default 1/200 of its range.
     max_points : int, default 2000
         Largest number of points of a branch on either side of its start.
     derivatives : bool or list of str, default False
         Parameters by which the orbit of every point is derived, as in `periodic_orbit`; True for all.
+    functions : mapping of a name to a table, optional
+        Functions of the orbit: ``{"force": {"of": "k*(y - d)", "take": "maximum"}}``. ``of`` is an expression of
+        states, time and parameters, in which a quadrature stands for its rate; ``take`` says what of it over one period
+        of the orbit: "mean", "total", "maximum" or "minimum" (default: "mean"). With ``at``, the name or kind of an
+        event, over the states before these events; with ``modes``, a list, only in these: elsewhere it is zero for a
+        mean or total, and left out of an extreme. ``units`` is kept.
+    levels : mapping of a function to numbers, optional
+        Where it takes one of these is a special point. With ``follow="level"`` one function is held at one value over
+        two parameters.
+    optima : list of str, optional
+        Functions whose largest and smallest values along a branch are special points. With ``follow="optimum"`` those
+        of one function over the first parameter are followed as the second varies. Along a curve they are optima under
+        its condition: of a held value, or over both parameters where the curve is one of optima.
     method, tolerance, steps, max_events, max_stalls, progress : optional
         As in `trajectory`, with a default tolerance of 1e-13.
 
@@ -205,7 +246,8 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
         ``special_text`` (special), and ``special_value_2`` on a curve; ``special_criticality`` says whether what is
         born at a doubling, a pitchfork or a Neimark-Sacker point is soft or hard, by the normal form's
         ``special_coefficient`` and ``special_coefficient_error``. Of a cascade ``doubling_value``,
-        ``doubling_period``, ``feigenbaum_ratio`` (doubling), ``accumulation`` and ``accumulation_error``. ``outcome``
+        ``doubling_period``, ``feigenbaum_ratio`` (doubling), ``accumulation`` and ``accumulation_error``. With
+        ``functions``, ``function_value`` and ``function_error`` (point, function). ``outcome``
         says whether a first orbit was found; the attribute ``message`` explains, and names places where the number of
         multipliers outside the unit circle changes without a special point.
 
@@ -230,6 +272,8 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
     from chaosdrill.analysis.sections import orbit_start
     from chaosdrill.orbits.branches import branches
     from chaosdrill.orbits.curves import curve
+    from chaosdrill.orbits.function_points import Wanted
+    from chaosdrill.orbits.marks import Columns
     from chaosdrill.orbits.multipliers import neutral_of
 
     begin = orbit_start(system, given, job.numerics)
@@ -237,17 +281,19 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
     longest = STEP * given.room if given.step is None else float(given.step)
     names, limits = tuple(given.sweep), np.array(list(given.sweep.values()))
     start, points = (begin.period, begin.start, begin.transient), given.max_points
+    functions = functions_of(system, given.functions)
+    wanted = None if functions is None else Wanted(functions, given.levels or {}, given.optima or ())
+    columns = Columns(begin.marks, wanted)
     if given.follow is None:
         ends = (float(limits[0, 0]), float(limits[0, 1]))
         result = branches(
-            system, names[0], ends, *start, given.doublings, longest, points, job.numerics, job.progress, begin.marks
+            system, names[0], ends, *start, given.doublings, longest, points, job.numerics, job.progress, columns
         )
     else:
         both = (names[0], names[1])
-        result = curve(
-            system, both, limits, *start, given.follow, longest, points, job.numerics, job.progress, begin.marks
-        )
+        result = curve(system, both, limits, *start, given.follow, longest, points, job.numerics, job.progress, columns)
     ds = branches_dataset(system, result)
+    ds = with_functions(ds, functions, "point", result.functions, result.function_errors)
     if by := chosen(system, given.derivatives):
         ds = branches_derived(ds, system, by, result)
     return ds.assign_attrs(message=result.message, structure=neutral_of(system).words(system))

@@ -6,6 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 from chaosdrill.analysis.arguments import LONGEST_PERIOD, PARAMETERS, RANDOM, SEEDS, chosen
 from chaosdrill.analysis.base import ORBITS, Orbit, analysis
+from chaosdrill.analysis.functions import (
+    FUNCTIONS,
+    function_columns,
+    functions_of,
+    misfits_of_functions,
+    values_on,
+    with_functions,
+)
 from chaosdrill.dataset.schema import (
     ITERATE,
     MULTIPLIER,
@@ -69,6 +77,7 @@ VARIABLES = table(
     grazing(ORBIT, "smallest_speed", required=True),
     *rates(ORBIT),
     *derivatives(ORBIT, events=True),
+    *function_columns(ORBIT),
     need("lyapunov_exponent", f"{ORBIT} multiplier", "f8", "Lyapunov exponent", "By QR over the orbit, descending."),
     need("exponent_difference", ORBIT, "f8", "exponents against multipliers", "Largest difference of the two."),
     need("determinant_difference", ORBIT, "f8", "sum rule", "Relative: multipliers against contractions on the way."),
@@ -79,6 +88,7 @@ VARIABLES = table(
     *forcing(),
     may("period_time_si", ORBIT, "f8", "duration of one period", SI, "s"),
     magnitude=("residual", "newton_residual", "exponent_difference", "determinant_difference", "recurrence_difference"),
+    bars={"function_value": "function_error"},
 )
 
 
@@ -91,6 +101,13 @@ class PeriodicOrbit(Orbit):
     seeds: list[dict[str, Any]] | None = setting(SEEDS, None)
     random: dict[str, Any] | None = setting(RANDOM, None)
     derivatives: bool | list[str] = setting(PARAMETERS, False)
+    functions: dict[str, Any] | None = setting(FUNCTIONS, None)
+
+    @classmethod
+    def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
+        """Functions of what the system does not have."""
+        yield from super().misfits(table, system)
+        yield from misfits_of_functions(table, system)
 
     @classmethod
     def together(cls, table: Mapping[str, Any], known: Known) -> Faults:
@@ -146,6 +163,8 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
         several of them; a seed has to meet an event before it escapes.
     derivatives : bool or list of str, default False
         Parameters by which start, times, mean rates, multipliers and exponents are derived; True for all.
+    functions : mapping of a name to a table, optional
+        Functions of the orbit, as in `continue_orbit`.
     method, tolerance, steps, max_events, max_stalls, progress : optional
         As in `trajectory`, with a default tolerance of 1e-13.
 
@@ -159,7 +178,8 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
         ``event_kind``, ``event_speed`` (event), ``event_state_before`` and ``event_state_after`` (event, state),
         ``smallest_speed``; the whole path as points that straight lines may join,
         ``path_time`` (path_point) and ``path_state`` (path_point, state), with both sides of an event at one time; mean
-        rates over the period, such as ``progression_rate`` and ``impacts_per_period``; ``residual``, and
+        rates over the period, such as ``progression_rate`` and ``impacts_per_period``; with ``functions``,
+        ``function_value`` and ``function_error`` (function); ``residual``, and
         ``newton_residual`` (iteration);
         ``lyapunov_exponent`` (multiplier) and the discrepancies found by the checks: ``exponent_difference``,
         ``determinant_difference``, ``recurrence_difference``, ``consistent``; ``neutral``, how many multipliers are 1
@@ -218,6 +238,8 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
             found = [replace(found[0], period=max(1, len(found[0].section)))]
         message, disagreement = found[0].message, found[0].checks.disagreements
     ds = orbits_dataset(system, found).assign(orbit_rates(system, found, job.numerics))
+    functions = functions_of(system, given.functions)
+    ds = with_functions(ds, functions, "orbit", *values_on(functions, found))
     told = {"message": message, "disagreement": disagreement, "structure": neutral_of(system).words(system)}
     if names:
         empty = underived(system, len(names), 0, NOT_OF_CHAOS)

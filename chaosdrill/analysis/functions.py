@@ -1,0 +1,141 @@
+"""Functions of an orbit as settings: tables of expressions by name, their levels and their optima."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from chaosdrill.dataset.schema import Table, axis, may
+from chaosdrill.names import key_text, remedy
+from chaosdrill.settings import Choice, Faults, ListOf, Number, Settings, TableOf, Text, Value, setting, told, within
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import numpy as np
+    import xarray as xr
+
+    from chaosdrill.model import HybridSystem
+    from chaosdrill.orbits.functions import Functions
+    from chaosdrill.orbits.results import FoundOrbit
+
+TAKES = ("mean", "total", "maximum", "minimum")
+"""What is taken of an expression: over the time of one period of the orbit, or over the events in it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FunctionTable(Settings):
+    """One function of the orbit."""
+
+    of: str = setting(Text())
+    take: str = setting(Choice(TAKES), "mean")
+    at: str | None = setting(Text(), None)
+    modes: list[str] | None = setting(ListOf(Text(), distinct=True), None)
+    units: str = setting(Text(), "1")
+
+
+class FunctionTables(Value):
+    """Functions by name; in Python the expression may be sympy's."""
+
+    def plain(self, value: Any) -> Any:
+        return {key_text(key): self._plain(one) for key, one in value.items()} if isinstance(value, Mapping) else value
+
+    def _plain(self, value: Any) -> Any:
+        from chaosdrill.model.text import write_text
+
+        if not isinstance(value, Mapping):
+            return value
+        names = ListOf(Text())
+        plain = {key: names.plain(one) if key == "modes" else one for key, one in value.items()}
+        return plain | {"of": write_text(plain["of"])} if hasattr(plain.get("of"), "free_symbols") else plain
+
+    def faults(self, value: Any) -> Faults:
+        if not isinstance(value, Mapping) or not value:
+            yield (), told("expected a table of functions by name, each with an expression: of", value)
+            return
+        for name, one in value.items():
+            yield from within((name,), FunctionTable.faults(one))
+
+
+FUNCTIONS = FunctionTables()
+LEVELS = TableOf(ListOf(Number(), distinct=True), " of lists of values by the name of a function")
+OPTIMA = ListOf(Text(), distinct=True)
+
+
+def function_columns(dims: str) -> Table:
+    """The variables of functions of orbits."""
+    return (
+        axis("function", "function", "str", "name of the function", "Of the orbit, as it was asked for."),
+        axis("function_expression", "function", "str", "expression of the function", "In words."),
+        axis("function_units", "function", "str", "units of the function", "As they were given."),
+        may("function_value", f"{dims} function", "f8", "function of the orbit", "NaN without such an event."),
+        may("function_error", f"{dims} function", "f8", "error of the function", "Estimated; of quadrature and orbit."),
+    )
+
+
+def misfits_of_functions(table: Mapping[str, Any], system: "HybridSystem") -> Faults:
+    """Expressions, events and modes that a system does not have."""
+    from chaosdrill.model.grammar import ExpressionError
+    from chaosdrill.orbits.functions import read_function
+
+    events = list(dict.fromkeys(name for t in system.transitions for name in (t.name, str(t.kind))))
+    for name, one in (table.get("functions") or {}).items():
+        try:
+            read_function(system, name, one)
+        except ExpressionError as fault:
+            yield ("functions", name, "of"), str(fault)
+        if one.get("at") is not None and one["at"] not in events:
+            yield ("functions", name, "at"), f"unknown event {one['at']!r:.60}; {remedy(one['at'], events)}"
+        for index, mode in enumerate(one.get("modes") or ()):
+            if mode not in system.modes:
+                yield ("functions", name, "modes", index), f"unknown mode {mode!r:.60}; {remedy(mode, system.modes)}"
+
+
+def unnamed(table: Mapping[str, Any]) -> Iterator[tuple[tuple[str | int, ...], str]]:
+    """Levels and optima of functions that there are not."""
+    functions = table.get("functions") or {}
+    for name in table.get("levels") or ():
+        if name not in functions:
+            yield ("levels", name), f"there is no such function; {_named(name, functions)}"
+    for index, name in enumerate(table.get("optima") or ()):
+        if name not in functions:
+            yield ("optima", index), f"there is no function {name!r:.60}; {_named(name, functions)}"
+
+
+def _named(name: str, functions: Mapping[str, Any]) -> str:
+    return remedy(name, functions) if functions else "name it in functions"
+
+
+def functions_of(system: "HybridSystem", tables: Mapping[str, Any] | None) -> "Functions | None":
+    """The functions that a sound table describes; None without one."""
+    from chaosdrill.orbits.functions import Functions, read_function
+
+    if not tables:
+        return None
+    return Functions(system, [read_function(system, name, one) for name, one in tables.items()])
+
+
+def values_on(functions: "Functions | None", orbits: "Sequence[FoundOrbit]") -> "tuple[np.ndarray, np.ndarray]":
+    """Values and errors on orbits that were found, both of shape (orbits, functions); NaN where there is none."""
+    import numpy as np
+
+    found = np.full((2, len(orbits), 0 if functions is None else len(functions)), np.nan)
+    for row, one in enumerate(orbits):
+        if functions is not None and one.solved is not None:
+            problem, orbit, shot = one.solved
+            found[:, row] = np.array(functions(problem, [orbit], [shot]))[:, 0]
+    return found[0], found[1]
+
+
+def with_functions(
+    ds: "xr.Dataset", functions: "Functions | None", dims: str, values: "np.ndarray", errors: "np.ndarray"
+) -> "xr.Dataset":
+    """A dataset with functions over these dimensions; the same without functions."""
+    if functions is None:
+        return ds
+    texts = ([one.words for one in functions.functions], [one.units for one in functions.functions])
+    named = zip(("function", "function_expression", "function_units"), (functions.names, *texts), strict=True)
+    # without an orbit there is no column
+    shape = (ds.sizes[dims], len(functions))
+    both = {"function_value": values.reshape(shape), "function_error": errors.reshape(shape)}
+    ds = ds.assign({name: ((dims, "function"), one) for name, one in both.items()})
+    return ds.assign_coords({name: ("function", list(text)) for name, text in named})
