@@ -7,6 +7,7 @@
     python3 studies/run.py throughput     speed of charts: other programs, two workers, number of points, memory
     python3 studies/run.py charts         charts of the drill, slow and fast drilling, basins; does chaos drill faster?
     python3 studies/run.py orbits         branches, cascades and grazing of the drill, validated by simulations
+    python3 studies/run.py procedure      the best rate of penetration along stable orbits with a bound on the force
     python3 studies/run.py chaos          how chaotic the drill is: angles, windows, transients, shares, one per cent
     python3 studies/run.py words          how often a motion is called wrongly: 5,920 records whose nature is known
     python3 studies/run.py archives       runs every scene of the studies and verifies its archive
@@ -53,6 +54,7 @@ JOBS = {
     "throughput": ("", ["studies/throughput/make.py"]),
     "charts": ("", ["studies/charts/make.py"]),
     "orbits": ("", ["studies/orbits/make.py"]),
+    "procedure": ("", ["studies/procedure/make.py"]),
     "chaos": ("", ["studies/chaos/make.py"]),
     "words": ("", ["studies/words/make.py"]),
     "archives": ("", ["studies/archives/make.py"]),
