@@ -325,7 +325,7 @@ class HybridSystem:
     @property
     def free(self) -> int:
         """States that a perturbation can move: all but those that noise is made of, which are the last ones."""
-        return len(self.states) - 2 * len(self.noise)
+        return len(self.state_names) - 2 * len(self.noise)
 
     @property
     def draws(self) -> bool:
