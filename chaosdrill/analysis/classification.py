@@ -15,7 +15,7 @@ import numpy as np
 from chaosdrill.analysis.recurrence import CLOSE, FLOOR, ROUND_OFF, Recurrence, recurrence
 from chaosdrill.analysis.stationarity import departs, stationarity
 from chaosdrill.analysis.statistics import SINKS, STAYS, error_of_exponents, leading
-from chaosdrill.analysis.tori import LEAST, REPEATS, aside, examine, only_grows, rests
+from chaosdrill.analysis.tori import LEAST, REPEATS, aside, closes, examine, only_grows, rests
 from chaosdrill.analysis.words import Evidence, words
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED
@@ -43,6 +43,9 @@ HYPERBOLIC = 1e-5
 NO_GROWTH = 8.0
 """Logarithm by which the tangent along the flow grows or shrinks in a record at most: on an attractor it is that of the
 speed at the end over that at the beginning."""
+
+OPEN_ANSWERS = (Outcome.TRANSIENT, Outcome.UNDECIDED)
+"""Words that leave open what a motion is on."""
 
 
 def undrawn(system: HybridSystem, states: np.ndarray) -> np.ndarray:
@@ -136,6 +139,7 @@ def evidence_of_records(
     coarse: np.ndarray,
     part: float,
     flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
+    passages: np.ndarray | None = None,
 ) -> Evidence:
     """All that whole records say by themselves, which reached their ends and are not continued.
 
@@ -147,6 +151,8 @@ def evidence_of_records(
         States at the beginning of the records and at the ends of their blocks.
     flow : callable, optional
         Rates of the states, as in `examine`, where there is no map.
+    passages : ndarray, shape (P, E, n + 1), optional
+        States and modes after the events of a transition, as in `add_passages`, of a system free of time.
     """
     ended = np.full(len(windows), int(Outcome.OK))
     windows, coarse = undrawn(system, windows), undrawn(system, coarse)
@@ -162,9 +168,27 @@ def evidence_of_records(
     e.exact = e.recurs & (found.residual <= ROUND_OFF)
     unclear = np.flatnonzero(~e.positive & ~e.negative)
     add_regularity(e, unclear, windows[unclear], known[unclear], structure, flow)
-    open_ = np.flatnonzero(np.isin(words(e), (Outcome.TRANSIENT, Outcome.UNDECIDED)))
+    if passages is not None:
+        open_ = unclear[_is_open(e.at(unclear))]
+        add_passages(e, open_, undrawn(system, passages[open_]), known[open_], structure)
+    open_ = np.flatnonzero(_is_open(e))
     _add_later(e, open_, windows[open_, windows.shape[1] // 2 :], known[open_], symmetries, flow)
     return e
+
+
+def _is_open(e: Evidence) -> np.ndarray:
+    return np.isin(words(e), OPEN_ANSWERS)
+
+
+def add_passages(e: Evidence, which: np.ndarray, passages: np.ndarray, known: np.ndarray, structure: Structure) -> None:
+    """Add what the states and modes after the events of a transition say of some motions, shape (P, E, n + 1).
+
+    Where events move states, instants of a torus or a cycle have no smooth averages and lie on no closed curve; its
+    points at the events of one transition come back, or follow an angle.
+    """
+    symmetries = structure.frame[: structure.symmetries]
+    e.exact[which] |= closes(aside(passages, symmetries), known)
+    e.ordered[which] |= examine(passages, known, symmetries).ordered
 
 
 def _add_later(
@@ -187,7 +211,7 @@ def _add_later(
     leaving, settling = stationarity(paths[:, :, :-1], known)
     stays = np.flatnonzero(~e.cycle_reached[which] & ~leaving & ~settling)
     seen = examine(later[stays], known[stays], symmetries, flow)
-    e.torus_reached[which[stays]] = seen.torus & seen.converges & ((flow is None) | seen.agrees)
+    e.torus_reached[which[stays]] = seen.ordered | seen.torus & seen.converges & ((flow is None) | seen.agrees)
     e.cycle_reached[which[stays]] |= seen.curve & seen.converges
 
 
@@ -358,7 +382,7 @@ def add_regularity(
     e.leaving[which], e.settling[which] = stationarity(aside(windows, symmetries)[:, :, :-1], known)
     e.drifts[which], e.long_cycle[which] = seen.drifts, seen.long_cycle
     e.torus[which], e.converges[which], e.agrees[which] = seen.torus, seen.converges, seen.agrees
-    e.curve[which] = seen.curve
+    e.curve[which], e.ordered[which] = seen.curve, seen.ordered
     if flow is not None:
         # instants of a short laminar phase may look like those of a torus
         e.torus[which] &= seen.agrees | e.unmoved[which]

@@ -6,6 +6,8 @@ whole numbers to frequencies in cycles a sample. On a cycle all are multiples of
 p f + q g whole for any two of them; on a torus two have no such integers.
 """
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from chaosdrill.analysis.statistics import fading
@@ -62,23 +64,39 @@ def incommensurate(points: np.ndarray) -> bool:
     return False
 
 
-def _lines(values: np.ndarray) -> list[tuple[float, float, float]]:
+def frequencies(values: np.ndarray) -> list[float]:
+    """Frequencies of the strongest lines of a sequence that are known, in cycles a sample."""
+    tops = [_top(values, guess) for _, guess in _guesses(values) if _is_apart(guess, len(values))]
+    return [top for top in tops if np.isfinite(top)]
+
+
+def _lines(values: np.ndarray) -> Iterator[tuple[float, float, float]]:
     """Heights, frequencies and errors of the strongest lines of a sequence, in cycles a sample."""
     most_of = len(values) * 3 // 4
-    size = 4 * len(values)
-    power = np.abs(np.fft.rfft(_faded(values), size))
-    found: list[tuple[float, float, float]] = []
-    most = power.max()
-    while len(found) < LINES and power.max() > WEAK * most:
-        top = int(power.argmax())
-        height, guess = float(power[top]), top / size
-        power[max(0, top - 4 * NARROW) : top + 4 * NARROW + 1] = 0.0
-        tops = [np.nan]  # where the line and its mirror image are one
-        if NARROW / len(values) < guess < 0.5 - NARROW / len(values):
+    for height, guess in _guesses(values):
+        tops = [np.nan]
+        if _is_apart(guess, len(values)):
             # a side lobe of another line moves with the length of the window
             tops = [_top(part, guess) for part in (values, values[:most_of], values[-most_of:])]
-        found.append((height, tops[0], max(float(np.ptp(tops)), ROUND_OFF)))
-    return found
+        yield height, tops[0], max(float(np.ptp(tops)), ROUND_OFF)
+
+
+def _guesses(values: np.ndarray) -> Iterator[tuple[float, float]]:
+    """Heights of the strongest lines of a sequence, and about where they are."""
+    size = 4 * len(values)
+    power = np.abs(np.fft.rfft(_faded(values), size))
+    most = power.max()
+    for _ in range(LINES):
+        top = int(power.argmax())
+        if not power[top] > WEAK * most:
+            return
+        yield float(power[top]), top / size
+        power[max(0, top - 4 * NARROW) : top + 4 * NARROW + 1] = 0.0
+
+
+def _is_apart(guess: float, length: int) -> bool:
+    """Whether a line and its mirror image are not one."""
+    return NARROW / length < guess < 0.5 - NARROW / length
 
 
 def _faded(values: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ from chaosdrill.analysis.arguments import tangent_count
 from chaosdrill.analysis.base import Points
 from chaosdrill.analysis.sections import Section, find_section
 from chaosdrill.analysis.statistics import block_ends
+from chaosdrill.analysis.tori import LENGTH
 from chaosdrill.engine.ahead import LANES, compile_ahead
 from chaosdrill.engine.batch import Batch, Returns
 from chaosdrill.engine.numerics import Numerics
@@ -130,6 +131,22 @@ class Plan:
             window=window,
             unit=self.where.unit if self.at_events else self.part,
             returns=Returns(self.where.longest, after=True) if self.at_events else None,
+        )
+
+    def passages(
+        self, parameters: Mapping[str, np.ndarray], starts: np.ndarray, modes: np.ndarray, transition: int
+    ) -> Batch:
+        """Runs without tangents from event to event of a transition, and the states after them."""
+        return Batch(
+            self.system,
+            parameters,
+            starts,
+            modes,
+            self.numerics,
+            section={transition},
+            window=LENGTH,
+            unit=self.where.unit,
+            returns=Returns(self.where.longest, after=True),
         )
 
     def bare(self, parameters: Mapping[str, np.ndarray], starts: np.ndarray, modes: np.ndarray) -> Batch:

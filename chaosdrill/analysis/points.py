@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from chaosdrill.analysis.classification import Verdict, add_regularity, judge, undrawn
-from chaosdrill.analysis.cycles import at_points, continued, escapes, linearised, search
+from chaosdrill.analysis.classification import OPEN_ANSWERS, Verdict, add_passages, add_regularity, judge, undrawn
+from chaosdrill.analysis.cycles import Begun, at_points, continued, escapes, linearised, search
 from chaosdrill.analysis.matching import KNOWN_BY, count_attractors, moments, number_attractors
 from chaosdrill.analysis.plan import BLOCKS, Plan
 from chaosdrill.analysis.recurrence import CLOSE, sizes
@@ -432,9 +432,13 @@ def _displace(
 def _tell(
     plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, which: np.ndarray, evidence: Evidence
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Outcomes of points whose exponent is not told from zero, by points of the map, and whether these were reached."""
+    """Outcomes of points whose exponent is not told from zero, by points of the map, and whether these were reached.
+
+    Where there is no map they are told by instants, and by the events that move their states most often.
+    """
     here = at_points(parameters, which)
-    runs = continued(plan, batch, which, here).mapped(plan, LENGTH)
+    begun = continued(plan, batch, which, here)
+    runs = begun.mapped(plan, LENGTH)
     runs.run(0, np.array([0, LENGTH]))
     reached = np.flatnonzero(runs.outcome == Outcome.OK)
     if plan.maps:
@@ -445,7 +449,22 @@ def _tell(
             add_regularity(
                 evidence, one, runs.window[one], runs.sizes[one], plan.structure, partial(runs.rates, int(p))
             )
+        _tell_by_passages(plan, begun, batch.counts[which], reached, evidence)
     return words(evidence), runs.outcome == Outcome.OK
+
+
+def _tell_by_passages(plan: Plan, begun: Begun, counts: np.ndarray, which: np.ndarray, evidence: Evidence) -> None:
+    """Add what the events say of some points that are undecided, by the transition that each has taken most often."""
+    changing = [i for i, t in enumerate(plan.system.transitions) if not t.marks_only()]
+    which = which[np.isin(words(evidence)[which], OPEN_ANSWERS)]
+    most = np.array(changing)[counts[which][:, changing].argmax(axis=1)] if changing else np.zeros(0)
+    for transition in np.unique(most[counts[which, most] > 0] if changing else most).tolist():
+        chosen = which[most == transition]
+        here = begun.at(chosen, begun.states[chosen])
+        runs = here.let(plan.passages(here.parameters, here.states, here.modes, transition))
+        runs.run(0, np.array([0, LENGTH]))
+        rows = np.flatnonzero(runs.outcome == Outcome.OK)
+        add_passages(evidence, chosen[rows], runs.window[rows], runs.sizes[rows], plan.structure)
 
 
 def _write(

@@ -22,6 +22,7 @@ from chaosdrill.analysis.words import Evidence, reason, words
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.build import dataset
 from chaosdrill.dataset.schema import names_of_errors
+from chaosdrill.engine.layout import EVENT_COLUMNS, EVENT_KIND, EVENT_MODE
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run, event_rates
 from chaosdrill.engine.structure import Structure, examine
@@ -29,6 +30,9 @@ from chaosdrill.model import HybridSystem
 
 ALL = 32
 """States up to which all exponents are computed, however few are asked for. Beyond, tangents take most of the time."""
+
+EVENTS, AT_ONCE = 4 * LENGTH, 1024
+"""Events that are kept at most, among which those of one transition tell, and those between two looks at a run."""
 
 
 def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: int, job: Job) -> xr.Dataset:
@@ -43,14 +47,14 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
     sums = np.full((len(ends), m), np.nan)
     drilled = np.full((len(ends), len(system.quadratures)), np.nan)
     sums[0], drilled[0] = 0.0, 0.0
-    path, begin = [np.zeros((0, len(system.state_names) + 1))], run.x.copy()
+    path, begin = _Path(run, passed=not plan.periodic and system.autonomous), run.x.copy()
     coarse = np.full((len(ends), len(system.state_names)), np.nan)
     coarse[0] = begin
     for block, length in enumerate(np.diff(ends), start=1):
         if outcome != Outcome.OK:
             break
         kept = m and (plan.count - ends[block]) * samples < LENGTH
-        outcome = _advance(run, int(length), path) if kept else run.advance(int(length))[0]
+        outcome = path.advance(int(length)) if kept else run.advance(int(length))[0]
         if outcome == Outcome.OK:
             sums[block] = np.where(run.lost[:m] == 1, -np.inf, run.logs[:m])
             drilled[block], coarse[block] = run.integrals(), run.x
@@ -73,7 +77,7 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
             neutral=np.array([neutral]),
             complete=m == system.free,
         )
-        evidence = _evidence(run, plan, structure, averages, np.concatenate(path)[-LENGTH:], coarse, job)
+        evidence = _evidence(run, plan, structure, averages, path, coarse, job)
         outcome, why = Outcome(int(words(evidence)[0])), reason(evidence)
     variables = {
         "exponent": np.arange(1, count + 1, dtype=np.int32),
@@ -101,13 +105,14 @@ def _dimension_error(
 
 
 def _evidence(
-    run: Run, plan: Span, structure: Structure, averages: Averages, path: np.ndarray, coarse: np.ndarray, job: Job
+    run: Run, plan: Span, structure: Structure, averages: Averages, path: "_Path", coarse: np.ndarray, job: Job
 ) -> Evidence:
-    """What a run says at its end; ``path`` are its last samples, ``coarse`` its states at the ends of all blocks."""
-    system, window, known = run.system, path[np.newaxis], run.sizes[np.newaxis]
+    """What a run says at its end; ``coarse`` are its states at the ends of all blocks."""
+    system, window, known = run.system, path.samples[np.newaxis], run.sizes[np.newaxis]
     flow = None if plan.periodic else partial(flow_of, run)
-    part = min(1.0, len(path) / (plan.count * run.samples))
-    e = evidence_of_records(system, structure, averages, window, known, coarse[np.newaxis], part, flow)
+    part = min(1.0, window.shape[1] / (plan.count * run.samples))
+    passages = path.passages()[np.newaxis] if path.met else None
+    e = evidence_of_records(system, structure, averages, window, known, coarse[np.newaxis], part, flow, passages)
     e.winds = structure.winds(flow_of(run)[np.newaxis]) & ~e.noisy
     if e.shrinks[0]:
         e.rests = rests(run.x[np.newaxis], known, flow_of(run), time_of_motion(system, job.numerics))
@@ -142,17 +147,53 @@ def computed_exponents(structure: Structure, count: int) -> int:
     return min(max(count, structure.most_neutral + 2), n)
 
 
-def _advance(run: Run, periods: int, path: list[np.ndarray]) -> Outcome:
-    """Go on, and keep the last samples with their modes in ``path``."""
-    n, outcome = len(run.system.state_names), Outcome.OK
-    if periods > LENGTH:
-        outcome, periods = run.advance(periods - LENGTH)[0], LENGTH
-    if outcome != Outcome.OK:
+class _Path:
+    """The last samples of a run with their modes, and, if asked for, the last events that moved its states."""
+
+    def __init__(self, run: Run, *, passed: bool) -> None:
+        self._run = run
+        self._moves = np.array([not t.marks_only() for t in run.system.transitions], dtype=bool)
+        n = len(run.system.state_names)
+        self._row = n + len(run.system.quadratures) + 1
+        self._samples = [np.zeros((0, n + 1))]
+        self._buffer = np.zeros((AT_ONCE if passed and self._moves.any() else 0, EVENT_COLUMNS + 2 * n))
+        self._events: list[np.ndarray] = []
+        self.met = 0
+
+    @property
+    def samples(self) -> np.ndarray:
+        """The last samples with their modes."""
+        return np.concatenate(self._samples)[-LENGTH:]
+
+    def advance(self, periods: int) -> Outcome:
+        """Let the run go on."""
+        run, n, outcome = self._run, len(self._run.system.state_names), Outcome.OK
+        if periods > LENGTH:
+            outcome, periods = run.advance(periods - LENGTH)[0], LENGTH
+        if outcome != Outcome.OK:
+            return outcome
+        rows = np.zeros(((periods + 1) * int(run.samples) + 2, self._row))
+        filled, full = 0, True
+        while full and outcome == Outcome.OK:
+            outcome, full = run.advance(periods, rows[filled:], self._buffer)
+            periods, (samples, met) = 0, run.filled()
+            filled += samples
+            if met:
+                events = self._buffer[:met]
+                self._events.append(events[self._moves[events[:, EVENT_KIND].astype(int)]])
+                self.met += len(self._events[-1])
+            if self.met > 2 * EVENTS:
+                self._events, self.met = [np.concatenate(self._events)[-EVENTS:]], EVENTS
+        self._samples.append(np.delete(rows[:filled], np.s_[n:-1], axis=1)[-LENGTH:])
         return outcome
-    rows = np.zeros(((periods + 1) * int(run.samples) + 2, n + len(run.system.quadratures) + 1))
-    outcome, _ = run.advance(periods, rows)
-    path.append(np.delete(rows[: run.filled()[0]], np.s_[n:-1], axis=1)[-LENGTH:])
-    return outcome
+
+    def passages(self) -> np.ndarray:
+        """States after the last events of the transition that moved them most often, and the modes before."""
+        events, n = np.concatenate(self._events)[-EVENTS:], len(self._run.system.state_names)
+        kinds = events[:, EVENT_KIND].astype(int)
+        kept = events[kinds == np.bincount(kinds).argmax()][-LENGTH:]
+        modes = kept[:, EVENT_MODE, np.newaxis]
+        return np.concatenate([kept[:, EVENT_COLUMNS + n :], modes], axis=1)
 
 
 def mean_exponents(

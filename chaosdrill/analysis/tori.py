@@ -18,6 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from chaosdrill.analysis.frequencies import incommensurate
+from chaosdrill.analysis.gaps import fills
+from chaosdrill.analysis.ordering import ordered
 from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence, sizes
 from chaosdrill.analysis.statistics import fading, in_blocks, standard_error
 from chaosdrill.codegen.kinds import void
@@ -50,17 +52,6 @@ TESTED = 1024
 
 BLOCKS = 256
 """Blocks of a sequence at most from which the error of a mean is taken."""
-
-GAPS, SHARE = 10, 0.01
-"""Parts of the extent of a state each of which holds such a share of the points of a torus at least: a harmonic motion
-is in the middle tenth for 6 % of its time. An adding machine leaves gaps at all scales, and where bursts interrupt a
-cycle they hardly fill those between its points."""
-
-CROSSINGS = 8
-"""Times that the points on such a curve pass its middle at least: a slow drift leaves no gaps either."""
-
-CURVES, THIN = 64, 64
-"""Curves at most onto which the points of a torus fall in turn, and points of each by which its gaps are told."""
 
 EXACT = 1e-7
 """Difference that is not asked to shrink, since the tolerance of the run may be all of it."""
@@ -236,6 +227,7 @@ class Regularity:
     converges: np.ndarray  # averages converge faster than any power
     agrees: np.ndarray  # averages over both halves agree as far as a run allows
     curve: np.ndarray  # instants lie on a closed curve along the flow
+    ordered: np.ndarray  # in the order of an angle the points run along a curve
 
 
 def examine(
@@ -247,7 +239,7 @@ def examine(
     """What motions are by their section points alone.
 
     Averages that do not agree make no chaos, since those of a torus that a jump cuts, as of an integrate-and-fire cell
-    at the strobe, do not either.
+    at the strobe, do not either; the order of its points tells it.
 
     Parameters
     ----------
@@ -265,16 +257,24 @@ def examine(
     states = paths[:, :, :-1]
     drifts = np.asarray(only_grows(states, known).any(axis=1))
     cycle = np.asarray(~drifts & _comes_back(paths, known))
-    smooth, converges, agrees, torus, curve = (np.zeros(len(windows), dtype=bool) for _ in range(5))
+    smooth, converges, agrees, torus, curve, in_order = (np.zeros(len(windows), dtype=bool) for _ in range(6))
     if windows.shape[1] >= LEAST:
         smooth, converges, agrees = agreement(states, known)
-        for k in np.flatnonzero(~drifts & ~cycle & smooth):
-            if flow is None:
-                weight = _one_over_extent(states[[k]], known[[k]])[0]
-                torus[k] = _by_gaps(states[k][:, weight > 0] * weight[weight > 0])
-            else:
-                curve[k], torus[k] = _by_neighbours(windows[k], paths[k], known[k], flow, symmetries)
-    return Regularity(drifts, cycle, torus, converges, agrees, curve)
+    weight = _one_over_extent(states, known)
+    for k in np.flatnonzero(~drifts & ~cycle):
+        moving = states[k][:, weight[k] > 0] * weight[k, weight[k] > 0]
+        if flow is None:
+            in_order[k] = ordered(moving)
+            torus[k] = smooth[k] and _by_gaps(moving)
+        elif smooth[k]:
+            curve[k], torus[k] = _by_neighbours(windows[k], paths[k], known[k], flow, symmetries)
+    return Regularity(drifts, cycle, torus, converges, agrees, curve, in_order)
+
+
+def closes(paths: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Whether points, shape (P, W, n + 1), come back to round-off again and again; bool, shape (P,)."""
+    found = recurrence(paths, known, paths.shape[1] // REPEATS)
+    return np.asarray((found.period > 0) & (found.residual <= ROUND_OFF))
 
 
 def _comes_back(paths: np.ndarray, known: np.ndarray) -> np.ndarray:
@@ -393,23 +393,6 @@ def _squares(off, pairs, angles, squares):
                 real * by_real - imaginary * by_imaginary,
                 real * by_imaginary + imaginary * by_real,
             )
-
-
-def fills(points: np.ndarray) -> int:
-    """On how many curves points, shape (W, n), which visit them in turn, go round and leave no gaps; 0: on none.
-
-    It takes one state to show that.
-    """
-    for curves in range(1, min(CURVES, len(points) // THIN) + 1):
-        path = points[::curves]
-        low, extent = path.min(axis=0), np.maximum(np.ptp(path, axis=0), CLOSE)
-        place = np.minimum((path - low) / extent * GAPS, GAPS - 1).astype(int)
-        shares = np.array([np.bincount(one, minlength=GAPS).min() for one in place.T]) / len(path)
-        above = place >= GAPS // 2
-        turns = (above[1:] != above[:-1]).sum(axis=0) >= CROSSINGS
-        if (turns & (shares >= SHARE)).any():
-            return curves
-    return 0
 
 
 def aside(windows: np.ndarray, symmetries: np.ndarray) -> np.ndarray:

@@ -66,6 +66,7 @@ class Evidence:
     converges: np.ndarray  # bool: averages converge faster than any power
     agrees: np.ndarray  # bool: averages over both halves of the record agree as far as a run allows
     curve: np.ndarray  # bool: instants lie on a closed curve along the flow
+    ordered: np.ndarray  # bool: in the order of an angle that turns evenly the points run along a curve
     cycle_reached: np.ndarray  # bool: the later half comes back to round-off, or its instants lie on a closed curve
     torus_reached: np.ndarray  # bool: the later half is that of a torus by all opinions but that of the exponent
     noisy: np.ndarray  # bool: what the motion is of is drawn at events, so that nothing ever repeats
@@ -119,13 +120,14 @@ class Evidence:
 
     @property
     def reached_cycle(self) -> np.ndarray:
-        """Whether the later half is on a cycle, and nearby motions come closer there."""
-        return self.cycle_reached & (self.late * self.length < -2 * FOLDS)
+        """Whether the later half is on a cycle, and nearby motions come closer there, or stay."""
+        growth = self.late * self.length
+        return self.cycle_reached & ((growth < -2 * FOLDS) | (np.abs(growth) <= UNMOVED))
 
     @property
     def reached_torus(self) -> np.ndarray:
         """Whether the later half is on a torus, along which tangents do not grow."""
-        return self.torus_reached & self.torus_possible & (np.abs(self.late) * self.length <= 2 * STILL)
+        return self.torus_reached & self.torus_possible & ~self.recurs & (np.abs(self.late) * self.length <= 2 * STILL)
 
     @property
     def falls_on(self) -> np.ndarray:
@@ -136,7 +138,14 @@ class Evidence:
     def regular(self) -> np.ndarray:
         """Whether it is a torus by all opinions: tangents do not grow, in themselves, not only against their error."""
         growth = np.abs(self.lead) * self.length
-        return self.torus & self.torus_possible & ((growth <= STILL) | (self.converges & (growth <= BOUNDED)))
+        still = (growth <= STILL) | (self.converges & (growth <= BOUNDED))
+        return self.torus & self.torus_possible & ~self.recurs & still
+
+    @property
+    def in_order(self) -> np.ndarray:
+        """Whether the points are those of a torus by their order, and tangents do not grow but for shear."""
+        sheared = np.abs(self.late) * self.length <= 2 * STILL
+        return self.ordered & self.torus_possible & ~self.recurs & (self.bounded | sheared)
 
     @property
     def unmoved(self) -> np.ndarray:
@@ -172,7 +181,7 @@ RULES = (
     Rule(
         Outcome.PERIODIC,
         lambda e: e.reached_cycle,
-        "its later half comes back to round-off, or its instants lie on a closed curve, and nearby motions come closer",
+        "its later half comes back to round-off, or lies on a closed curve, and nearby motions come closer, or stay",
     ),
     Rule(
         Outcome.QUASIPERIODIC,
@@ -204,6 +213,11 @@ RULES = (
         Outcome.QUASIPERIODIC,
         lambda e: ~e.positive & e.regular,
         "smooth averages converge faster than any power, the points leave no gaps, and tangents do not grow",
+    ),
+    Rule(
+        Outcome.QUASIPERIODIC,
+        lambda e: e.in_order & ~e.leaving,
+        "in the order of an angle that turns evenly the points run along a curve, and tangents do not grow",
     ),
     Rule(
         Outcome.PERIODIC,

@@ -105,6 +105,32 @@ def solids(rng, P, L):
     return tori(rng, P, L, 3)
 
 
+def wrinkles(rng, P, L):
+    """Curves of up to 100 harmonics that fall like a power, as those of tori that are about to break."""
+    k, states, growth = np.arange(L), np.empty((P, L, 2)), np.empty((P, L, 2))
+    for p in range(P):
+        angle = 2 * np.pi * (rng.uniform(0.02, 0.98) * k + rng.random())
+        order = np.arange(1, int(rng.integers(2, 101)))
+        weight = rng.normal(size=(2, len(order))) / order ** rng.uniform(1.8, 3)
+        phase = rng.uniform(0, 2 * np.pi, (2, len(order), 1))
+        states[p] = np.stack(
+            [w @ np.cos(order[:, np.newaxis] * angle + a) for w, a in zip(weight, phase, strict=True)]
+        ).T
+        stretch = np.log(1 + 0.4 * np.cos(angle))
+        growth[p, :, 0] = np.diff(stretch, append=stretch[-1])
+        growth[p, :, 1] = -(10 ** rng.uniform(-2, 0))
+    return seen(states), growth
+
+
+def jumps(rng, P, L):
+    """Curves that are cut, as those of a clock or of an integrate-and-fire cell at the strobe."""
+    turn, begin = rng.uniform(0.02, 0.98, (P, 1)), rng.random((P, 1))
+    phase = (turn * np.arange(L) + begin) % 1.0
+    bent = np.exp(-rng.uniform(0.2, 3, (P, 1)) * phase) + rng.uniform(0, 0.5, (P, 1)) * np.cos(2 * np.pi * phase)
+    rate = 10 ** rng.uniform(-2, 0, (P, 1))
+    return seen(np.stack([phase, bent], axis=-1)), np.stack([0 * phase, 0 * phase - rate], axis=-1)
+
+
 def departures(rng, P, L):
     """An unstable point that is left at any rate from any distance, up to the cycle beside it."""
     mu = 10 ** rng.uniform(-3.3, -1, P)
@@ -310,6 +336,8 @@ FAMILIES = {
     "tori": (tori, "quasiperiodic"),
     "surfaces": (surfaces, "quasiperiodic"),
     "solids": (solids, "quasiperiodic"),
+    "wrinkles": (wrinkles, "quasiperiodic"),
+    "jumps": (jumps, "quasiperiodic"),
     "islands": (islands, "quasiperiodic"),
     "departures": (departures, "periodic"),
     "spirals": (spirals, "quasiperiodic"),

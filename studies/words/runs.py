@@ -26,6 +26,12 @@ SWITCH = cd.HybridSystem(
     ],
     initial={"x": 0.3, "clock": 0.0},
 )
+FLIGHT = {"x": "u", "y": "v", "u": "0", "v": "0"}
+PUSH = "2*(u*x/a**2 + v*y)/((x/a**2)**2 + y**2)"
+SIDE = cd.Transition("side", "in", "in", "(x/a)**2 + y**2 - 1", 1, {"u": f"u - {PUSH}*x/a**2", "v": f"v - {PUSH}*y"})
+ELLIPSE = cd.HybridSystem(
+    name="ellipse", states="x y u v", parameters={"a": 2.0}, modes={"in": FLIGHT}, transitions=[SIDE]
+)
 DRILL = cd.drill(friction="stribeck", contact="hunt-crossley", eta=0.448)
 
 
@@ -72,6 +78,25 @@ def tori(rng, length):
     return departure(rng, TORUS.with_parameters(w=ratio), length, "xu")
 
 
+def shot(x, angle, a, length):
+    """A shot in an ellipse that meets it about so many times."""
+    start = {"x": float(x), "y": 0.0, "u": float(np.cos(angle)), "v": float(np.sin(angle))}
+    return ELLIPSE.with_parameters(a=float(a)).with_initial(**start), {"duration": 1.5 * length * a}, False
+
+
+def shots(rng, length):
+    """Of any kind: off a hyperbola or an ellipse of the same foci."""
+    a = rng.uniform(1.05, 3)
+    return *shot(rng.uniform(-0.9, 0.9) * a, rng.uniform(0.2, 2.9), a, length)[:2], length <= 256
+
+
+def stars(rng, length):
+    """Stars in a circle, of up to 30 sides."""
+    sides = int(rng.integers(3, 31))
+    turns = next(t for t in iter(lambda: int(rng.integers(1, sides)), 0) if 2 * t < sides and np.gcd(t, sides) == 1)
+    return *shot(np.cos(np.pi * turns / sides), np.pi / 2, 1.0, length)[:2], length <= 4 * sides
+
+
 def drill(rng, length):
     """Stretches of the drill's chaos, whose exponent is 44 standard errors above zero in 20,000 periods."""
     return DRILL, {"periods": length, "transient": int(rng.integers(300, 2000))}, False
@@ -84,6 +109,8 @@ RUNS = {
     "Lorenz, laminar": (laminar, "chaotic"),
     "flows to cycles": (cycles, "periodic"),
     "flows to tori": (tori, "quasiperiodic"),
+    "shots in an ellipse": (shots, "quasiperiodic"),
+    "stars in a circle": (stars, "periodic"),
     "the drill": (drill, "chaotic"),
 }
 """Families, and the one word for each."""
