@@ -170,7 +170,9 @@ def _counts(segment: "BranchSegment") -> np.ndarray:
     """
     values = free_of(segment)
     error = SETTINGS.tangent_error * len(segment.orbit(0)) * np.maximum(1.0, np.abs(values).max(axis=-1, initial=0.0))
-    known = np.isfinite(values).all(axis=-1)
+    # what is below that error may be anything up to it
+    unknown = (np.abs(values) <= error[:, np.newaxis]).any(axis=-1) & (error >= 1)
+    known = np.isfinite(values).all(axis=-1) & ~unknown
     near = np.abs(np.abs(values) - 1).min(axis=-1, initial=np.inf)
     return np.where(known & (near > np.sqrt(error)), outside(values), -1)
 
