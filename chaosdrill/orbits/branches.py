@@ -10,7 +10,7 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.model import HybridSystem
-from chaosdrill.orbits.continuation import Border, Continued, Curve, Point, SpecialCurve, continue_curve
+from chaosdrill.orbits.continuation import Birth, Border, Continued, Curve, Point, SpecialCurve, continue_curve
 from chaosdrill.orbits.criticality import normal_form
 from chaosdrill.orbits.crossings import Located, located, noise_of, steps_with
 from chaosdrill.orbits.event_changes import branch_behind, reason, recounted, slowness, what_changed
@@ -164,6 +164,7 @@ def trace_branch(
     most: int,
     known: Sequence[BranchSegment] = (),
     others: Sequence[BranchSegment] = (),
+    birth: Birth | None = None,
 ) -> Branch:
     """Follow a curve in one direction from one of its points until it ends.
 
@@ -179,6 +180,8 @@ def trace_branch(
         What was followed before in the other direction; the curve ends where it meets it.
     others : sequence of BranchSegment
         Other branches, at which it ends as well.
+    birth : Birth, optional
+        Where the branch was born, far from which its steps may be longer.
     """
     branch, home, special = Branch(), first, isinstance(curve, SpecialCurve)
     if not special and curve.outside(first.orbit):
@@ -187,7 +190,7 @@ def trace_branch(
         room = most - len(branch)
         if room < 1:
             return branch
-        part = continue_curve(curve, first, step, room, home=home)
+        part = continue_curve(curve, first, step, room, home=home, birth=birth)
         if not special:
             _to_no_speed(curve, part)
         _append(branch, curve, part)
@@ -575,11 +578,11 @@ def _doubled_branch(
     if turn > 0:
         longest = min(step, abs(born - found[parent].born) / SETTINGS.steps_between_doublings)
         scale = longest / step
-    others = [s for one in found for s in one.segments]
+    others, span = [s for one in found for s in one.segments], float(curve.spans[0])
     best: Branch | None = None
     for orbit, shot, ahead, distance in doubled(curve, found[parent].orbit(mark), scale, longest):
         point = curve.first(orbit, shot, ahead)
-        branch = trace_branch(curve, point, longest / float(curve.spans[0]), most, others=others)
+        branch = trace_branch(curve, point, longest / span, most, others=others, birth=Birth(born, step / span))
         branch.parent, branch.born = parent, born
         if best is None or branch.arclength > best.arclength:
             best = branch

@@ -562,6 +562,37 @@ class SpecialCurve(Curve):
         return float(one.root.plane.part(one.tangent.course) @ one.root.plane.part(other.tangent.course))
 
 
+@dataclass(frozen=True)
+class Birth:
+    """Where a branch was born: its doublings lie close together beside it, so that steps may grow with the distance."""
+
+    value: float  # of the first parameter
+    widest: float  # longest step far from it, as a part of the ranges
+
+    def longest(self, curve: Curve, orbit: "Orbit", step: float) -> float:
+        """Longest step from an orbit, at least ``step``."""
+        away = abs(float(curve.values(orbit)[0]) - self.value) / float(curve.spans[0])
+        return max(step, min(self.widest, away / SETTINGS.steps_between_doublings))
+
+
+class Halves:
+    """Differences between the halves of the orbits along a curve, as from `Problem.halves_apart`."""
+
+    def __init__(self, gap: np.ndarray) -> None:
+        self.last, self.largest, self.count = gap, float(np.abs(gap).max(initial=0)), 1
+        self.turns: list[tuple[int, float]] = []
+        """Orbits at which the difference has turned round, and how large it is beside them."""
+
+    def traded_places(self, gap: np.ndarray) -> int | None:
+        """Index of the first orbit beyond one whose halves coincide, or None, after the next orbit."""
+        here = float(np.abs(gap).max(initial=0))
+        self.largest = max(self.largest, here)
+        if gap @ self.last < 0:
+            self.turns.append((self.count, max(here, float(np.abs(self.last).max(initial=0)))))
+        self.last, self.count = gap, self.count + 1
+        return next((k for k, size in self.turns if size < 0.5 * self.largest), None)
+
+
 @dataclass
 class Continued:
     """Points of a curve with one sequence of events, in one direction, and how they end."""
@@ -573,7 +604,13 @@ class Continued:
 
 
 def continue_curve(
-    curve: Curve, first: Point, step: float, most: int, first_step: float | None = None, home: Point | None = None
+    curve: Curve,
+    first: Point,
+    step: float,
+    most: int,
+    first_step: float | None = None,
+    home: Point | None = None,
+    birth: Birth | None = None,
 ) -> Continued:
     """Follow a curve from a point in the direction of its tangent, as long as the events do not change.
 
@@ -587,9 +624,11 @@ def continue_curve(
         Default: a fraction of the longest.
     home : Point, optional
         Start of the curve, which is closed if it returns there. Default: the first point.
+    birth : Birth, optional
+        Where the branch was born, far from which its steps may be longer.
     """
     points, home, anchor = [first], home or first, 0
-    halves = [curve.problem.halves_apart(first.orbit, first.weights)]
+    halves = Halves(curve.problem.halves_apart(first.orbit, first.weights))
     found = Continued(points)
     h = SETTINGS.first_step * step if first_step is None else first_step
     while len(points) < most:
@@ -629,8 +668,7 @@ def continue_curve(
             points.pop()
             found.end = BranchEnd.REST
             return found
-        halves.append(curve.problem.halves_apart(point.orbit, first.weights))
-        back = traded_places(np.array(halves))
+        back = halves.traded_places(curve.problem.halves_apart(point.orbit, first.weights))
         if back is not None:
             beyond = points[back]
             del points[back:]
@@ -643,7 +681,8 @@ def continue_curve(
             if error > 0
             else 2.0
         )
-        h = min(h * min(max(growth, 0.3), 2.0), step)
+        longest = step if birth is None else birth.longest(curve, point.orbit, step)
+        h = min(h * min(max(growth, 0.3), 2.0), longest)
     return found
 
 
@@ -710,13 +749,6 @@ def _through_rest(curve: Curve, points: list[Point]) -> bool:
     states = curve.problem.at(orbits, ends * np.linspace(0, 1, 33)[:-1])[0]
     extents = (np.ptp(states, axis=1) / curve.problem.sizes).max(axis=1)
     return bool(extents[1:].min() < SETTINGS.shrunk * extents[0])
-
-
-def traded_places(gaps: np.ndarray) -> int | None:
-    """Index of the first orbit beyond one whose halves, apart by ``gaps``, coincide, or None."""
-    flips = np.flatnonzero((gaps[1:] * gaps[:-1]).sum(axis=1) < 0) + 1
-    small = [k for k in flips.tolist() if np.abs(gaps[k - 1 : k + 1]).max() < 0.5 * np.abs(gaps).max()]
-    return int(small[0]) if small else None
 
 
 def _to_half(curve: Curve, points: list[Point], beyond: Point) -> list[Point]:

@@ -65,6 +65,19 @@ def test_five_further_doublings_are_those_of_the_exact_flow(cascade):
     assert abs(found[-1] - 4.669201609) < 0.02
 
 
+@pytest.mark.parametrize("step", [0.0015, 0.004])
+def test_a_long_cascade_is_followed_to_the_limits(system, step):
+    """Far beyond its doublings a branch needs no steps as short as between them, and no more multipliers are outside.
+
+    One multiplier grows to 1e14, the other is R^(2 n) over it: 64 impacts leave it no digit in the map.
+    """
+    found = branches(system, "omega", (2.55, 2.76), 1, "attractor", 300, 6, step, 1000, Numerics(), None)
+    known = [float(w) for w in DOUBLINGS[:7]]
+    assert np.abs(found.cascade.values[: len(known)] - known).max() < 1e-10
+    assert [one.end_code for one in found.branches] == [BranchEnd.LIMIT] * 7
+    assert not found.message
+
+
 def test_the_limit_is_as_exact_as_it_says(cascade):
     beyond = float(DOUBLINGS[-1])
     limit = beyond + (beyond - float(DOUBLINGS[-2])) / (4.669201609 - 1)
