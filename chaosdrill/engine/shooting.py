@@ -5,7 +5,9 @@ parameters. The equations: every segment ends on its guard, begins where the res
 a number of periods. Nothing in them is singular where a guard is met tangentially: the speed at an event passes through
 zero like any other number (multi-segment boundary value problem: Dankowicz and Schilder 2013,
 doi:10.1137/1.9781611972573). The starts of all segments but the first are eliminated by forward substitution, so that
-the linear system is small however many states a segment has.
+the linear system is small however many states a segment has. Where they grow much along the flow and less from event to
+event, as those of walkers do, what they say would be lost in round-off: there the duration of a segment is eliminated
+as well, by the equation of the event at its end. Solutions and null vectors are the same.
 
 Columns of reduced unknowns: d states of the first start, its phase, N durations, q parameters; then the constant.
 """
@@ -26,6 +28,10 @@ cube = float64[:, :, ::1]
 # what is fixed of an orbit: numbers of states and free parameters, periods that it takes, the mode that tells the
 # period, -1 where it is constant, and whether there is a period at all
 STATES, FREE, PERIODS, CLOCK, FORCED = range(5)
+
+STEEP, GROWN = 1e-2, 1e3
+"""Speed of an event, in parts of the variation of its guard over the sizes of the states in one period, and growth of
+the unknowns, in the same sizes, from which on a duration is eliminated."""
 
 # what ends a segment that no event ends: a share of the period has passed, or the plane through a reference state is
 # met
@@ -210,6 +216,22 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
                     stretch[r, v] = reset + (jump[r] * across / speed if jump[r] != 0.0 and across != 0.0 else 0.0)
                 if r < d:
                     residual = max(residual, abs(shift) / max(extent[r], abs(x[r])))
+            own = d + 1 + i
+            pace = equations[i, own]
+            if abs(pace) * period > STEEP * steep:
+                kept, left = 0.0, 0.0
+                for r in range(d):
+                    for u in range(own):
+                        part = (extent[u] if u < d else period) / extent[r]
+                        kept = max(kept, part * abs(step[1 + r, u]))
+                        left = max(left, part * abs(step[1 + r, u] - step[1 + r, own] * equations[i, u] / pace))
+                if kept > GROWN and left < kept:
+                    for u in range(columns + 1):
+                        clock_row[u] -= equations[i, u] / pace
+                    for r in range(n):
+                        rate = step[1 + r, own]
+                        for u in range(columns + 1):
+                            step[1 + r, u] -= rate * equations[i, u] / pace
         else:
             speeds[i] = math.inf
             for r in range(n):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import sympy
 from mpmath import mp
+from scipy.integrate import solve_ivp
 from support import wall_at_rest as wall
 from support.wall_at_rest_cascade import DOUBLINGS, RATIOS
 
@@ -288,16 +289,65 @@ def test_a_cascade_does_not_depend_on_how_far_it_is_followed(end):
     What all equations know little of, in units of the range, is no unknown that they leave free.
     """
     found = cd.continue_orbit(cd.build("simplest-walker"), {"gamma": (0.009, end)}, doublings=4)
-    assert found["doubling_period"].values.tolist() == [1, 2, 4, 8]
+    assert found["doubling_period"].values.tolist() == [1, 2, 4, 8, 16]
     np.testing.assert_allclose(found["doubling_value"].values[0], 0.0151, atol=1e-4)
     distances = np.diff(found["doubling_value"].values)
-    assert distances[-2] / distances[-1] == pytest.approx(4.669201609, rel=0.01)
+    assert distances[-2] / distances[-1] == pytest.approx(4.669201609, rel=0.002)
 
 
-def test_a_doubling_that_cannot_be_followed_is_told():
-    """The walker's period 16 exists from gamma = 0.0182648 on; round-off of a map with entries of 1e17 hides it."""
+@pytest.fixture(scope="module")
+def long_walks():
+    """Deviations grow by 45 a step with fixed durations, to 1e52 in 32 steps, and hardly from strike to strike."""
+    return cd.continue_orbit(cd.build("simplest-walker"), {"gamma": (0.009, 0.0184)}, doublings=6)
+
+
+def test_the_walker_doubles_up_to_period_64(long_walks):
+    assert long_walks["doubling_period"].values.tolist() == [1, 2, 4, 8, 16, 32, 64]
+    assert set(long_walks["branch_end"].values.tolist()) == {BranchEnd.LIMIT}
+    assert not long_walks.attrs.get("message")
+    ratios = long_walks["feigenbaum_ratio"].values
+    assert (np.abs(ratios[4:] - 4.669201609) < [0.01, 0.005, 0.002]).all()
+
+
+def _after_steps(steps, gamma, stance):
+    """The stance leg's angle and rate after so many heel strikes, by another integrator."""
+
+    def rate(_, s):
+        pull = math.sin(s[0] - gamma)
+        return [s[1], pull, s[3], pull + (s[1] ** 2 - math.cos(s[0] - gamma)) * math.sin(s[2])]
+
+    def strike(_, s):
+        return s[2] - 2 * s[0] if s[0] < -0.05 else -1.0
+
+    strike.terminal, strike.direction = True, 1
+    theta, omega = stance
+    for _ in range(steps):
+        begin = [theta, omega, 2 * theta, (1 - math.cos(2 * theta)) * omega]
+        run = solve_ivp(rate, (0, 10), begin, "DOP853", events=strike, rtol=1e-12, atol=1e-14)
+        before = run.y_events[0][0]
+        theta, omega = -before[0], math.cos(2 * before[0]) * before[1]
+    return np.array([theta, omega])
+
+
+@pytest.mark.parametrize("steps", [8, 16])
+def test_a_long_walk_doubles_in_another_integrator(long_walks, steps):
+    point = next(
+        k
+        for k, kind in zip(long_walks["special_index"].values, long_walks["special_kind"].values, strict=True)
+        if kind == Special.PERIOD_DOUBLING
+        and long_walks["branch_period"].values[long_walks["branch"].values[k]] == steps
+    )
+    gamma, stance = float(long_walks["gamma"][point]), long_walks["orbit_state"].values[point, :2]
+    # errors of 1e-12 grow by the deviations of the many steps
+    assert np.abs(_after_steps(steps, gamma, stance) - stance).max() < 1e-9
+    h = 3e-8
+    sides = [[_after_steps(steps, gamma, stance + s * h * e) for s in (1, -1)] for e in np.eye(2)]
+    tangent = np.array([(one - other) / (2 * h) for one, other in sides]).T
+    assert np.abs(np.linalg.eigvals(tangent) + 1).min() < 1e-4
+
+
+def test_a_doubling_that_cannot_be_followed_is_told(monkeypatch):
+    monkeypatch.setattr("chaosdrill.orbits.branches.doubled", lambda *_: iter(()))
     found = cd.continue_orbit(cd.build("simplest-walker"), {"gamma": (0.009, 0.0189)}, doublings=5)
-    followed = found["branch_period"].values.tolist()
-    assert followed[:4] == [1, 2, 4, 8]
-    told = "no doubled orbit was found next to the period doubling at gamma = 0.018264"
-    assert (told in found.attrs["message"]) == (16 not in followed)
+    assert found["branch_period"].values.tolist() == [1]
+    assert "no doubled orbit was found next to the period doubling at gamma = 0.015088" in found.attrs["message"]
