@@ -46,9 +46,9 @@ CROSSED, CAME = range(2)
 ROOM = Tuple((matrix, matrix, matrix, matrix, vector))
 """scratch"""
 
-FOUND = Tuple((matrix, cube, matrix, vector, integer_matrix, vector))
-"""equations, sensitivity of the starts, monodromy matrix, speeds at the events, crossings and outcomes, times of
-crossings since the start of the segment"""
+FOUND = Tuple((matrix, cube, matrix, cube, vector, integer_matrix, vector))
+"""equations, sensitivity of the starts, monodromy matrix and its factors, speeds at the events, crossings and outcomes,
+times of crossings since the start of the segment"""
 
 SIGNATURE = Tuple((int64, float64))(
     *(int64, int64, integers, vector, integer_matrix, matrix, matrix, float64, vector, int64, FOUND, ROOM)
@@ -78,7 +78,8 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
         Whether to look for other guards on the way.
     found : tuple of ndarray
         Filled: equations (N + d + 1 + .., columns + 1), sensitivities (N, d + q, columns), monodromy (d + q, d + q),
-        speeds (N,), positive in the guard's direction, crossings and outcomes (N, 2), times of crossings (N,).
+        its factors (N, d + q, d + q), one a segment, speeds (N,), positive in the guard's direction, crossings and
+        outcomes (N, 2), times of crossings (N,).
 
     The residual is the largest violation of an equation: distances relative to ``extent``, time to the period.
     """
@@ -86,7 +87,7 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
     functions, settings, tables, scratch = machine.functions, machine.settings[0], machine.tables, machine.scratch
     asleep = machine_at(resting).tables
     method = Method(machine.stepper, machine.search, place, resting, 0)
-    equations, sensitivity, monodromy, speeds, seen, met = found
+    equations, sensitivity, monodromy, factors, speeds, seen, met = found
     moved, stretch, product, step, clock_row = room
     state = state_of(machine.states, 0)
     run, x, vectors, c = state.run[0], state.x, state.vectors, state.c
@@ -263,6 +264,7 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
                 for k in range(n):
                     value += stretch[r, k] * monodromy[k, v]
                 product[r, v] = value
+                factors[i, r, v] = stretch[r, v]
         for r in range(n):
             for v in range(n):
                 monodromy[r, v] = product[r, v]

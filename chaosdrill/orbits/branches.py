@@ -16,7 +16,7 @@ from chaosdrill.orbits.crossings import Located, located, noise_of, steps_with
 from chaosdrill.orbits.event_changes import branch_behind, reason, recounted, slowness, what_changed
 from chaosdrill.orbits.find import NoOrbitError, admissible, starting_orbit
 from chaosdrill.orbits.marks import NO_COLUMNS, Columns
-from chaosdrill.orbits.multipliers import free_multipliers, is_stable, multipliers, structural_rank
+from chaosdrill.orbits.multipliers import Spectra, free_multipliers, is_stable, multipliers, spectra, structural_rank
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.problem import CONVERGED, LostError, Shot
 from chaosdrill.orbits.results import NO_FORM, BranchResult, Cascade, NormalForm
@@ -66,6 +66,12 @@ class BranchSegment:
     def monodromies(self) -> np.ndarray:
         """Shape (P, d, d)."""
         return np.array([p.shot.monodromy for p in self.points])
+
+    @cached_property
+    def spectra(self) -> Spectra:
+        """The multipliers of all orbits."""
+        factors = np.array([p.shot.factors for p in self.points])
+        return spectra(self.curve.problem, self.orbit(0), self.monodromies, factors, self.rank)
 
     @cached_property
     def durations(self) -> np.ndarray:
@@ -558,9 +564,7 @@ def _to_follow(branch: Branch, first_only: bool) -> list[Mark]:
 
 def _beside_stable(segment: BranchSegment, mark: Mark) -> bool:
     beside = [k for k in (mark.point - 1, mark.point + 1) if 0 <= k < len(segment)]
-    problem = segment.curve.problem
-    values = multipliers(problem, segment.orbit(0), segment.monodromies[beside], segment.rank)
-    return bool(is_stable(values, problem.neutral.count).any())
+    return bool(is_stable(segment.spectra.values[beside], segment.curve.problem.neutral.count).any())
 
 
 def _reached(found: list[Branch], parent: int, mark: Mark, step: float) -> bool:
@@ -574,15 +578,16 @@ def _doubled_branch(
     curve: Curve, found: list[Branch], parent: int, mark: Mark, step: float, most: int, turn: int
 ) -> Branch | None:
     born, scale = found[parent].value(mark), 1.0
-    longest = step
+    longest, before = step, np.inf
     if turn > 0:
-        longest = min(step, abs(born - found[parent].born) / SETTINGS.steps_between_doublings)
+        before = abs(born - found[parent].born)
+        longest = min(step, before / SETTINGS.steps_between_doublings)
         scale = longest / step
     others, span = [s for one in found for s in one.segments], float(curve.spans[0])
     best: Branch | None = None
     for orbit, shot, ahead, distance in doubled(curve, found[parent].orbit(mark), scale, longest):
         point = curve.first(orbit, shot, ahead)
-        branch = trace_branch(curve, point, longest / span, most, others=others, birth=Birth(born, step / span))
+        branch = trace_branch(curve, point, longest / span, most, others=others, birth=Birth(born, before, step / span))
         branch.parent, branch.born = parent, born
         if best is None or branch.arclength > best.arclength:
             best = branch

@@ -261,7 +261,10 @@ class Curve:
             return None
         period = self.problem.period_at(one)
         nearest = None
-        for first in range(len(one)):
+        apart = np.abs((one.starts - other.starts[0])[:, : self.problem.states] * self.whole(weights).starts).max(
+            axis=1
+        )
+        for first in np.flatnonzero(apart <= within).tolist():
             if not np.array_equal(np.roll(one.segments, -first, axis=0), other.segments):
                 continue
             turned = one.rotated(first, None)
@@ -564,15 +567,17 @@ class SpecialCurve(Curve):
 
 @dataclass(frozen=True)
 class Birth:
-    """Where a branch was born: its doublings lie close together beside it, so that steps may grow with the distance."""
+    """Where a branch was born: doublings lie close together beside it, so that steps may grow with the distance."""
 
     value: float  # of the first parameter
+    before: float  # distance of the doubling before, beyond which the branch's own doubling lies behind
     widest: float  # longest step far from it, as a part of the ranges
 
     def longest(self, curve: Curve, orbit: "Orbit", step: float) -> float:
         """Longest step from an orbit, at least ``step``."""
-        away = abs(float(curve.values(orbit)[0]) - self.value) / float(curve.spans[0])
-        return max(step, min(self.widest, away / SETTINGS.steps_between_doublings))
+        away = abs(float(curve.values(orbit)[0]) - self.value)
+        steps = SETTINGS.steps_between_doublings if away < self.before else SETTINGS.steps_beyond_doublings
+        return max(step, min(self.widest, away / float(curve.spans[0]) / steps))
 
 
 class Halves:

@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset.branches import Criticality, Special
@@ -76,7 +77,7 @@ class ReturnMap:
             correction = np.zeros(rows.shape[1])
             correction[-1] = 1.0
             try:
-                correction[durations] = np.linalg.solve(rows[:, durations], -rows[:, -1])
+                correction[durations] = solve_triangular(rows[:, durations], -rows[:, -1], lower=True)
             except np.linalg.LinAlgError as failure:
                 raise LostError("an event is met at no speed") from failure
             moved = float(np.abs(correction[durations]).max()) / total
@@ -90,12 +91,12 @@ class ReturnMap:
                 starts=path.starts + shot.sensitivity @ correction,
                 durations=path.durations + correction[durations],
             )
-        later = -np.linalg.solve(rows[:, durations], rows[:, :d])
+        later = -solve_triangular(rows[:, durations], rows[:, :d], lower=True)
         whole = (ends[:, :d] + ends[:, durations] @ later) * self.sizes / self.sizes[:, np.newaxis]
         return np.asarray(self.basis.T @ whole @ self.basis)
 
     def _equations(self, path: Orbit, shot: "Shot") -> tuple[np.ndarray, np.ndarray]:
-        """What the durations obey, and the end, each linearised in the reduced unknowns; constants last."""
+        """What durations obey, none a later one, and the end, linearised in the reduced unknowns; constants last."""
         d, count = self.problem.states, len(path)
         ends = shot.equations[count : count + d].copy()
         ends[:, :d] += np.eye(d)

@@ -16,7 +16,7 @@ import numpy as np
 from chaosdrill.dataset.branches import Special
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.setup import constrained_states
-from chaosdrill.orbits.multipliers import free_multipliers, multipliers
+from chaosdrill.orbits.multipliers import free_multipliers
 from chaosdrill.orbits.problem import LostError
 from chaosdrill.orbits.roots import bracketed
 from chaosdrill.orbits.settings import SETTINGS
@@ -63,9 +63,7 @@ def pair_on_circle(values: np.ndarray) -> float:
 
 def free_of(segment: "BranchSegment") -> np.ndarray:
     """The multipliers of a segment's orbits without those that are 1 by structure, shape (P, m)."""
-    problem = segment.curve.problem
-    values = multipliers(problem, segment.orbit(0), segment.monodromies, segment.rank)
-    return free_multipliers(values, problem.neutral.count)
+    return free_multipliers(segment.spectra.values, segment.curve.problem.neutral.count)
 
 
 def noise_of(monodromy: np.ndarray, segments: int) -> np.ndarray:
@@ -164,17 +162,9 @@ def _signs(segment: "BranchSegment") -> list[tuple[BranchTest, list[int]]]:
 
 
 def _counts(segment: "BranchSegment") -> np.ndarray:
-    """Number of multipliers outside the unit circle, shape (P,); -1 where one is too near to it to tell.
-
-    Multipliers that nearly coincide are known to the root of the error of the map.
-    """
-    values = free_of(segment)
-    error = SETTINGS.tangent_error * len(segment.orbit(0)) * np.maximum(1.0, np.abs(values).max(axis=-1, initial=0.0))
-    # what is below that error may be anything up to it
-    unknown = (np.abs(values) <= error[:, np.newaxis]).any(axis=-1) & (error >= 1)
-    known = np.isfinite(values).all(axis=-1) & ~unknown
-    near = np.abs(np.abs(values) - 1).min(axis=-1, initial=np.inf)
-    return np.where(known & (near > np.sqrt(error)), outside(values), -1)
+    """Number of multipliers outside the unit circle, shape (P,); -1 where one is too near to it to tell."""
+    unknown = segment.spectra.unknown(segment.curve.problem.neutral.count)
+    return np.where(unknown, -1, outside(free_of(segment)))
 
 
 def unexplained(segment: "BranchSegment", multiplicities: dict[int, int]) -> tuple[int, int, int, int] | None:

@@ -213,42 +213,112 @@ def pair_near(values: np.ndarray, neutral: int, half: float) -> tuple[float, flo
     return float((values[order].sum().real - neutral) / 2), float(values[order].prod().real), rest
 
 
+@dataclass(frozen=True)
+class Spectra:
+    """Multipliers of orbits of the same segments, and how well they are known."""
+
+    values: np.ndarray  # complex, (..., d): by falling modulus, exactly 0 where rank is lost
+    errors: np.ndarray
+    """(...,): of those near the unit circle; those that nearly coincide are known to its root."""
+
+    def unknown(self, neutral: int) -> np.ndarray:
+        """Whether the number outside the unit circle is not known, shape (...); ``neutral`` of them are 1."""
+        free = free_multipliers(self.values, neutral)
+        near = np.abs(np.abs(free) - 1).min(axis=-1, initial=np.inf)
+        return ~(np.isfinite(free).all(axis=-1) & (near > np.sqrt(self.errors)))
+
+
+def spectra(problem: "Problem", orbit: "Orbit", monodromies: np.ndarray, factors: np.ndarray, rank: int) -> Spectra:
+    """Multipliers of orbits, each to its own precision where the tangent map as a whole hides the smallest.
+
+    Parameters
+    ----------
+    orbit : Orbit
+        One of them.
+    monodromies : ndarray, shape (P, d, d)
+    factors : ndarray, shape (P, N, d, d)
+        Of each map, in the order in which they act.
+    rank : int
+        So many multipliers are not zero.
+    """
+    values = multipliers(problem, orbit, monodromies, rank)
+    noise = SETTINGS.tangent_error * len(orbit)
+    errors = noise * np.maximum(1.0, np.abs(values).max(axis=-1, initial=0.0))
+    if rank < 2 or len(orbit) < 2:
+        return Spectra(values, errors)
+    hidden = np.isfinite(values).all(axis=-1)
+    hidden[hidden] = _hides(values[hidden, rank - 1], monodromies[hidden])
+    if hidden.any():
+        values[hidden], spread = _simultaneous(factors[hidden], rank)
+        errors[hidden] = np.minimum(errors[hidden], noise * spread)
+    return Spectra(values, errors)
+
+
+def _hides(smallest: np.ndarray, maps: np.ndarray) -> np.ndarray:
+    """Whether multipliers cannot be read off tangent maps as a whole."""
+    return np.abs(smallest) <= SETTINGS.graded * np.linalg.norm(maps, 2, axis=(-2, -1))
+
+
+def _simultaneous(factors: np.ndarray, rank: int) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues of products whose factors stay apart, and how unevenly the worst factor stretches.
+
+    Eigenvalues of a product that was multiplied out know the smaller ones only to the round-off of the largest.
+    Simultaneous iteration around the orbit makes all factors triangular (periodic QR; Bojanczyk, Golub and Van Dooren
+    1992, doi:10.1117/12.130915).
+
+    Parameters
+    ----------
+    factors : ndarray, shape (P, N, d, d)
+        In the order in which they act.
+    rank : int
+        So many eigenvalues are not zero.
+
+    Returns
+    -------
+    values : ndarray of complex, shape (P, d)
+    spread : ndarray, shape (P,)
+    """
+    count, steps, d, _ = factors.shape
+    before = np.broadcast_to(np.linalg.qr(np.random.default_rng(20260105).normal(size=(d, d)))[0], (count, d, d))
+    triangles, basis = np.zeros(factors.shape), before
+    logs, apart = np.zeros((count, rank)), np.zeros((count, rank - 1), dtype=bool)
+    for _ in range(SETTINGS.graded_rounds):
+        before, turned = basis, apart.all()
+        for i in range(steps):
+            basis, triangles[:, i] = np.linalg.qr(factors[:, i] @ basis)
+        if turned:
+            break
+        sizes = np.abs(np.diagonal(triangles, axis1=-2, axis2=-1)[..., :rank])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            logs += np.log(sizes).sum(axis=1)
+            apart = -np.diff(logs, axis=-1) > -np.log(SETTINGS.graded_turned)
+    values = np.zeros((count, d), dtype=complex)
+    for k in range(count):
+        ends = [*(np.flatnonzero(apart[k]) + 1).tolist(), rank]
+        for first, end in zip([0, *ends[:-1]], ends, strict=True):
+            block = before[k, :, first:end].T @ basis[k, :, first:end]
+            if end - first == 1:
+                values[k, first] = block[0, 0] * triangles[k, :, first, first].prod()
+                continue
+            for triangle in triangles[k, ::-1, first:end, first:end]:
+                block = block @ triangle
+            values[k, first:end] = np.linalg.eigvals(block)
+    order = np.argsort(-np.abs(values), axis=-1, kind="stable")
+    sizes = np.abs(np.diagonal(triangles, axis1=-2, axis2=-1)[..., :rank])
+    with np.errstate(divide="ignore"):
+        spread = (np.abs(triangles).max(axis=(-2, -1)) / sizes.min(axis=-1)).max(axis=-1)
+    return np.take_along_axis(values, order, axis=-1), spread
+
+
 def graded(problem: "Problem", orbit: "Orbit", monodromy: np.ndarray, rank: int) -> np.ndarray:
     """The multipliers of one orbit, each to its own relative precision, however far apart they are.
 
-    Eigenvalues of a product that was multiplied out know the smaller ones only to the round-off of the largest. Here
-    the factors stay apart: simultaneous iteration around the orbit makes all of them triangular (periodic QR;
-    Bojanczyk, Golub and Van Dooren 1992, doi:10.1117/12.130915).
+    Its tangent map is made of pieces none of which is ill conditioned.
     """
     plain = multipliers(problem, orbit, monodromy, rank)
-    if rank < 2 or abs(plain[rank - 1]) > SETTINGS.graded * np.linalg.norm(monodromy, 2):
+    if rank < 2 or not _hides(plain[rank - 1], monodromy):
         return plain
-    factors = pieces(problem, orbit)
-    d = problem.states
-    before = np.linalg.qr(np.random.default_rng(20260105).normal(size=(d, d)))[0]
-    logs, apart = np.zeros(rank), np.zeros(rank - 1, dtype=bool)
-    triangles: list[np.ndarray] = []
-    for rounds in range(1, SETTINGS.graded_rounds + 1):
-        turned = apart.all()
-        basis, triangles = before, []
-        for factor in factors:
-            after, triangle = np.linalg.qr(factor @ basis)
-            triangles.append(triangle)
-            basis = after
-        if turned or rounds == SETTINGS.graded_rounds:
-            break
-        with np.errstate(divide="ignore", invalid="ignore"):
-            logs += sum(np.log(np.abs(np.diagonal(t)[:rank])) for t in triangles)
-            apart = -np.diff(logs) > -np.log(SETTINGS.graded_turned)
-        before = basis
-    values = np.zeros(d, dtype=complex)
-    ends = [*(np.flatnonzero(apart) + 1).tolist(), rank]
-    for first, end in zip([0, *ends[:-1]], ends, strict=True):
-        block = np.eye(end - first)
-        for triangle in triangles:
-            block = triangle[first:end, first:end] @ block
-        values[first:end] = np.linalg.eigvals(before[:, first:end].T @ basis[:, first:end] @ block)
-    return values[np.argsort(-np.abs(values), kind="stable")]
+    return np.asarray(_simultaneous(np.array(pieces(problem, orbit))[np.newaxis], rank)[0][0])
 
 
 def pieces(problem: "Problem", orbit: "Orbit") -> list[np.ndarray]:

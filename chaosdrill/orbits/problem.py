@@ -49,6 +49,7 @@ class Shot:
     sensitivity: np.ndarray  # (N, d + q, columns + 1): starts of the segments by the reduced unknowns
     monodromy: np.ndarray
     """(d, d): tangent map around the orbit from its first start, saltation included, in the units of `Problem.sizes`"""
+    factors: np.ndarray  # (N, d, d): its factors, one a segment, in the same units
     speeds: np.ndarray
     """(N,): speeds at which the guards are crossed, positive in their direction; infinite without a guard."""
     crossed: np.ndarray  # int (N,): guard crossed on the way, -1 for none
@@ -230,11 +231,11 @@ class Problem:
             *self._machines, self._counts(orbit), self.sizes, orbit.segments, self._plane(section or orbit),
             np.ascontiguousarray(orbit.starts), orbit.phase, orbit.durations, int(watched), found, room,
         )  # fmt: skip
-        equations, sensitivity, monodromy, speeds, seen, met = (a.copy() for a in found)
+        equations, sensitivity, monodromy, factors, speeds, seen, met = (a.copy() for a in found)
         # in units of powers of two no digit is lost
         units = 2.0 ** np.round(np.log2(self.sizes))
-        monodromy = monodromy[:d, :d] * units / units[:, np.newaxis]
-        return Shot(outcome, residual, equations, sensitivity, monodromy, speeds, seen[:, 0], seen[:, 1], met)
+        monodromy, factors = (a[..., :d, :d] * units / units[:, np.newaxis] for a in (monodromy, factors))
+        return Shot(outcome, residual, equations, sensitivity, monodromy, factors, speeds, seen[:, 0], seen[:, 1], met)
 
     def newton(
         self,
@@ -538,6 +539,7 @@ class Problem:
             columns = d + 1 + count + q
             found = (
                 *(np.zeros((count + d + 1, columns + 1)), np.zeros((count, n, columns + 1)), np.zeros((n, n))),
+                np.zeros((count, n, n)),
                 *(np.zeros(count), np.zeros((count, 2), dtype=np.int64), np.zeros(count)),
             )
             room = (

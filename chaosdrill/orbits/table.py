@@ -13,7 +13,7 @@ from chaosdrill.dataset.branches import Special
 from chaosdrill.orbits.crossings import unexplained
 from chaosdrill.orbits.guess import with_values
 from chaosdrill.orbits.marks import Columns, section_of
-from chaosdrill.orbits.multipliers import is_stable, multipliers
+from chaosdrill.orbits.multipliers import is_stable
 from chaosdrill.orbits.problem import Problem
 from chaosdrill.orbits.results import BranchInfo, BranchResult, Cascade, SpecialPoint
 from chaosdrill.orbits.settings import SETTINGS
@@ -121,7 +121,7 @@ def branch_table(
 def _table(segment: "BranchSegment", number: int, sequence: int, columns: Columns) -> dict[str, Any]:
     problem, points, first = segment.curve.problem, segment.points, segment.orbit(0)
     strobes, modes = problem.strobes([p.orbit for p in points])
-    values = multipliers(problem, first, segment.monodromies, segment.rank)
+    values = segment.spectra.values.copy()
     # at grazing the map has no derivative on the side where the guard is crossed
     values[_slowness(segment) < SETTINGS.grazing_speed] = complex(np.nan, np.nan)
     marks, wanted = columns.marks, columns.wanted
