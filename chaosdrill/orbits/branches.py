@@ -10,14 +10,17 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.model import HybridSystem
-from chaosdrill.orbits.continuation import Birth, Border, Continued, Curve, Point, SpecialCurve, continue_curve
+from chaosdrill.orbits.continuation import Birth, Continued, continue_curve
 from chaosdrill.orbits.criticality import normal_form
 from chaosdrill.orbits.crossings import Located, located, noise_of, steps_with
+from chaosdrill.orbits.curve import Curve, SpecialCurve
 from chaosdrill.orbits.event_changes import branch_behind, reason, recounted, slowness, what_changed
 from chaosdrill.orbits.find import NoOrbitError, admissible, starting_orbit
+from chaosdrill.orbits.halves import halves_met
 from chaosdrill.orbits.marks import NO_COLUMNS, Columns
 from chaosdrill.orbits.multipliers import Spectra, free_multipliers, is_stable, multipliers, spectra, structural_rank
 from chaosdrill.orbits.orbit import Orbit
+from chaosdrill.orbits.points import Border, Point
 from chaosdrill.orbits.problem import CONVERGED, LostError, Shot
 from chaosdrill.orbits.results import NO_FORM, BranchResult, Cascade, NormalForm
 from chaosdrill.orbits.roots import bracketed
@@ -264,7 +267,11 @@ def _behind(curve: Curve, part: Continued, last: BranchSegment, branch: Branch) 
     length, at_border = last.points[-1].arclength, last.points[-1].orbit
     if isinstance(curve, SpecialCurve):
         kind, _ = reason(curve.problem, part.border)
-        further = None if _halves_met(last, kind) else curve_behind(curve, last.points[-1], part.border)
+        further = (
+            None
+            if halves_met(curve, last.points, kind == Special.REGULAR)
+            else curve_behind(curve, last.points[-1], part.border)
+        )
         if further is None:
             return None
         behind, first, text = further
@@ -301,23 +308,11 @@ def _ended_at(branch: Branch, curve: Curve, part: Continued, last: BranchSegment
         return branch.ended(BranchEnd.ESCAPED)
     kind, text = reason(curve.problem, part.border)
     words = f"{text}; the {curve.noun} ends" if text else _lost(last)
-    if _halves_met(last, kind) and (isinstance(curve, SpecialCurve) or not words):
+    if halves_met(curve, last.points, kind == Special.REGULAR) and (isinstance(curve, SpecialCurve) or not words):
         return branch.ended(BranchEnd.DOUBLING)
     branch.ended(ENDS.get(kind, BranchEnd.NO_CONVERGENCE), words)
     _mark(branch, part.border, kind, words)
     return branch
-
-
-def _halves_met(segment: BranchSegment, kind: Special) -> bool:
-    """Whether the halves of doubled orbits have come together at the end of a segment.
-
-    Where nothing else happens there, it is enough that they are close.
-    """
-    problem, weights = segment.curve.problem, segment.points[0].weights
-    gaps = [np.abs(problem.halves_apart(p.orbit, weights)).max(initial=0) for p in segment.points]
-    if kind == Special.REGULAR:
-        return bool(gaps[-1] < SETTINGS.halves * max(gaps))
-    return bool(gaps[-1] < SETTINGS.meeting < max(gaps))
 
 
 def _lost(segment: BranchSegment) -> str:

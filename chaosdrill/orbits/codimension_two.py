@@ -23,7 +23,8 @@ from chaosdrill.orbits.settings import SETTINGS
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.branches import Branch, BranchSegment
-    from chaosdrill.orbits.continuation import Point, SpecialCurve
+    from chaosdrill.orbits.curve import SpecialCurve
+    from chaosdrill.orbits.points import Point
 
 Values = Callable[["SpecialCurve", Sequence["Point"]], np.ndarray]
 

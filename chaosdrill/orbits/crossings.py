@@ -23,8 +23,9 @@ from chaosdrill.orbits.settings import SETTINGS
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.branches import BranchSegment
-    from chaosdrill.orbits.continuation import Curve, Point
+    from chaosdrill.orbits.curve import Curve
     from chaosdrill.orbits.orbit import Orbit
+    from chaosdrill.orbits.points import Point
     from chaosdrill.orbits.problem import Problem
 
 
@@ -93,6 +94,8 @@ class BranchTest:
         Of a segment of P points: the function at each, shape (P,), and its error there, a number or of that shape.
     critical : callable
         Of the free multipliers at one point, shape (m,): their distances from the value that one has at such a point.
+    multiplicity : callable
+        Of the same: how many are on the unit circle where the function vanishes; 0 if nothing happens there.
     crossed : bool
         Whether another branch may cross there, so that the equations of the orbit lose rank.
     """
@@ -100,6 +103,7 @@ class BranchTest:
     kind: Special
     values: Callable[["BranchSegment"], tuple[np.ndarray, np.ndarray | float]]
     critical: Callable[[np.ndarray], np.ndarray]
+    multiplicity: Callable[[np.ndarray], int] = lambda values: 1
     crossed: bool = False
 
 
@@ -112,17 +116,28 @@ def _products(values: np.ndarray) -> np.ndarray:
     return np.abs(values[first] * values[second] - 1)
 
 
+def _pair(values: np.ndarray) -> int:
+    """2 where a complex pair is on the circle; two real ones with the product 1 are not."""
+    return 2 if pair_on_circle(values) <= SETTINGS.missed_multiplier else 0
+
+
 TESTS = [
-    BranchTest(Special.FOLD, lambda s: (s.tangents[:, -1], 0.0), lambda values: np.abs(values - 1), True),
-    BranchTest(Special.BRANCH_POINT, _noisy(lambda s: fold_test(free_of(s))), lambda values: np.abs(values - 1), True),
+    BranchTest(Special.FOLD, lambda s: (s.tangents[:, -1], 0.0), lambda values: np.abs(values - 1), crossed=True),
+    BranchTest(
+        Special.BRANCH_POINT,
+        _noisy(lambda s: fold_test(free_of(s))),
+        lambda values: np.abs(values - 1),
+        crossed=True,
+    ),
     BranchTest(
         Special.PERIOD_DOUBLING,
         _noisy(lambda s: doubling_test(s.curve.problem, s.orbit(0), s.monodromies)),
         lambda values: np.abs(values + 1),
     ),
-    BranchTest(Special.NEIMARK_SACKER, _noisy(lambda s: torus_test(free_of(s))), _products),
+    BranchTest(Special.NEIMARK_SACKER, _noisy(lambda s: torus_test(free_of(s))), _products, _pair),
 ]
-"""What is looked for along a branch. Where the first of two that vanish together does, the second is not asked."""
+"""What is looked for along a branch; more may be appended. Where a branch turns back, that a multiplier passes 1
+says no more, and the second is not asked."""
 
 
 @dataclass(frozen=True)
@@ -253,7 +268,11 @@ class _Step:
         """
 
         def value(part: float) -> float:
-            return float(test.values(self.pair.with_points([self.point(part, test.crossed)]))[0][0])
+            return there(part)[0]
+
+        def there(part: float) -> tuple[float, float]:
+            values, noise = test.values(self.pair.with_points([self.point(part, test.crossed)]))
+            return float(values[0]), float(np.broadcast_to(noise, 1)[0])
 
         low, high = value(0.0), value(1.0)
         if low * high > 0:
@@ -264,15 +283,12 @@ class _Step:
         missed = test.critical(free).min(initial=np.inf)
         if abs(value(part)) > SETTINGS.jump * max(abs(low), abs(high)) or missed > SETTINGS.missed_multiplier:
             raise LostError("the function jumps")
-        kind, multiplicity = test.kind, 1
-        if kind == Special.NEIMARK_SACKER:
-            if pair_on_circle(free) > SETTINGS.missed_multiplier:
-                return None
-            multiplicity = 2
+        kind, multiplicity = test.kind, test.multiplicity(free)
+        if not multiplicity:
+            return None
         if kind == Special.FOLD and _crossed(self.curve, self.before, point, self.after):
             kind = Special.BRANCH_POINT
-        noise = 0.0 if test.kind == Special.FOLD else float(noise_of(point.shot.monodromy, len(point.orbit)))
-        return self._marked(part, kind, noise, abs(high - low), multiplicity)
+        return self._marked(part, kind, there(part)[1], abs(high - low), multiplicity)
 
     def crossed(self) -> list[Located]:
         """Where the moduli pass 1, each in its place; those that do so together are one point.

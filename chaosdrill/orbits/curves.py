@@ -11,11 +11,12 @@ from chaosdrill.engine.numerics import Numerics
 from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.branches import Branch, Mark, Progress, trace_branch
 from chaosdrill.orbits.codimension_two import mark_conditions
-from chaosdrill.orbits.continuation import Curve, Point, SpecialCurve
+from chaosdrill.orbits.curve import Curve, SpecialCurve
 from chaosdrill.orbits.find import NoOrbitError, starting_orbit
 from chaosdrill.orbits.marks import NO_COLUMNS, Columns
 from chaosdrill.orbits.multipliers import free_multipliers, pair_near
 from chaosdrill.orbits.orbit import Orbit
+from chaosdrill.orbits.points import Point
 from chaosdrill.orbits.problem import LostError, Problem
 from chaosdrill.orbits.results import BranchResult
 from chaosdrill.orbits.special import test_function_at

@@ -17,11 +17,12 @@ from chaosdrill.codegen.signatures import event_places
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import Special
 from chaosdrill.engine import shooting as at
-from chaosdrill.orbits.continuation import Border, Curve
+from chaosdrill.orbits.curve import Curve
 from chaosdrill.orbits.find import admissible, at_rest
 from chaosdrill.orbits.guess import eventless, own_path, standpoint
 from chaosdrill.orbits.multipliers import based
 from chaosdrill.orbits.orbit import Orbit
+from chaosdrill.orbits.points import Border
 from chaosdrill.orbits.problem import CONVERGED, LostError, Problem, Shot
 from chaosdrill.orbits.settings import SETTINGS
 

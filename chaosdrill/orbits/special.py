@@ -8,12 +8,12 @@ import numpy as np
 
 from chaosdrill.dataset.branches import Special
 from chaosdrill.engine import shooting as at
-from chaosdrill.orbits.continuation import Border, Plane, plane_at
 from chaosdrill.orbits.crossings import doubling_test, is_paired
 from chaosdrill.orbits.event_changes import Touch, distance, left_out, nearest_touch, slowest_event
 from chaosdrill.orbits.find import least_period
 from chaosdrill.orbits.guess import eventless
 from chaosdrill.orbits.multipliers import all_multipliers, based, free_multipliers, pair_near
+from chaosdrill.orbits.points import Border, Plane, plane_at
 from chaosdrill.orbits.problem import CONVERGED, LostError
 from chaosdrill.orbits.settings import SETTINGS
 

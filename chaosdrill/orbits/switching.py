@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from chaosdrill.orbits.continuation import Border, Curve, Point, SpecialCurve
+from chaosdrill.orbits.curve import Curve, SpecialCurve
 from chaosdrill.orbits.event_changes import branch_behind, distance, slowest_event, touches, what_changed
 from chaosdrill.orbits.find import admissible
 from chaosdrill.orbits.orbit import Orbit
+from chaosdrill.orbits.points import Border, Point
 from chaosdrill.orbits.problem import CONVERGED, LostError, Problem, Shot
 from chaosdrill.orbits.settings import SETTINGS
 from chaosdrill.orbits.special import TestFunction, Touching, Vanishing

@@ -1,0 +1,396 @@
+"""Curves of orbits: how the next point is predicted and corrected.
+
+A branch of orbits over one parameter and a curve of special points over two are alike: the next point is predicted by
+the polynomial through the last ones and corrected at a right angle to the curve. Along a curve of special points a test
+function vanishes as well. Every trial lies on the surface of orbits, by Newton's method; across the curve the
+function's root is found by the secant method.
+"""
+
+from copy import copy
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.dataset.branches import Special
+from chaosdrill.orbits.find import admissible
+from chaosdrill.orbits.points import Border, Direction, Plane, Point, Root, Whole, plane_at
+from chaosdrill.orbits.problem import CONVERGED, LostError
+from chaosdrill.orbits.settings import SETTINGS
+
+if TYPE_CHECKING:
+    from chaosdrill.orbits.orbit import Orbit
+    from chaosdrill.orbits.problem import Problem, Shot
+    from chaosdrill.orbits.special import TestFunction
+
+
+class Curve:
+    """A branch of orbits over one parameter, and the equations for its points.
+
+    Parameters
+    ----------
+    limits : ndarray, shape (q, 2)
+        Smallest and largest value of each free parameter.
+    """
+
+    noun = "branch"
+    kind = Special.REGULAR
+    margin = 0.0
+
+    def __init__(self, problem: "Problem", limits: np.ndarray) -> None:
+        self.problem: Problem = problem
+        self.limits = limits
+        self.spans = np.ptp(limits, axis=1)
+        self._known: tuple[np.ndarray, Whole] | None = None
+
+    def unlimited(self) -> "Curve":
+        """The same curve without limits."""
+        other = copy(self)
+        other.limits = np.tile([-np.inf, np.inf], (len(self.limits), 1))
+        return other
+
+    def weights(self, orbit: "Orbit") -> np.ndarray:
+        """Weights of differences between reduced unknowns."""
+        return self.problem.weights(orbit, self.spans)
+
+    def values(self, orbit: "Orbit") -> np.ndarray:
+        """The free parameters, shape (q,)."""
+        return orbit.starts[0, self.problem.states :]
+
+    def outside(self, orbit: "Orbit") -> bool:
+        """Whether a parameter is beyond its limits."""
+        value = self.values(orbit)
+        return bool(((value < self.limits[:, 0]) | (value > self.limits[:, 1])).any())
+
+    def apart(self, one: "Orbit", other: "Orbit", weights: np.ndarray) -> np.ndarray:
+        """The weighted difference of two orbits in all their points."""
+        return self.whole(weights).apart(one, other)
+
+    def whole(self, weights: np.ndarray) -> Whole:
+        """What differences count, by these weights."""
+        if self._known is None or self._known[0] is not weights:
+            self._known = weights, Whole(self.problem, weights)
+        return self._known[1]
+
+    def gap(self, one: "Orbit", other: "Orbit", weights: np.ndarray) -> float:
+        """Distance of two orbits of the same segments, in the norm of `Whole`."""
+        difference = self.apart(one, other, weights)
+        return float(np.sqrt(difference @ difference))
+
+    def met(self, one: "Orbit", other: "Orbit", weights: np.ndarray, within: float) -> "Orbit | None":
+        """An orbit written from the segment at which another one begins, if they are that near; else None."""
+        if len(one) != len(other) or one.periods != other.periods:
+            return None
+        if np.abs((self.values(one) - self.values(other)) / self.spans).max() > within:
+            return None
+        period = self.problem.period_at(one)
+        nearest = None
+        apart = np.abs((one.starts - other.starts[0])[:, : self.problem.states] * self.whole(weights).starts).max(
+            axis=1
+        )
+        for first in np.flatnonzero(apart <= within).tolist():
+            if not np.array_equal(np.roll(one.segments, -first, axis=0), other.segments):
+                continue
+            turned = one.rotated(first, None)
+            if period:
+                turned = replace(turned, phase=turned.phase + period * round((other.phase - turned.phase) / period))
+            gap = self.gap(other, turned, weights)
+            if gap <= within:
+                nearest, within = turned, gap
+        return nearest
+
+    def directed(self, shot: "Shot", change: np.ndarray, weights: np.ndarray) -> Direction:
+        """The direction of a change of the reduced unknowns."""
+        return self.whole(weights).direction(shot, change)
+
+    def first(self, orbit: "Orbit", shot: "Shot", ahead: np.ndarray | None = None) -> Point:
+        """A converged orbit as the first point of a curve, to be followed towards ``ahead``.
+
+        By default the parameter grows.
+        """
+        weights = self.weights(orbit)
+        # in all points the error of ``ahead`` may count, which grows along an orbit
+        row = None if ahead is None else ahead * weights**2
+        tangent = self.directed(shot, self.problem.direction(orbit, shot, weights, row), weights)
+        return Point(orbit, shot.bare(), weights, tangent, orbit)
+
+    def correct(self, guess: "Orbit", near: Point, row: np.ndarray) -> Point:
+        """The point of the curve nearest to a guess.
+
+        Parameters
+        ----------
+        near : Point
+            The nearest known point.
+        row : ndarray, shape (columns,)
+            Corrections are orthogonal to it.
+
+        Raises
+        ------
+        LostError
+        """
+        orbit, shot = self._solved(guess, near, row[np.newaxis])
+        weights = self.weights(orbit)
+        change = self.problem.direction(orbit, shot, weights, near.tangent.row)
+        return Point(orbit, shot.bare(), weights, self.directed(shot, change, weights), near.section)
+
+    def _solved(self, guess: "Orbit", near: Point, conditions: np.ndarray) -> tuple["Orbit", "Shot"]:
+        code, orbit, shot, _ = self.problem.newton(
+            guess, conditions, SETTINGS.farthest, weights=near.weights, section=near.section
+        )
+        if code != CONVERGED or not np.isfinite(shot.equations).all():
+            raise LostError("no orbit beside the curve")
+        return orbit, shot
+
+    def followed(self, point: Point) -> tuple["Orbit", "Shot"] | None:
+        """An admissible orbit at a point, or next to it where orbits are admissible only up to the curve."""
+        return point.orbit, point.shot
+
+    def size(self, orbit: "Orbit") -> float:
+        """Size of the first parameter at an orbit; its range where it passes zero."""
+        return max(abs(float(self.values(orbit)[0])), float(self.spans[0]))
+
+    def blocked(self, point: Point) -> tuple["Orbit", "Shot"] | None:
+        """The orbit at or beside a point if it is not admissible; None if it is."""
+        found = self.followed(point)
+        if found is not None and admissible(*found):
+            return None
+        return found or (point.orbit, point.shot)
+
+    def predicted(self, points: list[Point], h: float) -> "Orbit":
+        """The polynomial through the last points, one step beyond the last."""
+        last = points[-1]
+        if len(points) == 1:
+            shot = self.problem.shoot(last.orbit, False, last.section)
+            return self.problem.moved(last.orbit, shot, h * last.tangent.change)
+        shares = _shares(np.array([p.arclength for p in points]), last.arclength + h, 0)
+        starts = np.tensordot(shares, np.array([p.orbit.starts for p in points]), 1)
+        # the parameters of all segments are one set of numbers
+        starts[1:, self.problem.states :] = starts[0, self.problem.states :]
+        durations = shares @ np.array([p.orbit.durations for p in points])
+        phase = float(shares @ np.array([p.orbit.phase for p in points]))
+        return self.problem.kept(
+            replace(last.orbit, starts=starts, phase=phase, durations=durations), last.orbit, h * last.tangent.change
+        )
+
+    def after(self, points: list[Point], h: float) -> tuple[Point, float]:
+        """The next point, one step along the curve, and the error of its prediction.
+
+        ``points`` are those through which the predictor goes.
+
+        Raises
+        ------
+        LostError
+            The smooth continuation has no such point.
+        """
+        last = points[-1]
+        predicted = self.predicted(points, h)
+        point = self.correct(predicted, last, last.tangent.row)
+        error = self.gap(predicted, point.orbit, last.weights)
+        if not error < SETTINGS.farthest:
+            raise LostError("the orbit is far from where it was predicted")
+        length = self.gap(last.orbit, point.orbit, last.weights)
+        point = self.aligned(replace(point, arclength=last.arclength + length), points)
+        if not self.cosine(last, point) > SETTINGS.bend:
+            raise LostError("the curve bends too much")
+        return point, error
+
+    def aligned(self, point: Point, points: list[Point]) -> Point:
+        """A point with its tangent aligned to those of earlier points."""
+        return point
+
+    def cosine(self, one: Point, other: Point) -> float:
+        """Cosine of the angle between the tangents at two points."""
+        return float(one.tangent.course @ other.tangent.course)
+
+    def between(self, one: Point, other: Point, part: float, row: np.ndarray | None = None) -> Point:
+        """The point of the curve next to the line between two points, orthogonal to ``row`` or to the first tangent.
+
+        Raises
+        ------
+        LostError
+        """
+        point = self.correct(one.orbit.between(other.orbit, part), one, one.tangent.row if row is None else row)
+        done, left = (self.gap(point.orbit, end.orbit, one.weights) for end in (one, other))
+        share = done / (done + left) if done > 0 else 0.0
+        return replace(point, arclength=one.arclength + share * (other.arclength - one.arclength))
+
+    def at_limit(self, last: Point, beyond: Point) -> Point | None:
+        """The point at the first limit passed between two points; None if the last point lies on it.
+
+        Raises
+        ------
+        LostError
+        """
+        here, there = self.values(last.orbit), self.values(beyond.orbit)
+        limit = np.where(there < here, self.limits[:, 0], self.limits[:, 1])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            parts = np.where((there - limit) * (there - here) > 0, (limit - here) / (there - here), np.inf)
+        k = int(parts.argmin())
+        if not 0 < parts[k] < np.inf:
+            return None
+        guess = last.orbit.between(beyond.orbit, parts[k])
+        values = self.values(guess).copy()
+        values[k] = limit[k]
+        row = np.zeros(len(last.weights))
+        row[len(row) - len(values) + k] = 1.0
+        guess = guess.with_values(values, self.problem.states)
+        point = self.correct(guess, last, row)
+        if not self.gap(guess, point.orbit, last.weights) < SETTINGS.farthest:
+            raise LostError("the orbit at the limit is far from where it was predicted")
+        return replace(point, arclength=last.arclength + self.gap(last.orbit, point.orbit, last.weights))
+
+    def bisect(self, last: Point, beyond: Point) -> tuple[Point, Border]:
+        """Bisect between an admissible point and one that is not: the last point before the border, and the border.
+
+        The former is ``last`` itself if nothing lies between.
+        """
+        good, bad, part = last, self.blocked(beyond), 1.0
+        row = last.tangent.row
+        for _ in range(SETTINGS.bisections):
+            half = 0.5 * part
+            try:
+                point = self.between(good, beyond, half, row)
+                blocked = self.blocked(point)
+            except LostError:
+                part, bad = half, None
+                continue
+            if blocked is None:
+                good, part = point, (part - half) / (1 - half)
+            else:
+                beyond, bad, part = point, blocked, 1.0
+        orbit, shot = self.followed(good) or (good.orbit, good.shot)
+        error = part * abs(float(self.values(beyond.orbit)[0] - self.values(good.orbit)[0]))
+        error += self.problem.accuracy * self.size(orbit) + self.margin * self.spans[0]
+        bad_orbit, bad_shot = bad or (None, None)
+        return good, Border(orbit, shot, bad_orbit, bad_shot, float(error))
+
+
+class SpecialCurve(Curve):
+    """A curve over two parameters along which a test function vanishes.
+
+    Parameters
+    ----------
+    problem : Problem
+        Of two free parameters.
+    limits : ndarray, shape (2, 2)
+    test : TestFunction
+        The function.
+    """
+
+    noun = "curve"
+
+    def __init__(self, problem: "Problem", limits: np.ndarray, test: "TestFunction") -> None:
+        super().__init__(problem, limits)
+        self.test, self.kind, self.margin = test, test.kind, test.margin
+
+    def begin(self, orbit: "Orbit", shot: "Shot", tracked: float) -> Point:
+        """The point of the curve next to an orbit, with the second parameter as it is there.
+
+        Raises
+        ------
+        LostError
+        """
+        plane = plane_at(self.problem, orbit, shot, self.weights(orbit))
+        across = plane.direction(np.array([plane.rows[1, -1], -plane.rows[0, -1]]))
+        slope = self.slope(orbit, shot, plane, plane.part(across.course), tracked)
+        row = np.eye(len(plane.weights))[-1]
+        root = Root(plane, across, slope, 0.0, tracked)
+        near = Point(orbit, shot, plane.weights, across, orbit, root=root)
+        found, shot, root = self._on_curve(orbit, near, row)
+        gradient = np.array([self.slope(found, shot, root.plane, r, root.tracked) for r in np.eye(2)])
+        across, steep = root.plane.direction(gradient), float(np.linalg.norm(gradient))
+        tangent = root.plane.direction(np.array([gradient[1], -gradient[0]]))
+        root = replace(root, across=across, slope=steep)
+        return Point(found, shot.bare(), root.plane.weights, tangent, found, special=self.kind, root=root)
+
+    def correct(self, guess: "Orbit", near: Point, row: np.ndarray) -> Point:
+        orbit, shot, root = self._on_curve(guess, near, row)
+        tangent = root.plane.direction(root.plane.part(near.tangent.course))
+        return self._turned_with(
+            Point(orbit, shot.bare(), root.plane.weights, tangent, near.section, special=self.kind, root=root), near
+        )
+
+    def _turned_with(self, point: Point, near: Point) -> Point:
+        """The point with its transverse direction orthogonal to its tangent, on the same side as a neighbour's."""
+        assert point.root is not None
+        assert near.root is not None
+        plane = point.root.plane
+        a, b = plane.part(point.tangent.course)
+        across = plane.direction(np.array([-b, a]))
+        if near.root.across.course @ across.course < 0:
+            across = across.times(-1)
+        return replace(point, root=replace(point.root, across=across))
+
+    def _on_curve(self, guess: "Orbit", near: Point, row: np.ndarray) -> tuple["Orbit", "Shot", Root]:
+        """The orbit next to a guess where the function vanishes."""
+        assert near.root is not None
+        plane, slope, tracked = near.root.plane, near.root.slope, near.root.tracked
+        a, b = plane.rows @ row
+        across = plane.direction(np.array([-b, a]))
+        if across.course @ near.root.across.course < 0:
+            across = across.times(-1)
+        conditions = np.vstack([row, across.row])
+        step, value = np.inf, np.nan
+        for _ in range(SETTINGS.secant_steps):
+            before, moved = value, step
+            orbit, shot = self._solved(guess, near, conditions)
+            value, tracked = self.test.value(self.problem, orbit, shot, plane, tracked)
+            if SETTINGS.secant_noise < abs(moved) < np.inf:
+                slope = (value - before) / moved
+            if slope == 0:
+                break
+            step = -value / slope
+            if abs(step) <= SETTINGS.secant_step or (
+                abs(step) < SETTINGS.secant_noise and abs(step) > 0.3 * abs(moved)
+            ):
+                new = plane_at(self.problem, orbit, shot, self.weights(orbit), plane)
+                return orbit, shot, Root(new, across, slope, abs(step), tracked)
+            if not abs(step) < SETTINGS.farthest:
+                break
+            guess = self.problem.moved(orbit, shot, step * across.change)
+        raise LostError("the secant method found no point of the curve")
+
+    def slope(self, orbit: "Orbit", shot: "Shot", plane: Plane, part: np.ndarray, tracked: float) -> float:
+        """Central difference of the function along a direction of the plane with these components."""
+        values, direction = [], plane.direction(part)
+        near = Point(orbit, shot, plane.weights, direction, orbit)
+        for sign in (1, -1):
+            guess = self.problem.moved(orbit, shot, sign * SETTINGS.difference * direction.change)
+            beside = self._solved(guess, near, plane.duals)
+            values.append(self.test.value(self.problem, *beside, plane, tracked)[0])
+        return (values[0] - values[1]) / (2 * SETTINGS.difference)
+
+    def followed(self, point: Point) -> tuple["Orbit", "Shot"] | None:
+        if not self.margin:
+            return point.orbit, point.shot
+        assert point.root is not None
+        plane = point.root.plane
+        across = point.root.across.change
+        away = -np.sign(point.root.slope) * self.margin / np.linalg.norm(plane.weights * across) * across
+        shot = self.problem.shoot(point.orbit, False, point.section)
+        guess = self.problem.moved(point.orbit, shot, away)
+        try:
+            return self._solved(guess, point, plane.duals)
+        except LostError:
+            return None
+
+    def aligned(self, point: Point, points: list[Point]) -> Point:
+        last, course = points[-1], points[-1].tangent.course
+        assert point.root is not None
+        if point.arclength - last.arclength > SETTINGS.apart:
+            nodes = points[1 - SETTINGS.predictor_points :]
+            shares = _shares(np.array([*(p.arclength for p in nodes), point.arclength]), point.arclength, 1)
+            course = shares @ np.array([self.apart(last.orbit, p.orbit, last.weights) for p in (*nodes, point)])
+        plane = point.root.plane
+        return self._turned_with(replace(point, tangent=plane.direction(plane.part(course))), last)
+
+    def cosine(self, one: Point, other: Point) -> float:
+        assert one.root is not None
+        return float(one.root.plane.part(one.tangent.course) @ one.root.plane.part(other.tangent.course))
+
+
+def _shares(nodes: np.ndarray, place: float, derivative: int) -> np.ndarray:
+    """Weights of nodal values in their interpolating polynomial at a place, or in one of its derivatives there."""
+    scale = float(np.ptp(nodes))
+    powers = np.vander((nodes - place) / scale, increasing=True).T
+    return np.linalg.solve(powers, np.eye(len(nodes))[derivative]) / scale**derivative
