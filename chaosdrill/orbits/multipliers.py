@@ -247,16 +247,16 @@ def spectra(problem: "Problem", orbit: "Orbit", monodromies: np.ndarray, factors
     if rank < 2 or len(orbit) < 2:
         return Spectra(values, errors)
     hidden = np.isfinite(values).all(axis=-1)
-    hidden[hidden] = _hides(values[hidden, rank - 1], monodromies[hidden])
+    hidden[hidden] = _hides(values[hidden, rank - 1], monodromies[hidden], SETTINGS.graded_along)
     if hidden.any():
         values[hidden], spread = _simultaneous(factors[hidden], rank)
         errors[hidden] = np.minimum(errors[hidden], noise * spread)
     return Spectra(values, errors)
 
 
-def _hides(smallest: np.ndarray, maps: np.ndarray) -> np.ndarray:
+def _hides(smallest: np.ndarray, maps: np.ndarray, part: float) -> np.ndarray:
     """Whether multipliers cannot be read off tangent maps as a whole."""
-    return np.abs(smallest) <= SETTINGS.graded * np.linalg.norm(maps, 2, axis=(-2, -1))
+    return np.abs(smallest) <= part * np.linalg.norm(maps, 2, axis=(-2, -1))
 
 
 def _simultaneous(factors: np.ndarray, rank: int) -> tuple[np.ndarray, np.ndarray]:
@@ -316,7 +316,7 @@ def graded(problem: "Problem", orbit: "Orbit", monodromy: np.ndarray, rank: int)
     Its tangent map is made of pieces none of which is ill conditioned.
     """
     plain = multipliers(problem, orbit, monodromy, rank)
-    if rank < 2 or not _hides(plain[rank - 1], monodromy):
+    if rank < 2 or not _hides(plain[rank - 1], monodromy, SETTINGS.graded):
         return plain
     return np.asarray(_simultaneous(np.array(pieces(problem, orbit))[np.newaxis], rank)[0][0])
 

@@ -141,6 +141,8 @@ class Settings:
     # multipliers and checks
     graded: float = 1e-3
     """Part of the norm of the tangent map below which a multiplier is not read off the map as a whole."""
+    graded_along: float = 1e-6
+    """The same along branches, where many trials between two points ask for multipliers."""
     graded_rounds: int = 64
     """Rounds of simultaneous iteration, at most; multipliers of nearly one modulus are then taken together."""
     graded_turned: float = 1e-14
