@@ -53,7 +53,7 @@ def undrawn(system: HybridSystem, states: np.ndarray) -> np.ndarray:
     if not system.noise:
         return states
     states = states.copy()
-    states[..., system.free : len(system.states)] = 0.0
+    states[..., system.free : len(system.state_names)] = 0.0
     return states
 
 

@@ -14,17 +14,17 @@ import numpy as np
 
 from chaosdrill.dataset.branches import Special
 from chaosdrill.orbits.codimension_two import Located, insert
-from chaosdrill.orbits.continuation import Plane, plane_at
 from chaosdrill.orbits.crossings import changes
 from chaosdrill.orbits.functions import Functions
+from chaosdrill.orbits.points import Plane, plane_at
 from chaosdrill.orbits.problem import CONVERGED, LostError
 from chaosdrill.orbits.roots import bracketed
 from chaosdrill.orbits.settings import SETTINGS
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.branches import Branch, BranchSegment
-    from chaosdrill.orbits.continuation import Point
     from chaosdrill.orbits.orbit import Orbit
+    from chaosdrill.orbits.points import Point
     from chaosdrill.orbits.problem import Problem, Shot
 
 
