@@ -26,6 +26,7 @@ from chaosdrill.engine.step import (
     expand,
     instant_after,
     instant_in_row,
+    left_of,
     locate,
     record,
     record_instants,
@@ -96,9 +97,9 @@ def flow(place, p, samples, events):
                 functions, tables, settings, state, scratch.workspace, row, j, te, instant, h, t, scratch
             ):
                 early = instant - te
-        rest = run.period - run.time
-        if run.strobes + 1 >= settings.target and te + early >= rest:
-            te = min(te, rest)
+        left = left_of(run, settings.target)
+        if te + early >= left:
+            te = min(te, left)
             happens = False
         record_instants(method, settings, t, state, te, late, samples, scratch)
         strobe = record(method, settings, t, state, te, early, samples, scratch)

@@ -42,7 +42,7 @@ from chaosdrill.engine.records import (
     state_of,
     state_outcome,
 )
-from chaosdrill.engine.step import add_to, end_step, instant_after, pass_strobe, stop
+from chaosdrill.engine.step import add_to, end_step, instant_after, left_of, pass_strobe, stop
 from chaosdrill.engine.window import keep
 
 ACTIVE = 64
@@ -182,8 +182,9 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
             instant = rest if te < rest else instant_after(run, 1, te)
             if lane_events.coincides(functions, tables, settings, state, first, j, te, instant, lane, block, scratch):
                 block.gap[0, lane] = instant - te
-        if run.strobes + 1 >= results.progress[p, GOAL] and te + block.gap[0, lane] >= rest:
-            te = min(te, rest)
+        left = left_of(run, results.progress[p, GOAL])
+        if te + block.gap[0, lane] >= left:
+            te = min(te, left)
             happens = False
         block.reach[lane] = te
         if not happens:

@@ -69,6 +69,19 @@ def instant_after(run, count, s):
 
 
 @inlined
+def left_of(run, target):
+    """Time to the last strobe of a run, from the start of the step, where a step may get there; else infinity.
+
+    A step that begins just before a strobe may pass two.
+    """
+    rest = run.period - run.time
+    ahead = target - run.strobes
+    if ahead <= 1:
+        return rest
+    return rest + run.period if ahead == 2 else math.inf
+
+
+@inlined
 def instant_in_row(run, row):
     """The instant that a row of a buffer holds, as a number of periods and a rest, from the start of the step."""
     return (row[0] - run.strobes) * run.period + row[1] - run.time

@@ -133,6 +133,22 @@ def test_a_list_in_lanes_is_the_closed_forms(name, number):
     assert wrong == []
 
 
+def test_an_event_at_the_end_of_a_run_in_lanes_is_of_the_next_run():
+    # roots of the clock's guard at 2 and 4, periods of 1: a step from just before the strobe at 3 ends at that at 4
+    numbers = (4096, -1, -33338.804744796675, *(8, -6, 1, 0, 0, 0), *(4098.625, -3.25, 2, 0, 0, 0))
+    family, given_numbers = listed("polynomials of a clock", numbers)
+    system = family.at(given_numbers)
+    start = np.array([given_numbers.get(name, system.initial[name]) for name in system.state_names], dtype=float)
+    scales = -np.linspace(10.0, 20.0, 64)
+    runs = Batch(
+        system, {"scale": scales}, np.tile(start, (64, 1)), np.zeros(64, dtype=int), Numerics(tolerance=TOLERANCE)
+    )
+    runs.run(0, np.array([0, 4]))
+    names = [t.name for t in system.transitions]
+    clock = [names.index(name) for name in ("rise", "fall", "either")]
+    assert (runs.counts[:, clock] == [1, 0, 1]).all()
+
+
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", lists.FAMILIES)
 @examples(4)
