@@ -77,7 +77,7 @@ def main() -> int:
                     error = off(case, outcome, found, tolerance)
                     ok += outcome == cd.Outcome.OK
                     # what ends early though its equations do not is no wrong number, but told
-                    early += outcome != cd.Outcome.OK and not math.isnan(case.right)
+                    early += outcome != cd.Outcome.OK and not case.ends
                     worst = max(worst, error)
                     if not error <= MOST:
                         bad += 1

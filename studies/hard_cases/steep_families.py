@@ -29,12 +29,15 @@ class Case:
         The first state at the end; NaN where the equations end before.
     scale : float
         Its size on the way.
+    ends : bool
+        Whether it comes to a branch point, where a run may end with an outcome.
     """
 
     parameters: dict[str, float]
     initial: dict[str, float]
     right: float
     scale: float
+    ends: bool = False
 
 
 @dataclass(frozen=True)
@@ -243,10 +246,15 @@ def _spring() -> Family:
 # branch points: the equations end at one, before the time is over or after
 
 
-def _branch(name: str, rate: str, value: Callable[[float], float], end: float, start: float) -> Family:
+def _branch(
+    name: str, rate: str, value: Callable[[float], float], end: float, start: float, rest: float = math.nan
+) -> Family:
+    """A motion that is at a branch point at the time ``end``, and stays at ``rest`` or has no equations any more."""
+
     def draw(draw: Draw) -> Case:
         length = end * (draw.uniform(0.05, 0.99) if draw.random() < 0.5 else draw.uniform(1.01, 3.0))
-        return Case({"T": length}, {"x": start}, value(length) if length < end else math.nan, 1.0)
+        ends = length > end
+        return Case({"T": length}, {"x": start}, rest if ends else value(length), 1.0, ends)
 
     return Family(name, {"x": f"T*({rate})"}, draw)
 
@@ -254,10 +262,10 @@ def _branch(name: str, rate: str, value: Callable[[float], float], end: float, s
 def branches() -> list[Family]:
     """Motions into branch points."""
     return [
-        _branch("tank", "-sqrt(x)", lambda t: (1 - t / 2) ** 2, 2.0, 1.0),
-        _branch("power 3/4", "-x**(3/4)", lambda t: (1 - t / 4) ** 4, 4.0, 1.0),
-        _branch("power 1/3", "-x**(1/3)", lambda t: (1 - 2 * t / 3) ** 1.5, 1.5, 1.0),
-        _branch("quarter circle", "sqrt(1 - x**2)", math.sin, math.pi / 2, 0.0),
+        _branch("tank", "-sqrt(x)", lambda t: (1 - t / 2) ** 2, 2.0, 1.0, 0.0),
+        _branch("power 3/4", "-x**(3/4)", lambda t: (1 - t / 4) ** 4, 4.0, 1.0, 0.0),
+        _branch("power 1/3", "-x**(1/3)", lambda t: (1 - 2 * t / 3) ** 1.5, 1.5, 1.0, 0.0),
+        _branch("quarter circle", "sqrt(1 - x**2)", math.sin, math.pi / 2, 0.0, 1.0),
         _branch("pole", "-1/x", lambda t: math.sqrt(1 - 2 * t), 0.5, 1.0),
     ]
 
