@@ -173,8 +173,9 @@ def agreement(windows: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.nd
 def _one_over_extent(windows: np.ndarray, known: np.ndarray) -> np.ndarray:
     """What makes states comparable whatever their units, shape (P, n): 0 for those that do not move, or are unknown."""
     extent = np.ptp(windows, axis=1)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.where(extent > CLOSE * np.maximum(sizes(windows, known), known), 1 / extent, 0.0)
+    # of the smallest numbers there are, which are not normal, one over them is none
+    moves = extent > np.maximum(CLOSE * np.maximum(sizes(windows, known), known), np.finfo(float).tiny)
+    return np.divide(1.0, extent, out=np.zeros_like(extent), where=moves)
 
 
 def _apart(values: np.ndarray, length: int) -> np.ndarray:

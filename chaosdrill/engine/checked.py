@@ -430,6 +430,10 @@ def ending(functions, tables, settings, h, t, state, scratch):
     read(functions, mode, t, state.c, x, now)
     for i in range(n):
         place[i] = x[i] + rate[i]
+    functions.field(mode, t + soon, state.c, place, scratch.doubt)
+    for i in range(n):
+        if outcome == STEP_UNDERFLOW and not abs(scratch.doubt[i]) < math.inf:
+            outcome = NONFINITE
     read(functions, mode, t + soon, state.c, place, then)
     for k in range(tables.steep[mode, 0]):
         may_end = _may_end(tables.shapes[mode, k, 6], settings.method == TAYLOR)

@@ -249,7 +249,7 @@ def expand(place, p, t):
                 h = max(seen, SMALLEST_GROWTH * h)
                 cut = True
                 continue
-        if ends and is_stuck(x, stages[END], h, run.longest):
+        if ends and is_stuck(functions, mode, t, state.c, x, stages[END], h, run.longest, scratch.doubt):
             return 0.0
         accept(run, error, 8.0, h, wanted, rejected, LARGEST_GROWTH)
         if cut:

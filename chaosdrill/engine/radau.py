@@ -162,6 +162,7 @@ def expand(place, p, t):
         if error <= 1.0 and watching and run.fresh != ONGOING and not resolved:
             error = plain / tolerance
         if not error <= 1.0:
+            ends = ends or not math.isfinite(error)
             factor = shrink(error, h, larger, longer, order)
             larger = error
             longer = h
@@ -185,7 +186,7 @@ def expand(place, p, t):
                 h = max(seen, SMALLEST_GROWTH * h)
                 cut = True
                 continue
-        if ends and is_stuck(x, stages[END], h, run.longest):
+        if ends and is_stuck(functions, mode, t, state.c, x, stages[END], h, run.longest, scratch.doubt):
             return 0.0
         accept(run, error, order, h, wanted, rejected, LARGEST_GROWTH)
         if cut:

@@ -8,7 +8,7 @@ import math
 
 from chaosdrill.engine.dop853_tables import PLACE, ROWS_A_VECTOR, STAGES, VECTORS, WEIGHTS
 from chaosdrill.engine.guard_times import NEAR
-from chaosdrill.engine.jit import inlined, inner
+from chaosdrill.engine.jit import inlined, inner, rare
 from chaosdrill.engine.layout import ONGOING
 from chaosdrill.engine.scales import brought, finest, followed, has_none
 
@@ -42,19 +42,25 @@ UNDERFLOW = 1e-16
 BLOCKED = 1e-6
 """Part of the longest step below which one that moves no state, and could not be longer, is the last."""
 
+HELD_UP = 1e-12
+"""The same for one that leaves a state where it is though it has a rate: others may be slower by 1e4."""
 
-@inner
-def is_stuck(x, end, h, longest):
+
+@rare
+def is_stuck(functions, mode, t, c, x, end, h, longest, rate):
     """Whether a step that could not be longer, since there is no motion so far, is short and moves no state.
 
-    One rounding error before a branch point steps of a billionth would follow each other to the end of the run.
+    One rounding error before a branch point steps of a billionth would follow each other to the end of the run. So they
+    would where one of the states does not move any more though it has a rate, whatever the others do.
     """
     if not h <= BLOCKED * longest:
         return False
-    moved = 0
+    functions.field(mode, t, c, x, rate)
+    moved = held = 0
     for i in range(x.size):
         moved += 1 if end[i] != x[i] else 0
-    return moved == 0
+        held += 1 if end[i] == x[i] and rate[i] != 0.0 else 0
+    return moved == 0 or (h <= HELD_UP * longest and held > 0)
 
 
 @inner

@@ -134,6 +134,16 @@ def test_a_pulse_of_a_guard_within_a_step_is_found(method):
 # A case of the study for every method: none is ok and off by more than a hundred tolerances.
 
 
+@pytest.mark.parametrize("method", ADAPTIVE)
+def test_a_rate_that_leaves_the_doubles_is_told(method):
+    # log(1 + exp(u)) is u, but exp(u) is infinite from 709.8 on
+    system = cd.HybridSystem(
+        states="y p", modes={"all": {"y": "log(1 + exp(p))", "p": "1"}}, initial={"y": 0.0, "p": 700.0}
+    )
+    run = cd.trajectory(system, duration=20.0, samples=1, method=method)
+    assert cd.Outcome(int(run["outcome"])) == cd.Outcome.NONFINITE
+
+
 @settings(max_examples=80)
 @given(data=st.data())
 def test_nothing_is_wrong_in_silence(study, data):
