@@ -17,23 +17,29 @@ class Limit:
         Whether ``low`` itself is not allowed.
     quantity : str
         As in ``"the damping ratio"``; what a system leaves empty is the parameter's label.
+    whole : bool
+        Whether only whole numbers are allowed.
     """
 
     low: float = 0.0
     high: float = inf
     open_below: bool = False
     quantity: str = ""
+    whole: bool = False
 
     def refuses(self, value: object) -> str | None:
         """The message for a value outside of the range; None for one inside, and for anything but a finite number."""
         if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= float_info.max:
             return None
         below = value <= self.low if self.open_below else value < self.low
-        if not below and value <= self.high:
+        broken = self.whole and value != int(value)
+        if not below and value <= self.high and not broken:
             return None
         bounds = f"greater than {self.low:g}" if self.open_below else f"at least {self.low:g}"
         if self.high < inf:
             bounds += f" and at most {self.high:g}"
+        if self.whole:
+            bounds = f"a whole number, {bounds}"
         return f"{self.quantity or 'it'} must be {bounds}, received {value!r}"
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import sympy
 
 from chaosdrill.errors import ModelError, SettingsError
-from chaosdrill.limits import Limit
+from chaosdrill.limits import NOT_NEGATIVE, POSITIVE, Limit
 from chaosdrill.model.places import parameter
 from chaosdrill.model.reading import OF_NOISE, Transition
 from chaosdrill.model.special import random_uniform
@@ -42,6 +42,9 @@ class Distribution:
 
     uniforms: ClassVar[int] = 1
     """How many uniform numbers a draw takes."""
+
+    limits: ClassVar[Mapping[str, Limit]] = {}
+    """Limits of its parameters, whatever is drawn."""
 
     def __post_init__(self) -> None:
         for name, value in self.numbers().items():
@@ -129,6 +132,7 @@ class Normal(Distribution):
     mean: float
     deviation: float
     uniforms: ClassVar[int] = 2
+    limits: ClassVar[Mapping[str, Limit]] = {"deviation": NOT_NEGATIVE}
 
     def fault(self) -> str:
         return "" if self.deviation >= 0 else f"deviation is {self.deviation:g}; it must be >= 0"
@@ -159,6 +163,7 @@ class LogNormal(Distribution):
     median: float
     sigma: float
     uniforms: ClassVar[int] = 2
+    limits: ClassVar[Mapping[str, Limit]] = {"median": POSITIVE, "sigma": NOT_NEGATIVE}
 
     def fault(self) -> str:
         if self.median <= 0:
@@ -189,6 +194,7 @@ class Exponential(Distribution):
     """
 
     mean: float
+    limits: ClassVar[Mapping[str, Limit]] = {"mean": NOT_NEGATIVE}
 
     def fault(self) -> str:
         return "" if self.mean >= 0 else f"mean is {self.mean:g}; it must be >= 0"
@@ -287,10 +293,16 @@ def added_parameters(distributions: Mapping[str, Distribution], seed: int) -> di
 
 
 def added_limits(distributions: Mapping[str, Distribution], limits: Mapping[str, Limit]) -> dict[str, Limit]:
-    """Limits of these: of what are values of a parameter those of the parameter."""
+    """Limits of these: of what are values of a parameter those of the parameter, too."""
+    plain = {
+        f"{name}_{key}": one.limits[key]
+        for name, one in distributions.items()
+        for key in one.parameters()
+        if key in one.limits
+    }
     bounded = {name: one for name, one in distributions.items() if isinstance(one, Uniform | Choice) and name in limits}
     own = {f"{name}_{key}": limits[name] for name, one in bounded.items() for key in one.parameters()}
-    return {**own, SEED: Limit(high=LARGEST_SEED - 1.0, quantity="the seed of the noise")}
+    return {**plain, **own, SEED: Limit(high=LARGEST_SEED - 1.0, quantity="the seed of the noise", whole=True)}
 
 
 def noisy(system: "HybridSystem", distributions: Any, at: Any, seed: int) -> "HybridSystem":
