@@ -308,6 +308,8 @@ def added_limits(distributions: Mapping[str, Distribution], limits: Mapping[str,
 def noisy(system: "HybridSystem", distributions: Any, at: Any, seed: int) -> "HybridSystem":
     """The system with some of its parameters drawn anew at events; see `HybridSystem.with_noise`."""
     _check(system, distributions, seed)
+    # their order in the mapping must not say which numbers a parameter gets
+    distributions = {name: distributions[name] for name in sorted(distributions)}
     whole = system.built
     drawn = _Drawn(distributions)
     symbols = {name: _value(name, one) for name, one in distributions.items()}

@@ -278,6 +278,16 @@ def test_other_seeds_give_other_runs():
     assert np.array_equal(cd.trajectory(reseeded, periods=10)["states"].values[-1], ends[1])
 
 
+def test_the_order_in_which_distributions_are_named_draws_the_same_numbers():
+    noise = {"p": cd.Normal(1, 0.1), "q": cd.Uniform(0, 1)}
+    plain = cd.Map("x y", {"p": 1.0, "q": 1.0}, {"x": "p", "y": "q"})
+    one, other = (
+        cd.poincare_section(plain.with_noise({name: noise[name] for name in names}), periods=3, transient=2)["section"]
+        for names in ("pq", "qp")
+    )
+    assert np.array_equal(one.sel(state=["x", "y"]), other.sel(state=["x", "y"]))
+
+
 @pytest.mark.parametrize(
     ("call", "reason"),
     [
