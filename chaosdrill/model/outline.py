@@ -22,7 +22,7 @@ LATE = ("states", *EXPRESSIONS)
 """Attributes that come with the whole system."""
 
 _TABLES = ("modes", "regions", "quadratures")
-_PLAIN = ("name", "description", "labels", "parameters", "initial", "names_mode")
+_PLAIN = ("name", "description", "labels", "noise", "parameters", "initial", "names_mode")
 
 deriving = RLock()
 """Several threads may ask for one thing of one system at once, and each would derive it."""

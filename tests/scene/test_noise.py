@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
+from chaosdrill.codegen import record
+from chaosdrill.model import system as model
 
 SCENE = """\
 title = "noise"
@@ -111,6 +113,20 @@ def test_a_saved_scene_is_the_same_noise(tmp_path) -> None:
     assert found.noise == system.noise
     one, other = (cd.lyapunov_spectrum(one, periods=30)["lyapunov_history"] for one in (system, found))
     assert np.array_equal(one, other)
+
+
+def test_a_scene_that_another_process_has_run_is_the_same_noise(tmp_path, monkeypatch) -> None:
+    system = cd.build("impact-oscillator").with_noise({"e": cd.Uniform(0.7, 0.9)}, at="impact", seed=5)
+    path = cd.save_scene(tmp_path / "s.toml", system, {"spectrum": {"kind": "lyapunov-spectrum", "periods": 30}})
+    monkeypatch.setattr(record, "cache_folder", lambda: tmp_path)
+    for known in (False, True):
+        monkeypatch.setattr(model, "_listed", type(model._listed)())
+        scene = cd.load_scene(path)
+        assert ("whole" in vars(scene.system)) == known
+        assert scene.system.noise == system.noise
+        assert cd.run(scene, tmp_path / f"{known}.nc")["spectrum"].sizes["exponent"] == 2
+        with pytest.raises(cd.SettingsError, match="draws 'e' anew"):
+            cd.periodic_orbit(scene.system)
 
 
 def test_an_altered_definition_is_refused(tmp_path) -> None:
