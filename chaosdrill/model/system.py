@@ -296,7 +296,7 @@ class HybridSystem:
             tuple(t.content() for t in self.transitions),
             tuple((name, tuple(rates.items())) for name, rates in self.quadratures.items()),
             tuple(self.regions.items()),
-            *(self.period, repr(self.bounds), tuple(self.noise)),
+            *(self.period, repr(self.bounds), repr(self.noise)),
         )
 
     @property
