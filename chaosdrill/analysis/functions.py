@@ -129,7 +129,10 @@ def values_on(functions: "Functions | None", orbits: "Sequence[FoundOrbit]") -> 
 def with_functions(
     ds: "xr.Dataset", functions: "Functions | None", dims: str, values: "np.ndarray", errors: "np.ndarray"
 ) -> "xr.Dataset":
-    """A dataset with functions over these dimensions; the same without functions."""
+    """A dataset with functions over these dimensions; the same without functions.
+
+    The attribute ``functions_message`` says which have no value on how many orbits.
+    """
     if functions is None:
         return ds
     texts = ([one.words for one in functions.functions], [one.units for one in functions.functions])
@@ -138,4 +141,12 @@ def with_functions(
     shape = (ds.sizes[dims], len(functions))
     both = {"function_value": values.reshape(shape), "function_error": errors.reshape(shape)}
     ds = ds.assign({name: ((dims, "function"), one) for name, one in both.items()})
-    return ds.assign_coords({name: ("function", list(text)) for name, text in named})
+    ds = ds.assign_coords({name: ("function", list(text)) for name, text in named})
+    states = ds["orbit_state"]
+    found = states.notnull().any([dim for dim in states.dims if dim != dims])
+    lacking = (ds["function_value"].isnull() & found).sum(dims).values.tolist()
+    lost = [f"{name} on {k} of {int(found.sum())}" for name, k in zip(functions.names, lacking, strict=True) if k]
+    if not lost:
+        return ds
+    why = "outside its domain there, or of events or modes that these orbits do not have"
+    return ds.assign_attrs(functions_message=f"no value: {', '.join(lost)} orbits; {why}")

@@ -201,11 +201,19 @@ def test_without_such_an_event_there_is_no_largest_speed(oscillator):
     quiet = cd.periodic_orbit(free(oscillator, 1.9, ZETA), functions=FUNCTIONS)
     values = dict(zip(quiet["function"].values.tolist(), quiet["function_value"].values.tolist(), strict=True))
     assert np.isnan(values["speed"])
+    assert "speed on 1 of 1 orbits" in quiet.attrs["functions_message"]
     assert values["lost"] == 0
     height = impact.amplitude(1.9, ZETA)
     assert values["highest"] == pytest.approx(height, abs=1e-11)
     assert values["swing"] == pytest.approx(1.9 * height, abs=1e-11)
     assert values["power"] == pytest.approx(ZETA * (1.9 * height) ** 2, abs=1e-11)
+
+
+def test_a_function_outside_its_domain_has_no_value_and_says_so(oscillator):
+    functions = {"root": {"of": "sqrt(x - 10)"}, "same": {"of": "x"}}
+    orbit = cd.periodic_orbit(oscillator, functions=functions)
+    assert np.isnan(orbit["function_value"].values).tolist() == [True, False]
+    assert "no value: root on 1 of 1 orbits; outside its domain" in orbit.attrs["functions_message"]
 
 
 def test_a_scene_has_them(tmp_path):
