@@ -16,8 +16,8 @@ PREFIX = "chaosdrill_"
 EXPANDED = "_expanded"
 OF_PYTHON = "python_"
 
-_OF_GAMMA = "hunt_crossley_duration"
-"""Functions that call the gamma function of numba, which is there with numba alone."""
+_MAKES_ARRAYS = f"hunt_crossley_duration{EXPANDED}"
+"""A function that makes arrays, by numba's own code, which is there with numba alone."""
 
 _HOME = "chaosdrill.codegen.special"
 
@@ -49,7 +49,7 @@ def address(name: str) -> int:
         return python.address(name)
     if UNCOMPILED:
         return _called_back(title)
-    if title.startswith(_OF_GAMMA):
+    if title == _MAKES_ARRAYS:
         return int(_callback(title, cache=True).address)
     library = load(code_of(title), {})
     _libraries.append(library)
@@ -57,11 +57,10 @@ def address(name: str) -> int:
 
 
 def kept_codes() -> dict[Path, Callable[[], bytes]]:
-    """What gives the code of special functions, by where it is kept; numba keeps that which calls its own functions."""
+    """What gives the code of special functions, by where it is kept."""
     from chaosdrill.codegen.special import CODE
 
-    titles = [title for title in CODE if not title.startswith(_OF_GAMMA)]
-    return {engine_path(_HOME, title): partial(code_of, title) for title in titles}
+    return {engine_path(_HOME, title): partial(code_of, title) for title in CODE}
 
 
 def code_of(title: str) -> bytes:

@@ -37,6 +37,18 @@ SERIES = np.array([float(c) for c in series_of_exit()])
 EVEN = np.ascontiguousarray(SERIES[1::2])
 ATANH = np.array([1.0 / (2 * j + 3) for j in range(18)])
 
+RECIPROCAL_GAMMA = np.array(
+    [
+        1.0, 0.5772156649015329, -0.6558780715202539, -0.04200263503409524, 0.16653861138229148,
+        -0.04219773455554433, -0.009621971527876973, 0.0072189432466631, -0.0011651675918590652,
+        -0.00021524167411495098, 0.0001280502823881162, -2.013485478078824e-05, -1.2504934821426706e-06,
+        1.133027231981696e-06, -2.056338416977607e-07, 6.116095104481416e-09, 5.002007644469223e-09,
+        -1.18127457048702e-09, 1.0434267116911005e-10, 7.782263439905071e-12, -3.696805618642206e-12,
+        5.100370287454476e-13, -2.0583260535665066e-14, -5.348122539423018e-15, 1.2267786282382608e-15,
+    ]
+)  # fmt: skip
+"""Taylor coefficients of 1/Gamma(1 + x) at 0 (Abramowitz and Stegun, 6.1.34), enough of them for |x| <= 1."""
+
 
 @numba.njit(error_model="numpy", cache=True)
 def horner(coefficients, x):
@@ -256,29 +268,46 @@ def _node(i, n):
 
 
 @numba.njit(error_model="numpy", cache=True)
+def _first_moment(n):
+    """Integral of s/sigma, B(a, 1/2) a/2 with a = 1/(n + 1)."""
+    a = 1.0 / (n + 1.0)
+    # numba's own gamma function is there with numba alone
+    return 0.5 * math.sqrt(math.pi) * horner(RECIPROCAL_GAMMA, a - 0.5) / horner(RECIPROCAL_GAMMA, a)
+
+
+@numba.njit(error_model="numpy", cache=True)
+def _next_moment(n, j):
+    """What the integral of s sigma^(2 j - 1) is multiplied by for the next j."""
+    return (j + 0.5) / (1.0 / (n + 1.0) + j + 0.5)
+
+
+@numba.njit(error_model="numpy", cache=True)
 def _moments(n):
     """Coefficients of I by powers of p0^2: those of E times integrals of s sigma^(2 j - 1), beta functions."""
-    a = 1.0 / (n + 1.0)
     found = np.empty(TERMS)
-    moment = 0.5 * a * math.sqrt(math.pi) * math.gamma(a) / math.gamma(a + 0.5)
+    moment = _first_moment(n)
     for j in range(TERMS):
         found[j] = SUM[j] * moment
-        moment *= (j + 0.5) / (a + j + 0.5)
+        moment *= _next_moment(n, j)
     return found
 
 
 @numba.njit(error_model="numpy", cache=True)
 def _integrals(p0, n):
-    """I(p0, n) and its first two derivatives by p0."""
+    """I(p0, n) and its first two derivatives by p0; without arrays, which would have code that needs numba to run."""
     total = by_p = twice = 0.0
     if p0 <= GENTLE:
-        moments = _moments(n)
         square = p0 * p0
-        for j in range(TERMS - 1, 0, -1):
-            total = (total + moments[j]) * square
-            by_p = by_p * square + 2 * j * moments[j]
-            twice = twice * square + 2 * j * (2 * j - 1) * moments[j]
-        return total + moments[0], by_p * p0, twice
+        moment = _first_moment(n)
+        total, power = SUM[0] * moment, 1.0
+        for j in range(1, TERMS):
+            moment *= _next_moment(n, j - 1)
+            term = SUM[j] * moment * power
+            total += term * square
+            by_p += 2 * j * term
+            twice += 2 * j * (2 * j - 1) * term
+            power *= square
+        return total, by_p * p0, twice
     for i in range(NODES.size):
         s, sigma, _ = _node(i, n)
         value, rate, bend = _both_ways(p0 * sigma)
@@ -463,7 +492,8 @@ def hunt_crossley_duration(v, lam, n, k):
     float
         Time from touch to parting, to 12 digits for lam v <= 50; NaN for v < 0.
     """
-    return hunt_crossley_duration_series(v, lam, n, k, 1)[0]
+    root = _root(lam * v)
+    return _unit(v, n, k) * root ** ((1.0 - n) / (1.0 + n)) * _integrals(lam * v * root, n)[0]
 
 
 @numba.njit(error_model="numpy", cache=True)
