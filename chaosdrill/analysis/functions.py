@@ -140,8 +140,10 @@ def with_functions(
     # without an orbit there is no column
     shape = (ds.sizes[dims], len(functions))
     both = {"function_value": values.reshape(shape), "function_error": errors.reshape(shape)}
-    ds = ds.assign({name: ((dims, "function"), one) for name, one in both.items()})
-    ds = ds.assign_coords({name: ("function", list(text)) for name, text in named})
+    from chaosdrill.dataset.build import more, variable
+
+    ds = more(ds, {name: ((dims, "function"), one) for name, one in both.items()})
+    ds = ds.assign_coords({name: variable("function", list(text)) for name, text in named})
     states = ds["orbit_state"]
     found = states.notnull().any([dim for dim in states.dims if dim != dims])
     lacking = (ds["function_value"].isnull() & found).sum(dims).values.tolist()

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from chaosdrill.dataset import Outcome
+from chaosdrill.dataset.build import dataset, more, variable
 from chaosdrill.dataset.schema import names_of_rate
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run, rate_names
@@ -73,10 +74,12 @@ def orbits_dataset(system: HybridSystem, orbits: Sequence[FoundOrbit]) -> xr.Dat
     }
     if system.forced:
         variables["forcing_period"] = ((), system.forcing_period())
-    ds = xr.Dataset(variables)
-    numbers: dict[str, Any] = {name: np.arange(ds.sizes[name], dtype=np.int32) for name in ("iterate", "iteration")}
-    numbers |= {name: np.arange(1, ds.sizes[name] + 1, dtype=np.int32) for name in ("orbit", "multiplier")}
-    return ds.assign_coords(state=list(system.state_names), **numbers)
+    sizes = {"iterate": section.shape[1], "iteration": variables["newton_residual"][1].shape[1]}
+    numbers: dict[str, Any] = {name: np.arange(size, dtype=np.int32) for name, size in sizes.items()}
+    numbers |= {
+        name: np.arange(1, size + 1, dtype=np.int32) for name, size in (("orbit", len(orbits)), ("multiplier", n))
+    }
+    return dataset({**variables, "state": list(system.state_names), **numbers})
 
 
 NOT_OF_CHAOS = (
@@ -119,7 +122,7 @@ def with_derivatives(
             mean = names_of_rate(str(quadrature))[0]
             rows = [one["rates"][i] for one in tables]
             variables[f"{mean}_derivative{ending}"] = ((over, "parameter"), np.array(rows))
-    return ds.assign(variables).assign_coords(parameter=list(names))
+    return more(ds, variables).assign_coords(parameter=variable("parameter", list(names)))
 
 
 def orbit_rates(
@@ -215,13 +218,12 @@ def branches_dataset(system: HybridSystem, result: BranchResult) -> xr.Dataset:
             "accumulation": ((), cascade.limit),
             "accumulation_error": ((), cascade.limit_error),
         }
-    ds = xr.Dataset(variables)
-    return ds.assign_coords(
-        state=list(system.state_names),
-        multiplier=np.arange(1, n + 1, dtype=np.int32),
-        iterate=np.arange(ds.sizes["iterate"], dtype=np.int32),
-        branch_number=np.arange(len(branches), dtype=np.int32),
-    )
+    numbers = {
+        "multiplier": np.arange(1, n + 1, dtype=np.int32),
+        "iterate": np.arange(result.section.shape[1], dtype=np.int32),
+        "branch_number": np.arange(len(branches), dtype=np.int32),
+    }
+    return dataset({**variables, "state": list(system.state_names), **numbers})
 
 
 def branches_derived(ds: xr.Dataset, system: HybridSystem, names: Sequence[str], result: BranchResult) -> xr.Dataset:
@@ -243,8 +245,8 @@ def branches_derived(ds: xr.Dataset, system: HybridSystem, names: Sequence[str],
     }
     missing = Counter(one.message for one in found if one.message)
     words = "; ".join(f"{count} of {len(found)} points: {text}" for text, count in missing.items())
-    ds = with_derivatives(ds.assign(means), system, names, found, "point")
-    ds = ds.assign_coords(parameter_value=(("point", "parameter"), here))
+    ds = with_derivatives(more(ds, means), system, names, found, "point")
+    ds = ds.assign_coords(parameter_value=variable(("point", "parameter"), here))
     return ds.assign_attrs(derivatives_message=words)
 
 

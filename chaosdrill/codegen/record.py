@@ -18,6 +18,7 @@ from chaosdrill.codegen.cache import RECORD, cache_folder, keep, read
 from chaosdrill.codegen.layout import Layout
 from chaosdrill.dataset.provenance import library_versions
 from chaosdrill.model.outline import Whole, attributes
+from chaosdrill.model.system import RELATED
 from chaosdrill.package import modules, source
 
 if TYPE_CHECKING:
@@ -29,7 +30,8 @@ MOST_BYTES = 2_000_000
 _FOLDERS = ("model", "codegen", "systems", "systems.drill")
 _FILES = (
     *("engine.setup", "engine.structure", "engine.period", "analysis.classification", "sweep.fingerprint"),
-    *("declared", "scene.checks", "scene.defined"),
+    *("declared", "scene.checks", "scene.defined", "scene.check_made"),
+    *("orbits.problem", "orbits.expressions", "orbits.verification", "orbits.multipliers"),
 )
 """What derives, and what checks the definition of a scene, beside `_FOLDERS`."""
 
@@ -38,13 +40,18 @@ def _pairs(plain: Any) -> frozenset[tuple[int, int]]:
     return frozenset((int(one), int(other)) for one, other in plain)
 
 
+_GROWING = ("formulas",)
+"""Facts to which more is added as it is asked for."""
+
 _FACTS: Mapping[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
     **dict.fromkeys(("autonomous", "contracts", "repeats"), (bool, bool)),
-    **dict.fromkeys(("symmetries", "branching", "pins", "period by math", "period by numpy"), (list, list)),
+    **dict.fromkeys(("symmetries", "conserved", "branching", "pins"), (list, list)),
+    **dict.fromkeys(("period by math", "period by numpy"), (list, list)),
     "always_passed": (sorted, _pairs),
     "definition": (lambda found: found, lambda found: found),
     **dict.fromkeys(("regions", "texts"), (dict, dict)),
     "sources": (dict, dict),
+    **dict.fromkeys(_GROWING, (dict, dict)),
 }
 """What is kept of `Shared`, by its name there: how it is written, and how it is read."""
 
@@ -110,8 +117,14 @@ def recall(shared: "Shared") -> bool:
 
 
 def remember(system: "HybridSystem") -> None:
-    """Keep what is known of a system of the library, or of a scene, if that is more than its record holds."""
+    """Keep what is known of a system of the library, or of a scene, if that is more than its record holds.
+
+    So it is with the systems that were derived from it.
+    """
     shared = system.shared
+    for other in list(shared.get(RELATED, {}).values()):
+        if other.shared is not shared:
+            remember(other)
     if shared.key is None or shared.outline is None:
         return
     facts = {
@@ -141,7 +154,8 @@ def _nothing() -> Any:
 
 def _names(facts: Mapping[str, Any], kernels: Mapping[Any, Held]) -> frozenset[Any]:
     """What a record holds, by name."""
-    return frozenset({*facts, *((key, held.lanes is not None, held.processor) for key, held in kernels.items())})
+    more = ((name, part) for name in _GROWING for part in facts.get(name, ()))
+    return frozenset({*facts, *more, *((key, held.lanes is not None, held.processor) for key, held in kernels.items())})
 
 
 def _code(plain: Any) -> KeptCode:

@@ -41,3 +41,22 @@ def dataset(variables: Mapping[str, Any], coords: Collection[str] = (), attrs: A
     labels |= {name: index.create_variables(labels)[name] for name, index in indexes.items()}
     rest = {name: one for name, one in made.items() if name not in labels}
     return xr.Dataset(rest, xr.Coordinates(labels, indexes), attrs)
+
+
+def more(ds: xr.Dataset, variables: Mapping[str, Any]) -> xr.Dataset:
+    """The dataset with further variables, given as to `dataset`."""
+    made = {name: one if isinstance(one, xr.Variable) else variable(*one) for name, one in variables.items()}
+    return ds.assign(made)
+
+
+def first(ds: xr.Dataset, dim: str) -> xr.Dataset:
+    """The first entry along a dimension, without this, as ``ds.isel({dim: 0}, drop=True)``."""
+    found = {}
+    for name, one in ds.variables.items():
+        if dim not in one.dims:
+            found[str(name)] = variable(one.dims, one.values, one.attrs, one.encoding)
+        elif name != dim:
+            rest = tuple(other for other in one.dims if other != dim)
+            values = one.values.take(0, axis=one.dims.index(dim))
+            found[str(name)] = variable(rest, values, one.attrs, one.encoding)
+    return dataset(found, [str(name) for name in ds.coords], ds.attrs)

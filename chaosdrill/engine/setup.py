@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.codegen import kernels_of
+from chaosdrill.codegen.formulas import function_of
 from chaosdrill.codegen.layout import Shape
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.dataset import Outcome
@@ -145,20 +146,19 @@ def values_of_constrained(
     system: "HybridSystem", parameters: Mapping[str, Any], mode: int, time: float = 0.0
 ) -> dict[int, Any]:
     """What a mode pins its states to, by default at the strobe: index -> value, an array if a parameter is one."""
-    known = system.shared.setdefault("values of constrained", {})
-    if mode not in known:
-        import sympy
 
+    def derive(placed: "HybridSystem") -> Any:
         from chaosdrill.model.derive import pinned_values
-        from chaosdrill.model.places import TIME, parameter
 
-        placed = system.placed
-        symbols = [TIME, *(parameter(name) for name in placed.parameters)]
-        known[mode] = {
-            i: sympy.lambdify(symbols, value) for i, value in pinned_values(placed, placed.mode_names[mode]).items()
-        }
+        values = pinned_values(placed, placed.mode_names[mode])
+        return (list(values), list(values.values())) if values else None
+
+    function = function_of(system, f"pinned {mode}", derive, arrays=True)
+    if function is None:
+        return {}
     numbers = [parameters.get(name, own) for name, own in system.parameters.items()]
-    return {i: value(time, *numbers) for i, value in known[mode].items()}
+    # they depend on no state
+    return dict(zip(*function(time, *[np.nan] * len(system.state_names), *numbers), strict=True))
 
 
 def modes_of_starts(

@@ -94,7 +94,7 @@ def is_map(definition: Mapping[str, Any]) -> bool:
 
 def reader_of(definition: Mapping[str, Any], parameters: Any) -> Reader:
     """What reads a definition, with values of its parameters."""
-    from chaosdrill.model.maps import MapReader
+    from chaosdrill.model.images import MapReader
 
     return MapReader(parameters) if is_map(definition) else Reader(parameters)
 

@@ -2,14 +2,10 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from itertools import count
 from typing import TYPE_CHECKING, Any
 
-import sympy
-
-from chaosdrill.model.derive import jacobian_entries, saltation
-from chaosdrill.model.held import held_surfaces
-from chaosdrill.model.places import places_of
 from chaosdrill.model.system import HybridSystem
 from chaosdrill.model.transition import Transition
 
@@ -37,14 +33,23 @@ def lifted(system: HybridSystem, *, tangent: bool) -> Lifted:
     tangent : bool
         Whether a tangent is carried; else only quadratures are.
     """
-    key = ("lifted", tangent)
-    known: Lifted | None = system.shared.get(key)
-    if known is None:
-        known = system.shared[key] = _lifted(system, tangent)
-    return known
+    taken = {way: place for place, way in enumerate(_ways(system))}
+    return Lifted(system.relative(("lifted", str(tangent)), partial(_lifted, system, tangent)), taken)
 
 
-def _lifted(system: HybridSystem, tangent: bool) -> Lifted:
+def _ways(system: HybridSystem) -> list[tuple[int, int]]:
+    """Mode and transition of every transition of the lifted system, in their order."""
+    modes = system.mode_names
+    return [(modes.index(source), number) for number, one in enumerate(system.transitions) for source in one.source]
+
+
+def _lifted(system: HybridSystem, tangent: bool) -> HybridSystem:
+    import sympy
+
+    from chaosdrill.model.derive import jacobian_entries
+    from chaosdrill.model.held import held_surfaces
+    from chaosdrill.model.places import places_of
+
     names = _free_names(system)
     integrals = {sympy.Symbol(next(names), real=True): rates for rates in system.quadratures.values()}
     changes = [sympy.Symbol(next(names), real=True) for _ in system.states if tangent]
@@ -55,12 +60,10 @@ def _lifted(system: HybridSystem, tangent: bool) -> Lifted:
         modes[mode] |= dict.fromkeys(changes, sympy.Integer(0))
         for (i, j), slope in entries.items():
             modes[mode][changes[i]] += slope * changes[j]
-    transitions: list[Transition] = []
-    taken: dict[tuple[int, int], int] = {}
-    for number, one in enumerate(system.transitions):
-        for source in one.source:
-            taken[system.mode_names.index(source), number] = len(transitions)
-            transitions.append(_carrying(system, one, source, changes))
+    transitions = [
+        _carrying(system, system.transitions[number], system.mode_names[mode], changes)
+        for mode, number in _ways(system)
+    ]
     wide = HybridSystem(
         name=f"{system.name} (lifted)",
         states=(*system.states, *integrals, *changes),
@@ -78,11 +81,15 @@ def _lifted(system: HybridSystem, tangent: bool) -> Lifted:
         mode: tuple(surface.xreplace(own) for surface in surfaces)
         for mode, surfaces in held_surfaces(system.placed).items()
     }
-    return Lifted(wide, taken)
+    return wide
 
 
 def _carrying(system: HybridSystem, one: Transition, source: str, changes: "Sequence[Any]") -> Transition:
     """A transition from one mode that takes the tangent across."""
+    import sympy
+
+    from chaosdrill.model.derive import saltation
+
     reset = dict(one.reset)
     if changes and not one.marks_only():
         matrix = saltation(system, one, source)

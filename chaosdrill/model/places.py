@@ -38,8 +38,8 @@ def in_places(system: "HybridSystem") -> "HybridSystem":
 
     names = {symbol.name: place.name for symbol, place in places.items() if symbol != system.time}
     other, shared = rewritten(system, put, places), type(system.shared)()
-    if "held" in system.shared:
-        shared["held"] = {mode: tuple(map(put, surfaces)) for mode, surfaces in system.shared["held"].items()}
+    if (held := system.told_held) is not None:
+        shared["held"] = {mode: tuple(map(put, surfaces)) for mode, surfaces in held.items()}
     return other.changed(
         states=tuple(places[x] for x in system.states),
         time=None if system.time is None else TIME,

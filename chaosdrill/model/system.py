@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 _LATELY = 32
 """Systems of which what was derived is kept for others of the same equations."""
 
+RELATED = "related"
+"""Under which `Shared` has the systems that were derived from one, by what tells them apart."""
+
 _derived: "OrderedDict[Any, Shared]" = OrderedDict()
 
 
@@ -134,6 +137,8 @@ class HybridSystem:
     shared: Shared
     discrete: ClassVar[bool] = False
     """Whether it is a map, whose period is an iterate."""
+    late: ClassVar[tuple[str, ...]] = LATE
+    """Attributes that an outline leaves to the whole system."""
 
     def __init__(
         self,
@@ -197,11 +202,16 @@ class HybridSystem:
         with deriving:
             found = cls.known(key, make, limits)
             if found is None:
-                found = make()
-                # others of the same equations may be known by another key
-                found.shared.key, found.shared.outline, found.shared.recalled = key, outline(found), frozenset()
-                cls._list(key, found)
+                found = make().enlisted(key)
         return found
+
+    def enlisted(self, key: tuple[str, ...]) -> "HybridSystem":
+        """This system, known from now on by a key: all that makes it, beside the code of the package."""
+        with deriving:
+            # others of the same equations may be known by another key
+            self.shared.key, self.shared.outline, self.shared.recalled = key, outline(self), frozenset()
+            self._list(key, self)
+        return self
 
     @classmethod
     def known(
@@ -217,6 +227,30 @@ class HybridSystem:
                 found, whole = cls.__new__(cls), Whole(make)
                 found._put(whole=whole, limits=limits, shared=shared, **attributes(shared.outline, whole))
             cls._list(key, found)
+        return found
+
+    def relative(self, how: tuple[str, ...], make: "Callable[[], HybridSystem]") -> "HybridSystem":
+        """A system that is derived from the equations of this one, with numbers of its own: known before, or built.
+
+        Parameters
+        ----------
+        how : tuple of str
+            What tells it from others that are derived from this one.
+        make : callable
+            What builds it, which can be sent to another process.
+        """
+        related = self.shared.setdefault(RELATED, {})
+        if how not in related:
+            key = self.shared.key
+            related[how] = make() if key is None else HybridSystem.listed((*key, *how), make, {})
+        found: HybridSystem = related[how]
+        return found
+
+    @property
+    def told_held(self) -> Mapping[str, Any] | None:
+        """The surfaces that its modes hold, if it was derived from a system of which they are known."""
+        whole = vars(self)["whole"]() if "whole" in vars(self) else self
+        found: Mapping[str, Any] | None = self.shared.get("held", whole.shared.get("held"))
         return found
 
     @staticmethod
@@ -267,7 +301,7 @@ class HybridSystem:
 
         def __getattr__(self, name: str) -> Any:
             # what an outline leaves out
-            if "whole" not in vars(self) or name not in LATE:
+            if "whole" not in vars(self) or name not in type(self).late:
                 raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
             self._put(**{name: vars(self)["whole"].part(name)})
             return vars(self)[name]

@@ -12,7 +12,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset.branches import Criticality, Special
@@ -64,6 +63,8 @@ class ReturnMap:
         ------
         LostError
         """
+        from scipy.linalg import solve_triangular
+
         d, count = self.problem.states, len(self.path)
         starts = self.path.starts.copy()
         starts[0, :d] += self.sizes * (self.basis @ deviation)

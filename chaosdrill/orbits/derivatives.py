@@ -11,7 +11,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg import eig
 
 from chaosdrill.codegen import kernels_of
 from chaosdrill.engine import shooting as at
@@ -45,7 +44,7 @@ class Carrier:
         self.lifted: Lifted = lifted(system, tangent=self.second)
         self.free = tuple(dict.fromkeys((*problem.free, *names)))
         self.wide = problem.alike(self.lifted.system.with_parameters(system.parameters), self.free)
-        self.n, self.r = len(system.states), len(system.quadratures)
+        self.n, self.r = len(system.state_names), len(system.quadratures)
         self.wide.sizes = np.concatenate([problem.sizes, np.ones(self.wide.states - self.n)])
         self.integrals = slice(self.n, self.n + self.r)
         self.tangent = slice(self.n + self.r, self.wide.states)
@@ -282,6 +281,8 @@ class _Linear:
         monodromy = problem.shoot(self.orbit, watched=False).monodromy
         free = np.flatnonzero(constrained_states(problem.plain)[self.orbit.segments[0, at.SEGMENT_MODE]] == 0)
         map_ = monodromy[np.ix_(free, free)]
+        from scipy.linalg import eig
+
         values, left, right = eig(map_, left=True)
         kept = np.argsort(-np.abs(values), kind="stable")[: self.rank]
         values, left, right = values[kept], left[:, kept].conj(), right[:, kept]

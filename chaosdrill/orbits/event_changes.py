@@ -128,7 +128,7 @@ def slowest_event(problem: Problem, orbit: Orbit, shot: Shot) -> int | None:
 def taken(problem: Problem, orbit: Orbit, segment: int, guard: int, after: float) -> int:
     """Transition that would be taken if a guard were met on a segment, a time after its start; -1 for none."""
     system = problem.system
-    n, instant = len(system.states), float(orbit.durations[:segment].sum()) + after
+    n, instant = len(system.state_names), float(orbit.durations[:segment].sum()) + after
     x = np.zeros(n)
     x[: problem.states] = problem.at([orbit], np.array([[instant]]))[0][0, 0]
     x[problem.states :] = orbit.starts[0, problem.states :]
@@ -146,7 +146,7 @@ def _guard(
     system = problem.system
     field, evaluate = kernels_of(system).functions[3], kernels_of(system).functions[5]
     constants = kernels_of(system).constants(system.parameters)
-    n, d = len(system.states), problem.states
+    n, d = len(system.state_names), problem.states
     mode = int(orbit.segments[segment, at.SEGMENT_MODE])
     values, slopes = np.zeros(len(instants)), np.zeros(len(instants))
     x, rates, gradient = np.zeros(n), np.zeros(n + len(system.quadratures)), np.zeros(n + 1)

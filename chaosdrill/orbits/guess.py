@@ -197,7 +197,7 @@ def _crossing(place: Place, numerics: Numerics, unit: float) -> tuple[float, int
     say how fast it was while it stayed: the mean time between them counts.
     """
     system = place.system
-    d = len(system.states)
+    d = len(system.state_names)
     run = place.run(unit, numerics, samples=SETTINGS.characteristic_samples)
     samples = np.zeros(
         ((SETTINGS.characteristic_units + 2) * SETTINGS.characteristic_samples, d + len(system.quadratures) + 1)
@@ -456,7 +456,7 @@ def guess_of_autonomous(
 def _within_bounds(system: "HybridSystem", events: np.ndarray) -> np.ndarray:
     """The events of a run up to one whose reset led beyond the bounds, or to no number."""
     low, high = bounds_of(system)
-    after = events[:, layout.EVENT_COLUMNS + len(system.states) :]
+    after = events[:, layout.EVENT_COLUMNS + len(system.state_names) :]
     beyond = np.flatnonzero(~((low <= after) & (after <= high)).all(axis=1))
     return events[: beyond[0]] if len(beyond) else events
 

@@ -60,13 +60,16 @@ def neutral_of(system: "HybridSystem") -> Neutral:
     """What a system's structure leaves neutral; derived once for all values of its parameters."""
     known: Neutral | None = system.shared.get("neutral")
     if known is None:
-        from chaosdrill.model.derive import conserved_combinations
+        if "conserved" not in system.shared:
+            from chaosdrill.model.derive import conserved_combinations
 
-        n = len(system.states)
+            found = conserved_combinations(system.placed)
+            system.shared["conserved"] = [[float(part) for part in one] for one in found]
+        n = len(system.state_names)
         known = system.shared["neutral"] = Neutral(
             flow=system.autonomous,
             symmetries=np.reshape(np.array(symmetries_of(system), dtype=float), (-1, n)),
-            conserved=np.reshape(np.array(conserved_combinations(system.placed), dtype=float), (-1, n)),
+            conserved=np.reshape(np.array(system.shared["conserved"], dtype=float), (-1, n)),
         )
     return known
 
@@ -114,7 +117,7 @@ def based(problem: "Problem", orbit: "Orbit") -> "Orbit":
 def freedom(problem: "Problem", mode: int) -> int:
     """How many directions a mode leaves."""
     system = problem.plain
-    return len(system.states) - int(constrained_states(system)[mode].sum()) - kernels_of(system).held[mode]
+    return len(system.state_names) - int(constrained_states(system)[mode].sum()) - kernels_of(system).held[mode]
 
 
 def structure_of(system: "HybridSystem") -> Structure:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -115,10 +115,10 @@ class Problem:
         # on the way to an orbit at its limit a parameter may step over it
         self.plain, self.free = system.limited({}), tuple(free)
         self.numerics = numerics or Numerics()
-        self.states = len(system.states)
+        self.states = len(system.state_names)
         self.system = _with_free(system, self.free) if self.free else system
         kernels = kernels_of(self.system)
-        n = len(self.system.states)
+        n = len(self.system.state_names)
         self.forced = system.forced
         settings = settings_of(self.system, self.numerics, self.numerics.order)
         settings["target"] = 2**62
@@ -456,7 +456,7 @@ class Problem:
         """
         starts, durations = np.array([o.starts for o in orbits]), np.array([o.durations for o in orbits])
         phases = np.array([o.phase for o in orbits])
-        states = np.zeros((*instants.shape, len(self.system.states)))
+        states = np.zeros((*instants.shape, len(self.system.state_names)))
         modes = np.zeros(instants.shape, dtype=np.int64)
         sample_orbit(
             *self._machines, self._counts(orbits[0]), orbits[0].segments, starts, phases, durations,
@@ -489,7 +489,7 @@ class Problem:
 
         Where a guard depends on time alone, its own rate; 1 where no event ends a segment.
         """
-        d, n, found = self.states, len(self.system.states), np.ones(len(orbit))
+        d, n, found = self.states, len(self.system.state_names), np.ones(len(orbit))
         kernels = kernels_of(self.system)
         gradient, sizes = np.zeros(n + 1), np.maximum(self.sizes, np.abs(orbit.starts[:, :d]).max(axis=0))
         unit = self.period_at(orbit) or float(orbit.durations.sum())
@@ -525,7 +525,7 @@ class Problem:
         mode, end, _ = orbit.segments[0].tolist()
         if end != at.PLANE:
             return self._no_plane
-        rate = np.zeros(len(self.system.states) + len(self.system.quadratures))
+        rate = np.zeros(len(self.system.state_names) + len(self.system.quadratures))
         kernels_of(self.system).functions[3](mode, orbit.phase, self._states.c[0], orbit.starts[0].copy(), rate)
         return np.array([orbit.starts[0, : self.states], rate[: self.states]])
 
@@ -535,7 +535,7 @@ class Problem:
     def _room(self, count: int) -> tuple[Any, Any]:
         """The arrays that the residual of an orbit with this number of segments fills, and its scratch."""
         if count not in self._rooms:
-            n, d, q = len(self.system.states), self.states, len(self.free)
+            n, d, q = len(self.system.state_names), self.states, len(self.free)
             columns = d + 1 + count + q
             found = (
                 *(np.zeros((count + d + 1, columns + 1)), np.zeros((count, n, columns + 1)), np.zeros((n, n))),
@@ -585,33 +585,34 @@ def solve(matrix: np.ndarray, right: np.ndarray, weights: np.ndarray) -> np.ndar
 
 def _with_free(system: HybridSystem, free: tuple[str, ...]) -> HybridSystem:
     """The system with free parameters among its states, and a mode whose rate gives the period."""
-    key = ("free", free)
-    known = system.shared.get(key)
-    if known is None:
-        import sympy
-
-        from chaosdrill.model.derive import differentiate
-        from chaosdrill.model.places import parameter
-
-        symbols = {name: parameter(name) for name in free}
-        plain = HybridSystem(
-            name=system.name, states=system.states, time=system.time, parameters=system.parameters,
-            modes=system.modes, transitions=system.transitions, initial=system.initial,
-            quadratures=system.quadratures, bounds=system.bounds, description=system.description, labels=system.labels,
-        )  # fmt: skip
-        known = plain.augmented(parameters=free)
-        if system.forced and system.period.free_symbols & set(symbols.values()):
-            rates = [system.period, *(differentiate(system.period, symbols[name]) for name in free)]
-            rates += [sympy.Integer(0)] * (len(known.states) - len(rates))
-            modes = {**known.modes, CLOCK: dict(zip(known.states, rates, strict=True))}
-            known = HybridSystem(
-                name=known.name, states=known.states, time=known.time, parameters=known.parameters, modes=modes,
-                transitions=known.transitions, initial=known.initial, quadratures={}, bounds=known.bounds,
-                description=known.description,
-                labels={name: label for name, label in known.labels.items() if name not in known.quadratures},
-            )  # fmt: skip
-        if "held" in system.shared:
-            known.shared["held"] = system.shared["held"]
-        system.shared[key] = known
+    known = system.relative(("free", *free), partial(_made_with_free, system, free))
     values = {name: value for name, value in system.parameters.items() if name not in free}
     return known.with_parameters(**values)
+
+
+def _made_with_free(system: HybridSystem, free: tuple[str, ...]) -> HybridSystem:
+    import sympy
+
+    from chaosdrill.model.derive import differentiate
+    from chaosdrill.model.places import parameter
+
+    symbols = {name: parameter(name) for name in free}
+    plain = HybridSystem(
+        name=system.name, states=system.states, time=system.time, parameters=system.parameters,
+        modes=system.modes, transitions=system.transitions, initial=system.initial,
+        quadratures=system.quadratures, bounds=system.bounds, description=system.description, labels=system.labels,
+    )  # fmt: skip
+    found = plain.augmented(parameters=free)
+    if system.forced and system.period.free_symbols & set(symbols.values()):
+        rates = [system.period, *(differentiate(system.period, symbols[name]) for name in free)]
+        rates += [sympy.Integer(0)] * (len(found.states) - len(rates))
+        modes = {**found.modes, CLOCK: dict(zip(found.states, rates, strict=True))}
+        found = HybridSystem(
+            name=found.name, states=found.states, time=found.time, parameters=found.parameters, modes=modes,
+            transitions=found.transitions, initial=found.initial, quadratures={}, bounds=found.bounds,
+            description=found.description,
+            labels={name: label for name, label in found.labels.items() if name not in found.quadratures},
+        )  # fmt: skip
+    if (held := system.told_held) is not None:
+        found.shared["held"] = held
+    return found

@@ -46,7 +46,7 @@ class Derived:
 
 def underived(system: "HybridSystem", count: int, events: int, message: str) -> Derived:
     """No derivatives by so many parameters, with the reason."""
-    n, r = len(system.states), len(system.quadratures)
+    n, r = len(system.state_names), len(system.quadratures)
     shapes: dict[str, tuple[int, ...]] = {
         "orbit_state": (n,),
         "period_time": (),

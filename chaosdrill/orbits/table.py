@@ -207,7 +207,7 @@ def miss(problem: Problem, orbit: "Orbit") -> str:
 
 def nothing(system: "HybridSystem", parameters: tuple[str, ...], outcome: "Outcome", message: str) -> BranchResult:
     """No branch, and why."""
-    d = len(system.states)
+    d = len(system.state_names)
     none = np.zeros(0)
     whole = np.zeros(0, dtype=np.int64)
     return BranchResult(

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.codegen import kernels_of
+from chaosdrill.codegen.formulas import function_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout
 from chaosdrill.engine import shooting as at
-from chaosdrill.model.derive import jacobian, saltation
 from chaosdrill.orbits.derivatives import derived_of
-from chaosdrill.orbits.expressions import function_of
 from chaosdrill.orbits.guess import run_from, standpoint
 from chaosdrill.orbits.marks import Marks, section_of
 from chaosdrill.orbits.multipliers import graded, structural_rank, structure_of
@@ -85,21 +84,23 @@ def _integral(problem: "Problem", one: "Orbit", divergence: Any, values: np.ndar
 
 def _divergence(system: "HybridSystem", mode: int) -> Any:
     """Divergence of the field of a mode as a function; None where it is zero."""
-    known = system.shared.setdefault("divergences", {})
-    if mode not in known:
-        placed = system.placed
+
+    def derive(placed: "HybridSystem") -> Any:
+        from chaosdrill.model.derive import jacobian
+
         trace = jacobian(placed, placed.mode_names[mode]).trace()
-        known[mode] = None if trace == 0 else function_of(placed, trace)
-    return known[mode]
+        return None if trace == 0 else trace
+
+    return function_of(system, f"divergence {mode}", derive)
 
 
 def _saltation(system: "HybridSystem", transition: int, mode: int) -> Any:
-    known = system.shared.setdefault("saltations", {})
-    if (transition, mode) not in known:
-        placed = system.placed
-        matrix = saltation(placed, placed.transitions[transition], placed.mode_names[mode])
-        known[transition, mode] = function_of(placed, matrix.tolist())
-    return known[transition, mode]
+    def derive(placed: "HybridSystem") -> Any:
+        from chaosdrill.model.derive import saltation
+
+        return saltation(placed, placed.transitions[transition], placed.mode_names[mode]).tolist()
+
+    return function_of(system, f"saltation {transition} {mode}", derive)
 
 
 @dataclass(frozen=True)
@@ -370,7 +371,7 @@ def no_orbit(
     system: "HybridSystem", outcome: Outcome, message: str, period: int, residuals: np.ndarray | None = None
 ) -> FoundOrbit:
     """Why there is no orbit."""
-    d = len(system.states)
+    d = len(system.state_names)
     nothing = float("nan")
     return FoundOrbit(
         outcome=outcome,

@@ -12,7 +12,7 @@ from chaosdrill.analysis.base import Analysis, NumericsSettings
 from chaosdrill.analysis.registry import analyses, function
 from chaosdrill.errors import ChaosdrillError, ModelError
 from chaosdrill.names import remedy
-from chaosdrill.scene.defined import checked_before
+from chaosdrill.scene.defined import Driven, checked_before, sliding, sliding_before
 from chaosdrill.scene.lines import Path, Problem, problems_of
 from chaosdrill.settings import Known, Number, Settings, TableOf, Text, setting
 from chaosdrill.systems.drill.effects import LIMITS
@@ -20,6 +20,8 @@ from chaosdrill.systems.drill.si import IN_SI, ReadSI, read_si
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from chaosdrill.model import HybridSystem
 
 _GROUP = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
 
@@ -98,12 +100,16 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
     elif isinstance(raw.get("model"), str):
         checked.model = raw["model"]
         _look_up(checked, table_in(raw, "effects"))
-        _check_drives(checked, table_in(raw, "drives"))
+        if _driven_before(checked, raw) is None:
+            _check_drives(checked, table_in(raw, "drives"))
     elif isinstance(raw.get(ways[0]), Mapping):
         checked.known = dict(table_in(raw, "parameters"))
         if ways[0] == "definition":
             checked.definition = dict(raw["definition"])
-            found = None if "drives" in raw else checked_before(checked.definition, checked.known)
+            if "drives" in raw:
+                found = _driven_before(checked, raw)
+            else:
+                found = checked_before(checked.definition, checked.known)
             if found is not None:
                 checked.states = found.state_names
             else:
@@ -112,13 +118,22 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
         elif ways[0] == "map":
             # which tells it from other definitions
             checked.definition = {"images": None, **raw["map"]}
-            _check_definition(checked, "map")
+            found = checked_before(checked.definition, checked.known)
+            if found is not None:
+                checked.states = found.state_names
+            else:
+                _check_definition(checked, "map")
             if table_in(raw, "drives"):
                 from chaosdrill.model.drives import UNDRIVEN
 
                 problems.append(Problem(("system", "drives"), UNDRIVEN))
         else:
-            _check_filippov(checked, raw["filippov"], table_in(raw, "drives"))
+            given = (checked.known, table_in(raw, "initial"))
+            found = None if table_in(raw, "drives") else sliding_before(raw["filippov"], given)
+            if found is not None:
+                checked.states = found.state_names
+            else:
+                _check_filippov(checked, raw["filippov"], table_in(raw, "drives"))
         if table_in(raw, "effects"):
             problems.append(
                 Problem(("system", "effects"), "a definition is not assembled from effects; leave them out")
@@ -216,16 +231,21 @@ def _check_filippov(checked: CheckedSystem, table: Mapping[str, Any], drives: Ma
 
 def _make_filippov(checked: CheckedSystem, table: Mapping[str, Any]) -> None:
     """Put the modes of two fields and a surface in the place of these."""
-    from chaosdrill.model.definition import write_definition
-    from chaosdrill.scene.check_made import filippov_system
-
     try:
-        system = filippov_system(table, checked.parameters, checked.initial)
-        checked.definition = write_definition(system)
+        system, checked.definition = sliding(table, (checked.parameters, checked.initial))
     except ChaosdrillError as fault:
         checked.problems.append(Problem(("system", "filippov"), str(fault)))
         return
     checked.initial, checked.states = system.start, system.state_names
+
+
+def _driven_before(checked: CheckedSystem, raw: Mapping[str, Any]) -> "HybridSystem | None":
+    """The system with the drives of a scene that was run before, and so has no faults."""
+    drives = table_in(raw, "drives")
+    if not drives or "si" in raw or "noise" in raw:
+        return None
+    tables = (checked.definition, checked.effects, table_in(raw, "parameters"), table_in(raw, "initial"))
+    return Driven(checked.model, *tables, drives).before()
 
 
 def _check_drives(checked: CheckedSystem, drives: Mapping[str, Any]) -> None:

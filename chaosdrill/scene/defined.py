@@ -4,12 +4,15 @@ import json
 from collections.abc import Mapping
 from functools import partial
 from hashlib import sha256
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from chaosdrill.model.tables import finite
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
+
+Given = tuple[Mapping[str, Any], Mapping[str, Any]]
+"""Parameters, and the initial state."""
 
 
 def checked_before(definition: Mapping[str, Any], parameters: Mapping[str, Any]) -> "HybridSystem | None":
@@ -22,10 +25,8 @@ def checked_before(definition: Mapping[str, Any], parameters: Mapping[str, Any])
     parameters : mapping of str to value
         All parameters, in order.
     """
-    from chaosdrill.model import HybridSystem
-
     key = _key(definition, parameters)
-    return None if key is None else HybridSystem.known(key, partial(_build, definition, parameters), {})
+    return None if key is None else _kind(definition).known(key, partial(_build, definition, parameters), {})
 
 
 def build(
@@ -35,11 +36,88 @@ def build(
 
     With ``kept`` what is derived of it is kept. One with drives may have parameters that only these use, and is not.
     """
-    from chaosdrill.model import HybridSystem
-
     key = _key(definition, parameters) if kept else None
     make = partial(_build, definition, parameters)
-    return (make() if key is None else HybridSystem.listed(key, make, {})).begun(initial)
+    return (make() if key is None else _kind(definition).listed(key, make, {})).begun(initial)
+
+
+def sliding_before(table: Mapping[str, Any], given: "Given") -> "HybridSystem | None":
+    """The system of two fields and a surface that were run before, and so have no faults, with its definition."""
+    from chaosdrill.model import HybridSystem
+    from chaosdrill.scene.check_made import filippov_system
+
+    key = _made_key("filippov", table, *given)
+    make = partial(filippov_system, table, *given)
+    found = None if key is None else HybridSystem.known(key, make, {})
+    return found if found is not None and isinstance(found.shared.get("definition"), dict) else None
+
+
+def sliding(table: Mapping[str, Any], given: "Given") -> "tuple[HybridSystem, dict[str, Any]]":
+    """The system of two fields and a surface, and its definition; both are kept.
+
+    Raises
+    ------
+    ChaosdrillError
+        If they make none.
+    """
+    found = sliding_before(table, given)
+    if found is None:
+        from chaosdrill.codegen.record import remember
+        from chaosdrill.model.definition import write_definition
+        from chaosdrill.scene.check_made import filippov_system
+
+        found = filippov_system(table, *given)
+        write_definition(found)
+        if (key := _made_key("filippov", table, *given)) is not None:
+            remember(found.enlisted(key))
+    return found, dict(found.shared["definition"])
+
+
+class Driven(NamedTuple):
+    """What makes a system with drives."""
+
+    model: str
+    definition: Mapping[str, Any] | None
+    effects: Mapping[str, str]
+    parameters: Mapping[str, Any]
+    initial: Mapping[str, Any]
+    drives: Mapping[str, Any]
+
+    @property
+    def key(self) -> tuple[str, ...] | None:
+        """Under which it is kept; None for what no table of a scene holds."""
+        tables = [self.model, self.definition, self.effects, self.drives]
+        return _made_key("driven", tables, self.parameters, self.initial)
+
+    def before(self) -> "HybridSystem | None":
+        """The system, if it was run before, and so has no faults."""
+        from chaosdrill import systems
+        from chaosdrill.model import HybridSystem
+
+        key = self.key
+        if key is None or (self.definition is None and self.model not in systems.REGISTRY):
+            return None
+        found = HybridSystem.known(key, partial(_drive, self), {})
+        if found is None or self.definition is not None:
+            return found
+        effects = self.effects if systems.REGISTRY[self.model].effects else None
+        return found.limited(systems.limits(self.model, effects))
+
+
+def _drive(one: Driven) -> "HybridSystem":
+    from chaosdrill import systems
+    from chaosdrill.scene.check_made import driven_system
+
+    start = {name: value for name, value in one.initial.items() if name != "mode"}
+    if one.definition is not None:
+        system = _build(one.definition, one.parameters).begun(start)
+    else:
+        effects = one.effects if systems.REGISTRY[one.model].effects else None
+        system = systems.build(one.model, parameters=one.parameters, effects=effects, initial=start)
+    if "mode" in one.initial:
+        system = system.with_initial(mode=one.initial["mode"])
+    found: HybridSystem = driven_system(system, one.drives)
+    return found
 
 
 def _build(definition: Mapping[str, Any], parameters: Mapping[str, Any]) -> "HybridSystem":
@@ -48,13 +126,26 @@ def _build(definition: Mapping[str, Any], parameters: Mapping[str, Any]) -> "Hyb
     return build_defined(definition, parameters)
 
 
+def _kind(definition: Mapping[str, Any]) -> "type[HybridSystem]":
+    from chaosdrill.model import HybridSystem, Map
+
+    return Map if "images" in definition else HybridSystem
+
+
 def _key(definition: Mapping[str, Any], parameters: Mapping[str, Any]) -> tuple[str, ...] | None:
-    """All that makes the system; None for a map, and for what no table of a scene holds."""
+    """All that makes the system; None for what no table of a scene holds."""
+    return _made_key("scene", definition, parameters, {})
+
+
+def _made_key(
+    kind: str, tables: Any, parameters: Mapping[str, Any], initial: Mapping[str, Any]
+) -> tuple[str, ...] | None:
     numbers = {name: finite(value) for name, value in parameters.items()}
-    if "images" in definition or None in numbers.values():
+    start = {name: value if isinstance(value, str) else finite(value) for name, value in initial.items()}
+    if None in numbers.values() or None in start.values():
         return None
     try:
-        text = json.dumps([definition, list(numbers.items())])
+        text = json.dumps([tables, list(numbers.items()), *([start] if start else [])])
     except (TypeError, ValueError, RecursionError):
         return None
-    return "scene", sha256(text.encode()).hexdigest()
+    return kind, sha256(text.encode()).hexdigest()

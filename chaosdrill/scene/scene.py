@@ -11,7 +11,7 @@ from chaosdrill.errors import ChaosdrillError, SettingsError
 from chaosdrill.files import name_text
 from chaosdrill.names import remedy
 from chaosdrill.scene.check_made import DriveFault, driven_system, noisy_system
-from chaosdrill.scene.defined import build
+from chaosdrill.scene.defined import Driven, build
 from chaosdrill.scene.lines import InvalidSceneError, Path, Problem, problems_of
 from chaosdrill.systems.drill.si import ReadSI
 
@@ -96,6 +96,19 @@ class Scene:
         SceneError
             If it cannot be built, or if the scene names modes or events that it does not have.
         """
+        one = None
+        if self.drives and not (self.noise or self.si.parameters):
+            one = Driven(self.model, self.definition, self.effects, self.parameters, self.initial, self.drives)
+        system = None if one is None else one.before()
+        if system is None:
+            system = self._made()
+            if one is not None and (key := one.key) is not None:
+                system = system.enlisted(key)
+        if problems := [*self._check_modes(system), *self._check_reached(system), *self._check_fit(system)]:
+            raise InvalidSceneError(self.name, problems, self.lines)
+        return system
+
+    def _made(self) -> "HybridSystem":
         from chaosdrill import systems
 
         initial = {name: value for name, value in self.initial.items() if name != "mode"}
@@ -121,8 +134,6 @@ class Scene:
             system = noisy_system(system, self.noise)
         except ChaosdrillError as fault:
             raise InvalidSceneError(self.name, [Problem(("system", "noise"), str(fault))], self.lines) from fault
-        if problems := [*self._check_modes(system), *self._check_reached(system), *self._check_fit(system)]:
-            raise InvalidSceneError(self.name, problems, self.lines)
         return system
 
     def check_period(self) -> None:

@@ -215,6 +215,7 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
     from chaosdrill.analysis.seeds import make_seeds
     from chaosdrill.analysis.starts import settled_modes
     from chaosdrill.dataset import Outcome
+    from chaosdrill.dataset.build import first, more, variable
     from chaosdrill.orbits.find import find_orbit
     from chaosdrill.orbits.multipliers import neutral_of
     from chaosdrill.orbits.results import underived
@@ -237,7 +238,7 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
         if begin.marks is not None and found[0].outcome == Outcome.PERIODIC:
             found = [replace(found[0], period=max(1, len(found[0].section)))]
         message, disagreement = found[0].message, found[0].checks.disagreements
-    ds = orbits_dataset(system, found).assign(orbit_rates(system, found, job.numerics))
+    ds = more(orbits_dataset(system, found), orbit_rates(system, found, job.numerics))
     functions = functions_of(system, given.functions)
     ds = with_functions(ds, functions, "orbit", *values_on(functions, found))
     told = {"message": message, "disagreement": disagreement, "structure": neutral_of(system).words(system)}
@@ -245,7 +246,7 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
         empty = underived(system, len(names), 0, NOT_OF_CHAOS)
         derived = [empty if one.derived is None else one.derived for one in found]
         ds = with_derivatives(ds, system, names, derived, "orbit")
-        ds = ds.assign_coords(parameter_value=("parameter", [system.parameters[name] for name in names]))
+        ds = ds.assign_coords(parameter_value=variable("parameter", [system.parameters[name] for name in names]))
         words = [one.message for one in derived]
         told["derivatives_message"] = words[0] if given.max_period is None else numbered(words)
-    return (ds if given.max_period is not None else ds.isel(orbit=0, drop=True)).assign_attrs(told)
+    return (ds if given.max_period is not None else first(ds, "orbit")).assign_attrs(told)
