@@ -142,8 +142,8 @@ def with_functions(
     both = {"function_value": values.reshape(shape), "function_error": errors.reshape(shape)}
     from chaosdrill.dataset.build import more, variable
 
-    ds = more(ds, {name: ((dims, "function"), one) for name, one in both.items()})
-    ds = ds.assign_coords({name: variable("function", list(text)) for name, text in named})
+    ds = more(ds, {name: ((dims, "function"), one) for name, one in both.items()} | {"function": list(functions.names)})
+    ds = ds.assign_coords({name: variable("function", list(text)) for name, text in named if name != "function"})
     states = ds["orbit_state"]
     found = states.notnull().any([dim for dim in states.dims if dim != dims])
     lacking = (ds["function_value"].isnull() & found).sum(dims).values.tolist()

@@ -122,7 +122,7 @@ def with_derivatives(
             mean = names_of_rate(str(quadrature))[0]
             rows = [one["rates"][i] for one in tables]
             variables[f"{mean}_derivative{ending}"] = ((over, "parameter"), np.array(rows))
-    return more(ds, variables).assign_coords(parameter=variable("parameter", list(names)))
+    return more(ds, {**variables, "parameter": list(names)})
 
 
 def orbit_rates(

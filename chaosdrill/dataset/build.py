@@ -45,8 +45,8 @@ def dataset(variables: Mapping[str, Any], coords: Collection[str] = (), attrs: A
 
 def more(ds: xr.Dataset, variables: Mapping[str, Any]) -> xr.Dataset:
     """The dataset with further variables, given as to `dataset`."""
-    made = {name: one if isinstance(one, xr.Variable) else variable(*one) for name, one in variables.items()}
-    return ds.assign(made)
+    known = {str(name): one for name, one in ds.variables.items()}
+    return dataset({**known, **variables}, [str(name) for name in ds.coords], ds.attrs)
 
 
 def first(ds: xr.Dataset, dim: str) -> xr.Dataset:

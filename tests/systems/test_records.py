@@ -35,10 +35,10 @@ print(json.dumps([[name for name in ("sympy", "numba") if name in sys.modules], 
 """
 
 
-def process(folder, name, package=PACKAGE):
+def process(folder, name, package=PACKAGE, script=SPECTRUM):
     """What a new process says of a spectrum: modules that it has loaded, attributes, bits; and its warnings."""
     environment = {**os.environ, "CHAOSDRILL_CACHE_DIR": str(folder), "PYTHONPATH": str(package.parent)}
-    command = [sys.executable, "-P", "-c", SPECTRUM, name]
+    command = [sys.executable, "-P", "-c", script, name]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True, timeout=300)
     return (*json.loads(done.stdout), done.stderr)
 
@@ -237,6 +237,29 @@ def test_a_period_is_the_number_that_its_expression_gives():
         assert forcing_periods(system, {"b": np.array([0.3, 0.3])}, 2) == pytest.approx([expected] * 2, rel=4e-16)
 
 
+ORBITS = """
+import json, sys
+import chaosdrill as cd
+if sys.argv[1] == "orbit":
+    ds = cd.periodic_orbit(cd.build("impact-oscillator"), derivatives=["e"])
+else:
+    ds = cd.continue_orbit(cd.build("impact-oscillator"), {"omega": (2.5, 2.52)}, max_points=5)
+text = {name: value for name, value in ds.attrs.items() if name not in ("history", "date_created")}
+bits = {name: ds[name].values.tobytes().hex() for name in ds.variables if ds[name].dtype.kind in "fiu"}
+print(json.dumps([[name for name in ("sympy", "numba", "dask") if sys.modules.get(name)], text, bits]))
+"""
+
+
+@pytest.mark.parametrize("kind", ["orbit", "branch"])
+def test_orbits_of_a_second_process_need_no_sympy_and_have_the_same_bits(tmp_path, kind):
+    loaded, *derived, _ = process(tmp_path, kind, script=ORBITS)
+    assert "sympy" in loaded
+    again, *read, told = process(tmp_path, kind, script=ORBITS)
+    assert again == []
+    assert read == derived
+    assert told == ""
+
+
 SCENE = """
 [system.definition]
 name = "belt-and-wall"
@@ -357,3 +380,83 @@ def test_scenes_of_the_same_equations_have_a_record_each(tmp_path, monkeypatch):
         kernels_of(system)
         record.remember(system)
     assert len(list(tmp_path.rglob(f"*{cache.RECORD}"))) == 2
+
+
+SPECTRUM_OF = """
+[analysis.spectrum]
+kind = "lyapunov-spectrum"
+transient = 2
+periods = 10
+"""
+OTHERS = {
+    "a map": """
+[system.map]
+name = "two-slopes"
+states = ["x"]
+images.x = "a*Min(x, 1 - x)"
+[system.parameters]
+a = 1.9
+[system.initial]
+x = 0.3
+""",
+    "two fields": """
+[system.filippov]
+name = "relay"
+states = ["x", "v"]
+period = "2*pi"
+surface = "v"
+above = { x = "v", v = "-x - mu + 3*cos(t)" }
+below = { x = "v", v = "-x + mu + 3*cos(t)" }
+[system.parameters]
+mu = 0.7
+[system.initial]
+x = 0.1
+""",
+    "a drive": """
+[system.definition]
+name = "driven"
+states = ["x", "v"]
+period = "2*pi"
+[system.definition.modes.only]
+x = "v"
+v = "-x - 0.1*v**3 + push"
+[system.parameters]
+push = 0.0
+[system.drives.push]
+pieces = "square"
+[system.initial]
+x = 0.4
+""",
+    "a drive of the library": """
+[system]
+model = "duffing"
+[system.parameters]
+delta = 0.3
+[system.drives.delta]
+pieces = { "0" = "0.3", "0.5" = "0.2" }
+""",
+}
+
+
+@pytest.mark.parametrize("text", OTHERS.values(), ids=OTHERS)
+def test_maps_sliding_modes_and_drives_are_not_derived_again(tmp_path, text):
+    code, loaded, bits, told = scene_process(tmp_path, text + SPECTRUM_OF)
+    assert (code, "sympy" in loaded) == (0, True), told
+    assert len(bits) > 5
+    assert scene_process(tmp_path, text + SPECTRUM_OF)[:3] == (0, [], bits)
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "fault"),
+    [
+        ("a map", ("a*Min", "b*Min"), "unknown name 'b'"),
+        ("two fields", ("mu = 0.7", "mu = 0.7\nlost = 1.0"), "not used in the"),
+        ("a drive", ('"square"', '"circle"'), "circle"),
+    ],
+)
+def test_what_is_kept_of_these_hides_no_fault_of_another_scene(tmp_path, name, change, fault):
+    text = OTHERS[name] + SPECTRUM_OF
+    assert scene_process(tmp_path, text)[0] == 0
+    code, _, _, told = scene_process(tmp_path, text.replace(*change))
+    assert code == 2
+    assert fault in told
