@@ -154,6 +154,8 @@ def references(attributes: Mapping[str, Any], variables: Iterable[str] = ()) -> 
         keys.append("auerbach1987")
     if "feigenbaum_ratio" in present:
         keys.append("feigenbaum1978")
+    if kind in ("periodic-orbit", "continuation") and settings.get("derivatives"):
+        keys.append("khan2011")
     if kind in ("bifurcation-diagram", "parameter-chart") and "lyapunov_exponent" not in present:
         keys = [key for key in keys if key not in SPECTRA]
     several = settings.get("methods")

@@ -340,6 +340,12 @@ def test_a_drill_with_contact():
     assert [r.key for r in references(drill | {"parameters": '{"n": 1.5, "k": 1e5}'})] == ["drilling", "hunt1975"]
 
 
+def test_derivatives_of_a_cycle():
+    for chosen, cited in (("true", True), ('["e"]', True), ("false", False)):
+        attributes = {"kind": "periodic-orbit", "settings": f'{{"derivatives": {chosen}}}'}
+        assert ("khan2011" in [r.key for r in references(attributes)]) is cited
+
+
 def test_a_cascade():
     assert "feigenbaum1978" in [r.key for r in references({"kind": "continuation"}, ["feigenbaum_ratio"])]
 
