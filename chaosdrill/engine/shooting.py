@@ -17,7 +17,7 @@ import math
 from chaosdrill.codegen.kinds import Tuple, float64, int64
 from chaosdrill.codegen.signatures import event_places, matrix, vector
 from chaosdrill.engine.events import FAR, normal_speed, saltation_jump
-from chaosdrill.engine.jit import compiled
+from chaosdrill.engine.jit import compiled, inner
 from chaosdrill.engine.layout import COMPLETES, DONE, FAILED, Method
 from chaosdrill.engine.records import integer_matrix, integers, machine_at, state_of
 from chaosdrill.engine.segment import begin, follow
@@ -55,6 +55,257 @@ SIGNATURE = Tuple((int64, float64))(
 )
 
 
+@inner
+def _columns(sizes, count):
+    """Columns of the phase, of the first duration and of the first parameter; the last one is that of the constant."""
+    phase = sizes[STATES]
+    return phase, phase + 1, phase + 1 + count
+
+
+@inner
+def _forcing(functions, c, run, sizes, start, rates, slope):
+    """The period at these parameters; ``slope`` becomes its derivatives by the free ones."""
+    slope[:] = 0.0
+    if sizes[CLOCK] >= 0:
+        functions.field(sizes[CLOCK], 0.0, c, start, rates)
+        run.period = rates[0]
+        for j in range(sizes[FREE]):
+            slope[j] = rates[1 + j]
+    return run.period
+
+
+@inner
+def _begin_sums(sizes, count, surfaces, normals, first, clock_row, monodromy):
+    """The first start and its time by the unknowns, and the projector onto the surfaces that the first mode holds."""
+    d, n = sizes[STATES], monodromy.shape[0]
+    phase, _, free = _columns(sizes, count)
+    first[:, :] = 0.0
+    clock_row[:] = 0.0
+    clock_row[phase] = 1.0
+    for r in range(d):
+        first[r, r] = 1.0
+    for j in range(sizes[FREE]):
+        first[d + j, free + j] = 1.0
+    for r in range(n):
+        for v in range(n):
+            monodromy[r, v] = 1.0 if r == v else 0.0
+            if r < d and v < d:
+                for j in range(surfaces):
+                    monodromy[r, v] -= normals[j, r] * normals[j, v]
+
+
+@inner
+def _begin_segment(functions, segments, i, start, t, tables, state, rates):
+    """Put the run at the start of a segment with the unit vectors as tangents, and fill in the rates there."""
+    n, x, vectors = start.size, state.x, state.vectors
+    mode = segments[i, SEGMENT_MODE]
+    for r in range(n):
+        x[r] = start[r]
+        for v in range(n):
+            vectors[v, r] = 1.0 if r == v else 0.0
+    functions.field(mode, t, state.c, x, rates)
+    last = i - 1 if i > 0 else segments.shape[0] - 1
+    ended, taken = segments[last, SEGMENT_END], segments[last, SEGMENT_OUTCOME]
+    begin(tables, state, mode, n, segments[last, SEGMENT_MODE], ended, taken)
+
+
+@inner
+def _end_by_unknowns(state, stretch, rates, start_row, clock_row, own, moved):
+    """The end of a segment by the unknowns: Phi dx + F+ dT + (F+ - Phi F-) dt, with F- in the first column of stretch.
+
+    Its duration T stands in the column ``own``; the row of the clock goes on to the end.
+    """
+    vectors, n = state.vectors, state.x.size
+    for r in range(n):
+        late = rates[r]
+        for v in range(n):
+            late -= vectors[v, r] * stretch[v, 0]
+        for u in range(clock_row.size):
+            value = late * clock_row[u]
+            for v in range(n):
+                value += vectors[v, r] * start_row[v, u]
+            moved[r, u] = value
+        moved[r, own] += rates[r]
+    clock_row[own] += 1.0
+
+
+@inner
+def _guard_equation(functions, mode, end, te, state, extent, clock_row, moved, gradient, row):
+    """The equation that a segment ends on its guard: (its violation, what the guard varies by over the sizes)."""
+    run, x, n = state.run[0], state.x, state.x.size
+    value = functions.guard(mode, end, te, state.c, x, gradient)
+    steep = 0.0
+    for r in range(extent.size):
+        steep = max(steep, abs(gradient[r]) * max(extent[r], abs(x[r])))
+    steep = steep if steep > 0.0 else abs(gradient[n]) * run.period
+    for u in range(clock_row.size):
+        sum_ = gradient[n] * clock_row[u]
+        for r in range(n):
+            sum_ += gradient[r] * moved[r, u]
+        row[u] = sum_
+    row[clock_row.size - 1] += value
+    return abs(value) / steep, steep
+
+
+@inner
+def _cross(event, jump, speed, following, state, extent, clock_row, moved, step, stretch):
+    """Across an event: the next start by the unknowns in ``step``, tangents in ``stretch``; how far the start is off.
+
+    Row 0 of ``step`` is the state on the guard at which the event was taken.
+    """
+    x, vectors, n = state.x, state.vectors, state.x.size
+    place = event_places(n)
+    off = 0.0
+    for r in range(n):
+        row = place.jacobian + r * (n + 1)
+        for u in range(clock_row.size):
+            value = event[row + n] * clock_row[u]
+            for v in range(n):
+                value += event[row + v] * moved[v, u]
+            step[1 + r, u] = value
+        shift = event[place.image + r] - following[r]
+        for v in range(n):
+            # the event was taken on the guard, not where the segment ended
+            shift += event[row + v] * (step[0, v] - x[v])
+        step[1 + r, clock_row.size - 1] += shift
+        for v in range(n):
+            # columns of S Phi, S = DR + jump n/(n.F- + dh/dt)
+            across = 0.0
+            reset = 0.0
+            for k in range(n):
+                across += event[place.gradient + k] * vectors[v, k]
+                reset += event[row + k] * vectors[v, k]
+            stretch[r, v] = reset + (jump[r] * across / speed if jump[r] != 0.0 and across != 0.0 else 0.0)
+        if r < extent.size:
+            off = max(off, abs(shift) / max(extent[r], abs(x[r])))
+    return off
+
+
+@inner
+def _eliminate_duration(row, steep, period, extent, own, clock_row, step):
+    """Eliminate a duration by the equation of its event, where the unknowns grow along the flow and less with it."""
+    pace = row[own]
+    if not abs(pace) * period > STEEP * steep:
+        return
+    kept, left = 0.0, 0.0
+    for r in range(extent.size):
+        for u in range(own):
+            part = (extent[u] if u < extent.size else period) / extent[r]
+            kept = max(kept, part * abs(step[1 + r, u]))
+            left = max(left, part * abs(step[1 + r, u] - step[1 + r, own] * row[u] / pace))
+    if kept > GROWN and left < kept:
+        for u in range(clock_row.size):
+            clock_row[u] -= row[u] / pace
+        for r in range(step.shape[0] - 1):
+            rate = step[1 + r, own]
+            for u in range(clock_row.size):
+                step[1 + r, u] -= rate * row[u] / pace
+
+
+@inner
+def _go_on(following, state, extent, moved, step, stretch):
+    """As `_cross` where no event ends the segment."""
+    x, vectors, n = state.x, state.vectors, state.x.size
+    off = 0.0
+    for r in range(n):
+        for u in range(moved.shape[1]):
+            step[1 + r, u] = moved[r, u]
+        step[1 + r, moved.shape[1] - 1] += x[r] - following[r]
+        for v in range(n):
+            stretch[r, v] = vectors[v, r]
+        if r < extent.size:
+            off = max(off, abs(x[r] - following[r]) / max(extent[r], abs(x[r])))
+    return off
+
+
+@inner
+def _lasts(periods, time, period, first, last, free, slope, row):
+    """The equation that segments, whose durations stand in these columns, last a number of periods; its violation."""
+    for u in range(first, last):
+        row[u] = 1.0
+    for j in range(row.size - 1 - free):
+        row[free + j] = -periods * slope[j]
+    row[row.size - 1] = time - periods * period
+    return abs(time - periods * period) / period
+
+
+@inner
+def _on_plane(plane, start, x, extent, row):
+    """The equation that the first start lies on a plane; its violation."""
+    size = 0.0
+    away = 0.0
+    for r in range(extent.size):
+        row[r] = plane[1, r]
+        away += plane[1, r] * (start[r] - plane[0, r])
+        size = max(size, abs(plane[1, r]) * max(extent[r], abs(x[r])))
+    row[row.size - 1] = away
+    return abs(away) / size
+
+
+@inner
+def _multiply(factor, stretch, product, monodromy):
+    """The tangent map by that of one more segment, which is kept."""
+    n = monodromy.shape[0]
+    for r in range(n):
+        for v in range(n):
+            value = 0.0
+            for k in range(n):
+                value += stretch[r, k] * monodromy[k, v]
+            product[r, v] = value
+            factor[r, v] = stretch[r, v]
+    for r in range(n):
+        for v in range(n):
+            monodromy[r, v] = product[r, v]
+
+
+@inner
+def _close(count, d, step, equations):
+    """The equations that the last segment leads to the first start."""
+    for r in range(d):
+        for u in range(equations.shape[1]):
+            equations[count + r, u] = step[1 + r, u]
+        equations[count + r, r] -= 1.0
+
+
+@inner
+def _stay_put(count, d, monodromy, equations):
+    """States that come back whatever they are, as those that a mode leads along a function of time, stay put."""
+    n, columns = monodromy.shape[0], equations.shape[1] - 1
+    for r in range(d):
+        held = True
+        for v in range(n):
+            held = held and monodromy[r, v] == (1.0 if r == v else 0.0)
+        if held:
+            for u in range(columns):
+                equations[count + r, u] = 1.0 if u == r else 0.0
+            equations[count + r, columns] = 0.0
+
+
+@inner
+def _on_surface(count, normal, start, extent, equations):
+    """The first start lies on a surface that its mode holds, across which it comes back whatever it is; how far off."""
+    d, n, columns = extent.size, start.size, equations.shape[1] - 1
+    for u in range(columns + 1):
+        across = 0.0
+        for r in range(d):
+            across += normal[r] * equations[count + r, u]
+        here = 0.0
+        if u < d:
+            here = normal[u]
+        elif u == d:
+            here = normal[n]
+        elif u == columns:
+            here = normal[n + 1]
+        elif u > d + count:
+            here = normal[u - 1 - count]
+        for r in range(d):
+            equations[count + r, u] += normal[r] * (here - across)
+    size = 0.0
+    for r in range(d):
+        size = max(size, abs(normal[r]) * max(extent[r], abs(start[r])))
+    return abs(normal[n + 1]) / size
+
+
 @compiled(SIGNATURE)
 def shooting_residual(place, resting, sizes, extent, segments, plane, starts, phase, durations, watched, found, room):
     """Follow all segments; returns (DONE or the outcome that ended a segment, residual).
@@ -90,60 +341,31 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
     equations, sensitivity, monodromy, factors, speeds, seen, met = found
     moved, stretch, product, step, clock_row = room
     state = state_of(machine.states, 0)
-    run, x, vectors, c = state.run[0], state.x, state.vectors, state.c
+    run, x, c = state.run[0], state.x, state.c
     count, n = starts.shape
-    d, q = sizes[STATES], sizes[FREE]
-    columns = d + 1 + count + q
-    event, jump, gradient = scratch.event, scratch.jump, scratch.gradient
-    before, after = scratch.before, scratch.after
-    place = event_places(n)
-    period = run.period
+    d, forced = sizes[STATES], sizes[FORCED] == 1
+    _, lasting, free = _columns(sizes, count)
+    event, jump, rates = scratch.event, scratch.jump, scratch.before
     slope = stretch[n]
-    slope[:] = 0.0
-    if sizes[CLOCK] >= 0:
-        functions.field(sizes[CLOCK], 0.0, c, starts[0], before)
-        period = before[0]
-        for j in range(q):
-            slope[j] = before[1 + j]
-        run.period = period
-    equations[:, :] = 0.0
-    sensitivity[0, :, :] = 0.0
-    clock_row[:] = 0.0
-    clock_row[d] = 1.0
-    for r in range(d):
-        sensitivity[0, r, r] = 1.0
-    for j in range(q):
-        sensitivity[0, d + j, d + 1 + count + j] = 1.0
-    t = phase
+    period = _forcing(functions, c, run, sizes, starts[0], rates, slope)
     surfaces = 0
     if tables.held[segments[0, SEGMENT_MODE]] > 0:
         scratch.metric[:] = 1.0
         for r in range(n):
             x[r] = starts[0, r]
-        surfaces = normals_of(functions, tables, segments[0, SEGMENT_MODE], t, state, d, scratch)
-    normals = scratch.normals
-    for r in range(n):
-        for v in range(n):
-            monodromy[r, v] = 1.0 if r == v else 0.0
-            if r < d and v < d:
-                for j in range(surfaces):
-                    monodromy[r, v] -= normals[j, r] * normals[j, v]
+        surfaces = normals_of(functions, tables, segments[0, SEGMENT_MODE], phase, state, d, scratch)
+    _begin_sums(sizes, count, surfaces, scratch.normals, sensitivity[0], clock_row, monodromy)
+    equations[:, :] = 0.0
     residual = 0.0
     total = 0.0
     events = 0
+    t = phase
     for i in range(count):
-        mode, end = segments[i, SEGMENT_MODE], segments[i, SEGMENT_END]
+        mode, end, own = segments[i, SEGMENT_MODE], segments[i, SEGMENT_END], lasting + i
+        following = starts[i + 1] if i + 1 < count else starts[0]
+        _begin_segment(functions, segments, i, starts[i], t, tables, state, rates)
         for r in range(n):
-            x[r] = starts[i, r]
-            for v in range(n):
-                vectors[v, r] = 1.0 if r == v else 0.0
-        functions.field(mode, t, c, x, before)
-        for r in range(n):
-            # the derivative of the end by the time of the start is F+ - Phi F-
-            stretch[r, 0] = before[r]
-        last = i - 1 if i > 0 else count - 1
-        ended, taken = segments[last, SEGMENT_END], segments[last, SEGMENT_OUTCOME]
-        begin(tables, state, mode, n, segments[last, SEGMENT_MODE], ended, taken)
+            stretch[r, 0] = rates[r]
         outcome, crossed, when = follow(
             functions, method, settings, tables, asleep, t, durations[i], end, watched == 1, state, scratch
         )
@@ -154,39 +376,20 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
         seen[i, CAME] = segments[i, SEGMENT_OUTCOME]
         te = t + durations[i]
         total += durations[i]
-        functions.field(mode, te, c, x, after)
-        for r in range(n):
-            late = after[r]
-            for v in range(n):
-                late -= vectors[v, r] * stretch[v, 0]
-            for u in range(columns + 1):
-                value = late * clock_row[u]
-                for v in range(n):
-                    value += vectors[v, r] * sensitivity[i, v, u]
-                moved[r, u] = value
-            moved[r, d + 1 + i] += after[r]
-        clock_row[d + 1 + i] += 1.0
-        following = starts[i + 1] if i + 1 < count else starts[0]
+        functions.field(mode, te, c, x, rates)
+        _end_by_unknowns(state, stretch, rates, sensitivity[i], clock_row, own, moved)
         if end >= 0:
             events += 1
-            value = functions.guard(mode, end, te, c, x, gradient)
-            steep = 0.0
-            for r in range(d):
-                steep = max(steep, abs(gradient[r]) * max(extent[r], abs(x[r])))
-            steep = steep if steep > 0.0 else abs(gradient[n]) * period
-            for u in range(columns + 1):
-                sum_ = gradient[n] * clock_row[u]
-                for r in range(n):
-                    sum_ += gradient[r] * moved[r, u]
-                equations[i, u] = sum_
-            equations[i, columns] += value
-            residual = max(residual, abs(value) / steep)
+            off, steep = _guard_equation(
+                functions, mode, end, te, state, extent, clock_row, moved, scratch.gradient, equations[i]
+            )
+            residual = max(residual, off)
             for r in range(n):
                 step[0, r] = x[r]
             # a guess may end far from its guard
             scratch.image[:] = FAR
             # how many rebounds come before a rest is not asked again
-            event[place.complete] = tables.transitions[segments[i, SEGMENT_OUTCOME], COMPLETES]
+            event[event_places(n).complete] = tables.transitions[segments[i, SEGMENT_OUTCOME], COMPLETES]
             came = functions.event_map(mode, end, te, c, x, 1, scratch.image, settings.tolerance, event)
             seen[i, CAME] = came
             if came < 0:
@@ -195,132 +398,37 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
             direction = tables.active[mode, 1 + end]
             speeds[i] = speed * direction if direction != 0 else abs(speed)
             saltation_jump(event, jump)
-            for r in range(n):
-                row = place.jacobian + r * (n + 1)
-                for u in range(columns + 1):
-                    value = event[row + n] * clock_row[u]
-                    for v in range(n):
-                        value += event[row + v] * moved[v, u]
-                    step[1 + r, u] = value
-                shift = event[place.image + r] - following[r]
-                for v in range(n):
-                    # the event was taken on the guard, not where the segment ended
-                    shift += event[row + v] * (step[0, v] - x[v])
-                step[1 + r, columns] += shift
-                for v in range(n):
-                    # columns of S Phi, S = DR + jump n/(n.F- + dh/dt)
-                    across = 0.0
-                    reset = 0.0
-                    for k in range(n):
-                        across += event[place.gradient + k] * vectors[v, k]
-                        reset += event[row + k] * vectors[v, k]
-                    stretch[r, v] = reset + (jump[r] * across / speed if jump[r] != 0.0 and across != 0.0 else 0.0)
-                if r < d:
-                    residual = max(residual, abs(shift) / max(extent[r], abs(x[r])))
-            own = d + 1 + i
-            pace = equations[i, own]
-            if abs(pace) * period > STEEP * steep:
-                kept, left = 0.0, 0.0
-                for r in range(d):
-                    for u in range(own):
-                        part = (extent[u] if u < d else period) / extent[r]
-                        kept = max(kept, part * abs(step[1 + r, u]))
-                        left = max(left, part * abs(step[1 + r, u] - step[1 + r, own] * equations[i, u] / pace))
-                if kept > GROWN and left < kept:
-                    for u in range(columns + 1):
-                        clock_row[u] -= equations[i, u] / pace
-                    for r in range(n):
-                        rate = step[1 + r, own]
-                        for u in range(columns + 1):
-                            step[1 + r, u] -= rate * equations[i, u] / pace
+            off = _cross(event, jump, speed, following, state, extent, clock_row, moved, step, stretch)
+            _eliminate_duration(equations[i], steep, period, extent, own, clock_row, step)
         else:
             speeds[i] = math.inf
-            for r in range(n):
-                for u in range(columns + 1):
-                    step[1 + r, u] = moved[r, u]
-                step[1 + r, columns] += x[r] - following[r]
-                for v in range(n):
-                    stretch[r, v] = vectors[v, r]
-                if r < d:
-                    residual = max(residual, abs(x[r] - following[r]) / max(extent[r], abs(x[r])))
+            off = _go_on(following, state, extent, moved, step, stretch)
             if end == SHARE:
-                equations[i, d + 1 + i] = 1.0
-                for j in range(q):
-                    equations[i, d + 1 + count + j] = -slope[j]
-                equations[i, columns] = durations[i] - period
-                residual = max(residual, abs(durations[i] - period) / period)
+                missed = _lasts(1.0, durations[i], period, own, own + 1, free, slope, equations[i])
             else:
-                size = 0.0
-                away = 0.0
-                for r in range(d):
-                    equations[i, r] = plane[1, r]
-                    away += plane[1, r] * (starts[0, r] - plane[0, r])
-                    size = max(size, abs(plane[1, r]) * max(extent[r], abs(x[r])))
-                equations[i, columns] = away
-                residual = max(residual, abs(away) / size)
-        for r in range(n):
-            for v in range(n):
-                value = 0.0
-                for k in range(n):
-                    value += stretch[r, k] * monodromy[k, v]
-                product[r, v] = value
-                factors[i, r, v] = stretch[r, v]
-        for r in range(n):
-            for v in range(n):
-                monodromy[r, v] = product[r, v]
+                missed = _on_plane(plane, starts[0], x, extent, equations[i])
+            residual = max(residual, missed)
+        residual = max(residual, off)
+        _multiply(factors[i], stretch, product, monodromy)
         if i + 1 < count:
             for r in range(n):
-                for u in range(columns + 1):
+                for u in range(clock_row.size):
                     sensitivity[i + 1, r, u] = step[1 + r, u]
-        else:
-            for r in range(d):
-                for u in range(columns + 1):
-                    equations[count + r, u] = step[1 + r, u]
-                equations[count + r, r] -= 1.0
-            for r in range(d if events == 0 and q == 0 else 0):
-                held = True
-                for v in range(n):
-                    held = held and monodromy[r, v] == (1.0 if r == v else 0.0)
-                if held:
-                    # it comes back whatever it is, as one that a mode leads along a function of time: it stays put
-                    for u in range(columns):
-                        equations[count + r, u] = 1.0 if u == r else 0.0
-                    equations[count + r, columns] = 0.0
-            for j in range(surfaces):
-                # across a surface that its first mode holds it comes back whatever it is: it lies on the surface
-                for u in range(columns + 1):
-                    across = 0.0
-                    for r in range(d):
-                        across += normals[j, r] * equations[count + r, u]
-                    here = 0.0
-                    if u < d:
-                        here = normals[j, u]
-                    elif u == d:
-                        here = normals[j, n]
-                    elif u == columns:
-                        here = normals[j, n + 1]
-                    elif u > d + count:
-                        here = normals[j, u - 1 - count]
-                    for r in range(d):
-                        equations[count + r, u] += normals[j, r] * (here - across)
-                across = 0.0
-                for r in range(d):
-                    across = max(across, abs(normals[j, r]) * max(extent[r], abs(starts[0, r])))
-                residual = max(residual, abs(normals[j, n + 1]) / across)
         t = te
-        if sizes[FORCED] == 1:
+        if forced:
             whole = math.floor(te / period)
             t = te - whole * period
-            for j in range(q):
-                clock_row[d + 1 + count + j] -= whole * slope[j]
-    final = count + d
-    if sizes[FORCED] == 1 and events > 0:
-        for i in range(count):
-            equations[final, d + 1 + i] = 1.0
-        for j in range(q):
-            equations[final, d + 1 + count + j] = -sizes[PERIODS] * slope[j]
-        equations[final, columns] = total - sizes[PERIODS] * period
-        residual = max(residual, abs(total - sizes[PERIODS] * period) / period)
+            for j in range(sizes[FREE]):
+                clock_row[free + j] -= whole * slope[j]
+    _close(count, d, step, equations)
+    if events == 0 and sizes[FREE] == 0:
+        _stay_put(count, d, monodromy, equations)
+    for j in range(surfaces):
+        residual = max(residual, _on_surface(count, scratch.normals[j], starts[0], extent, equations))
+    final = equations[count + d]
+    if forced and events > 0:
+        missed = _lasts(sizes[PERIODS], total, period, lasting, free, free, slope, final)
+        residual = max(residual, missed)
     else:
-        equations[final, d] = 1.0
+        final[d] = 1.0
     return DONE, residual
