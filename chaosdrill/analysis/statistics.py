@@ -326,7 +326,7 @@ def leading(
     Returns
     -------
     value, margin : ndarray, shape (P,)
-        The value is -inf where no finite exponent is left, NaN where an exponent is no number or there are none.
+        The value is -inf where no finite exponent is left, NaN where an exponent is not a number or there are none.
     column : ndarray of int, shape (P,)
         Which of the exponents it is.
     """

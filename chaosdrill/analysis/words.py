@@ -56,7 +56,7 @@ class Evidence:
     sinks: np.ndarray  # bool: all tangents shrink further than they could if the motion went on
     shrinks: np.ndarray  # bool: all tangents shrink, and none is that of the flow
     flows: np.ndarray  # bool: there are as many exponents of zero as the flow needs, or none is needed
-    drifts: np.ndarray  # bool: a state only grows, beyond all that it has had
+    drifts: np.ndarray  # bool: a state only grows, beyond all its earlier values
     departs: np.ndarray  # bool: it does so at an exponential pace, at the rate that the exponent tells
     winds: np.ndarray  # bool: nothing moves but phases at rates without a common measure
     chaos_possible: np.ndarray  # bool: False for a flow without events of two states, forced of one
@@ -66,7 +66,7 @@ class Evidence:
     converges: np.ndarray  # bool: averages converge faster than any power
     agrees: np.ndarray  # bool: averages over both halves of the record agree as far as a run allows
     curve: np.ndarray  # bool: instants lie on a closed curve along the flow
-    ordered: np.ndarray  # bool: in the order of an angle that turns evenly the points run along a curve
+    ordered: np.ndarray  # bool: ordered by an angle that advances evenly, the points run along a curve
     cycle_reached: np.ndarray  # bool: the later half comes back to round-off, or its instants lie on a closed curve
     torus_reached: np.ndarray  # bool: the later half is that of a torus by all opinions but that of the exponent
     noisy: np.ndarray  # bool: what the motion is of is drawn at events, so that nothing ever repeats
@@ -169,12 +169,18 @@ class Rule:
 
 RULES = (
     Rule(Outcome.EQUILIBRIUM, lambda e: e.rests, "nothing moves"),
-    Rule(Outcome.PERIODIC, lambda e: ~e.measured & e.recurs, "the points come back; no exponent was asked for"),
-    Rule(Outcome.OK, lambda e: ~e.measured, "no exponent was asked for"),
-    Rule(Outcome.NONFINITE, lambda e: np.isnan(e.lead), "an exponent is no number"),
+    Rule(Outcome.PERIODIC, lambda e: ~e.measured & e.recurs, "the points come back; no exponent was requested"),
+    Rule(Outcome.OK, lambda e: ~e.measured, "no exponent was requested"),
+    Rule(Outcome.NONFINITE, lambda e: np.isnan(e.lead), "an exponent is not a number"),
     Rule(Outcome.EQUILIBRIUM, lambda e: e.sinks, "all tangents shrink beyond round-off, that of the flow as well"),
-    Rule(Outcome.TRANSIENT, lambda e: e.shrinks, "all tangents shrink, that of the flow as well: it comes to rest"),
-    Rule(Outcome.TRANSIENT, lambda e: ~e.flows, "no exponent is zero, that of the flow: it leaves, or comes to rest"),
+    Rule(
+        Outcome.TRANSIENT,
+        lambda e: e.shrinks,
+        "all tangents shrink, that of the flow as well: the motion comes to rest",
+    ),
+    Rule(
+        Outcome.TRANSIENT, lambda e: ~e.flows, "no exponent is zero for the flow: the motion leaves, or comes to rest"
+    ),
     Rule(Outcome.QUASIPERIODIC, lambda e: e.winds & ~e.positive, "nothing moves but phases without a common measure"),
     Rule(Outcome.PERIODIC, lambda e: e.exact & ~e.leaving, "the points come back to round-off"),
     Rule(Outcome.PERIODIC, lambda e: e.recurs & e.attracts, "the points come back, and nearby motions come closer"),
@@ -189,7 +195,9 @@ RULES = (
         "its later half is on a torus: smooth averages agree, no gaps, and tangents do not grow",
     ),
     Rule(Outcome.TRANSIENT, lambda e: e.positive & e.leaving, "it grows evenly away from where it began"),
-    Rule(Outcome.TRANSIENT, lambda e: e.positive & e.settling, "its extent still shrinks, or what it lacks to a cycle"),
+    Rule(
+        Outcome.TRANSIENT, lambda e: e.positive & e.settling, "its extent, or its distance from a cycle, still shrinks"
+    ),
     Rule(Outcome.TRANSIENT, lambda e: e.positive & ~e.chaos_possible, "tangents grow in a flow that has no chaos"),
     Rule(
         Outcome.CHAOTIC,
@@ -207,7 +215,9 @@ RULES = (
         "nearby motions under the same noise come closer to the end",
     ),
     Rule(Outcome.PERIODIC, lambda e: e.negative & e.falls_on & ~e.leaving, "nearby motions come closer to the end"),
-    Rule(Outcome.OPEN, lambda e: ~e.positive & e.drifts & ~e.departs, "a state only grows, beyond all that it has had"),
+    Rule(
+        Outcome.OPEN, lambda e: ~e.positive & e.drifts & ~e.departs, "a state only grows, beyond all its earlier values"
+    ),
     Rule(Outcome.PERIODIC, lambda e: ~e.positive & e.long_cycle, "a longer record comes back"),
     Rule(
         Outcome.QUASIPERIODIC,
@@ -217,7 +227,7 @@ RULES = (
     Rule(
         Outcome.QUASIPERIODIC,
         lambda e: e.in_order & ~e.leaving,
-        "in the order of an angle that turns evenly the points run along a curve, and tangents do not grow",
+        "ordered by an angle that advances evenly, the points run along a curve, and tangents do not grow",
     ),
     Rule(
         Outcome.PERIODIC,
@@ -225,7 +235,7 @@ RULES = (
         "its instants lie on a closed curve, and nearby motions come closer, or stay, or averages agree to round-off",
     ),
     Rule(Outcome.TRANSIENT, lambda e: e.leaving, "it grows evenly away from where it began"),
-    Rule(Outcome.TRANSIENT, lambda e: e.settling, "its extent still shrinks, or what it lacks to a cycle"),
+    Rule(Outcome.TRANSIENT, lambda e: e.settling, "its extent, or its distance from a cycle, still shrinks"),
     Rule(Outcome.UNDECIDED, lambda e: np.ones_like(e.recurs), "the evidence does not suffice for any other word"),
 )
 """In the order in which they are tried."""

@@ -2,7 +2,7 @@
 
     x_k' = (x_(k+1) - x_(k-2)) x_(k-1) - x_k + F
 
-At F = 8 the exponents sum to -40, the largest is 1.68, and the dimension by Kaplan and Yorke is 27.1. Source: Lorenz
+At F = 8 the exponents sum to -40, the largest is 1.68, and the Kaplan-Yorke dimension is 27.1. Source: Lorenz
 and Emanuel 1998, doi:10.1175/1520-0469(1998)055<0399:OSFSWO>2.0.CO;2.
 """
 

@@ -49,14 +49,14 @@ def angles(vectors: xr.Dataset) -> tuple[str, list[Claim]]:
 
 
 def spectrum(found: xr.Dataset) -> tuple[str, list[Claim]]:
-    """Return a line on exponents and the dimension of Kaplan and Yorke, and that they are those known from outside."""
+    """Return a line on exponents and the Kaplan–Yorke dimension, and that they are those known from outside."""
     exponent, error = found["lyapunov_exponent"].values[:2], found["lyapunov_error"].values[:2]
     dimension = 1 + exponent[0] / -exponent[1]
     spread = dimension_error(exponent, error)
     apart = np.abs(exponent - SPECTRUM) / np.hypot(error, 1e-5)
     text = (
         f"$\\lambda_1={exponent[0]:.5f}\\pm{error[0]:.5f}$, $\\lambda_2={exponent[1]:.5f}\\pm{error[1]:.5f}$ and "
-        f"$\\lambda_3=-\\infty$, so that the dimension of Kaplan and Yorke is ${dimension:.4f}\\pm{spread:.4f}$.\n"
+        f"$\\lambda_3=-\\infty$, so that the Kaplan–Yorke dimension is ${dimension:.4f}\\pm{spread:.4f}$.\n"
     )
     return text, [
         Claim(
@@ -115,7 +115,7 @@ def dimensions(found: xr.Dataset) -> tuple[str, list[Claim]]:
     below = expected - float(correlation["dimension"])
     return table(["order", "dimension", "distances, in standard deviations"], rows), [
         Claim(
-            "the information dimension is the one of Kaplan and Yorke by those exponents",
+            "the information dimension agrees with the Kaplan–Yorke dimension",
             f"apart by {apart:.1f} standard errors from {expected:.4f}",
             apart < 2,
         ),
@@ -150,7 +150,7 @@ def windows(growth: xr.Dataset) -> tuple[str, list[Claim]]:
     head = ["periods", "mean", "standard deviation", "skewness", "below zero"]
     return table(head, rows), [
         Claim(
-            "growth is negative in half of the single periods, a sixth of the stretches of ten, and none of a hundred",
+            "growth is negative in half of single periods, in a sixth of the stretches of ten, and in none of a hundred",
             ", ".join(f"{100 * below:.2g} %" for below in negative),
             0.4 < negative[0] < 0.5 and 0.12 < negative[1] < 0.2 and negative[2] < 1e-3,
         ),

@@ -89,7 +89,7 @@ def compare() -> tuple[str, list[Claim], dict[str, tuple[float, float, float]]]:
         ),
         Claim("differences at two widths agree", f"to {apart:.1e}", apart < 1e-4),
         Claim(
-            "the independent program finds the three largest to one part in a thousand",
+            "the independent program agrees on the three largest to one part in a thousand",
             ", ".join(f"{KNOWN_AS.get(name, name)}: {value:+.3f} %" for name, value in outside.items()),
             off < 1e-3,
         ),

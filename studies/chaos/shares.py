@@ -69,7 +69,7 @@ def _over_load(kinds: xr.DataArray) -> list[Claim]:
             bool(abs(b[fast > 0].min() - 0.694) < 1e-6 and abs(b[fast > 0].max() - 0.754) < 1e-6),
         ),
         Claim(
-            "over b, runaway takes ever more starts from 0.65 on, and all from 0.756 on",
+            "over b, the share of runaway grows from 0.65 on, and is 100 % from 0.756 on",
             f"{100 * gone[0]:.0f} % at {b[0]:g}, {100 * gone[b > 0.755].min():.0f} % beyond 0.755",
             bool(gone[b > 0.755].min() == 1 and (np.diff(gone[b >= 0.65]) > -0.02).all()),
         ),
@@ -85,7 +85,7 @@ def _over_amplitude(kinds: xr.DataArray) -> list[Claim]:
             bool(abs(a[fast > 0].min() - 0.2435) < 1e-6 and 0.2635 < a[slow > 0].max() < 0.266),
         ),
         Claim(
-            "over a, runaway takes ever fewer starts",
+            "over a, the share of runaway decreases",
             f"{100 * gone[0]:.0f} % at {a[0]:g}, {100 * gone[-1]:.0f} % at {a[-1]:g}",
             bool(gone[0] > 2 * gone[-1] and (np.diff(gone) < 0.02).all()),
         ),

@@ -163,12 +163,12 @@ def claims(diagram: xr.Dataset) -> list[Claim]:
             bool(times.min() >= 6 and times.max() <= 78),
         ),
         Claim(
-            "the independent program loses the fast branch in the same place",
+            "the independent program loses the fast branch at the same place",
             f"η = {outside[0]:.4f}, here {fast.first:.4f}",
             abs(outside[0] - fast.first) <= 1.5 * step,
         ),
         Claim(
-            "and so the slow one",
+            "the same for the slow branch",
             f"η = {outside[1]:.4f}, here {slow.last:.4f}",
             abs(outside[1] - slow.last) <= 1.5 * step,
         ),

@@ -21,7 +21,7 @@ def claims(archive: Path) -> list[Claim]:
     lowest = [float(chart["b"].values[away[..., seed].any(axis=0)].min()) for seed in (0, 2, 3)]
     found.append(
         Claim(
-            "from rest, from y = −1, and from y = −1, u = 2 it runs away from ever lower b on",
+            "from rest, from y = −1, and from y = −1, u = 2 the lowest b at which it runs away decreases",
             ", ".join(f"{b:.3f}" for b in lowest),
             lowest[0] > lowest[1] > lowest[2],
         )
