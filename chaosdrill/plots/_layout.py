@@ -18,15 +18,15 @@ if TYPE_CHECKING:
     from matplotlib.legend import Legend
 
 _SHORTEST = 6
-"""Letters of a line below which a text is not broken further."""
+"""Smallest number of letters in a line of broken text."""
 _ROUNDS = 3
-"""Broken labels change the room that others have; after this number of rounds nothing changes."""
+"""Breaking a label changes the room of others; after this number of rounds nothing changes."""
 _EDGE = 4.0
 """Points between a text and the edge of the figure."""
 
 
 class Entries:
-    """What a legend was made from, by which it is made anew for another width."""
+    """What a legend was made from, to remake it for another width."""
 
     def __init__(self, handles: "Sequence[Artist]", loc: Any, most: int) -> None:
         self.handles, self.loc, self.most, self.columns = list(handles), loc, most, most
@@ -39,7 +39,7 @@ entries: "WeakKeyDictionary[Legend, Entries]" = WeakKeyDictionary()
 
 
 class FittedLayout(ConstrainedLayoutEngine):
-    """Constrained layout that breaks labels, and chooses columns of legends, by the room that there is."""
+    """Constrained layout that breaks labels and chooses the columns of legends to fit the available room."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -173,7 +173,7 @@ def _width(label: str, legend: "Legend", fig: "Figure") -> float:
 
 
 def _make_again(legend: "Legend", own: Entries, labels: list[str], columns: int) -> None:
-    """Fill a legend anew: the layout comes when the artists to draw are chosen already, and another would be none."""
+    """Refill a legend in place: when the layout runs, the artists to draw are already chosen."""
     title, own.columns, filled = legend.get_title(), columns, cast("Any", legend)
     legend.set_ncols(columns)
     # matplotlib itself has no other way to fill a legend

@@ -40,8 +40,8 @@ def convergence(dataset: "xr.Dataset") -> "Figure":
     Returns
     -------
     matplotlib.figure.Figure
-        One panel an exponent, each on its own scale, with the band of plus and minus one standard error that a run of
-        that length has. Exponents of minus infinity have no curve: the title names them.
+        One panel per exponent, each on its own scale, with a band of one standard error of a run of that length to
+        either side. Exponents of minus infinity have no curve: the title names them.
     """
     values = np.atleast_1d(dataset["lyapunov_exponent"].values)
     errors = np.atleast_1d(dataset["lyapunov_error"].values)
@@ -108,9 +108,9 @@ def work_precision(dataset: "xr.Dataset") -> "Figure":
     Returns
     -------
     matplotlib.figure.Figure
-        One panel a quantity, and one for the time over which a chaotic trajectory can be trusted. A line is a method, a
-        point a tolerance; a ring marks the cell to use for 8 digits, with its tolerance. The titles say what a further
-        digit costs.
+        One panel per quantity, and one for the time over which a chaotic trajectory can be trusted. A line is a method,
+        a point a tolerance; a ring marks the cell to use for 8 digits, with its tolerance. The titles give the cost of
+        a further digit.
     """
     quantities = shown_quantities(dataset)
     horizon = bool(np.isfinite(dataset["horizon"]).any())
@@ -162,7 +162,7 @@ def _quantity(panel: "Axes", dataset: "xr.Dataset", quantity: str) -> None:
 
 
 def _line(panel: "Axes", dataset: "xr.Dataset", number: int, x: np.ndarray) -> float:
-    """Draw one method; returns the mean growth of its time for a unit of x, less one."""
+    """Draw one method; return the mean growth of its time per unit of x, minus one."""
     method = str(dataset["method"].values[number])
     tolerances, time = dataset["tolerance"].values, 1e6 * dataset["wall_time"].values[number]
     known = np.flatnonzero(np.isfinite(x) & np.isfinite(time))
@@ -191,7 +191,7 @@ def _ring(panel: "Axes", dataset: "xr.Dataset", quantity: str) -> None:
 
 
 def _limit(panel: "Axes", dataset: "xr.Dataset", quantity: str) -> None:
-    """Shade the digits of an exponent that the length of the run does not give."""
+    """Shade the digits of an exponent that a run of this length does not determine."""
     error = float(dataset["lyapunov_error"])
     if quantity != "exponent" or not 0 < error < 1:
         return

@@ -34,9 +34,9 @@ LONGEST = 60.0
 _RATE = 20
 _DOTS_AN_INCH = 100
 _TRAIL, _FLASH = 1.5, 0.3
-"""Seconds for which the way behind the point, and an event, are seen."""
+"""Seconds for which the trail of the point, and an event, stay visible."""
 _LEVELS = 6
-"""Of each colour of a GIF between it and white, for the edges of lines; all frames have the same, and none flickers."""
+"""Shades of each colour of a GIF towards white, for the edges of lines; the same in all frames, against flicker."""
 _GREY = "0.8"
 
 
@@ -67,7 +67,7 @@ def animate(
         Height of each body, as an expression in states, quadratures, parameters and ``t``, such as
         ``{"ball": "x", "floor": "amplitude*sin(omega*t)"}``. Default: those of the system; none: ``{}``.
     seconds : float, default 10
-        Length of the animation, at most 60; it has 20 frames a second, or one a sample if these are fewer.
+        Length of the animation, at most 60; it has 20 frames a second, or one per sample if there are fewer samples.
 
     Returns
     -------
@@ -165,7 +165,7 @@ class _Scene:
         return found
 
     def moves(self, line: "Line2D") -> None:
-        """Leave a line out of what stays."""
+        """Exclude a line from the static part."""
         line.set_animated(True)
         self.moving.append(line)
 
@@ -191,7 +191,7 @@ class _Scene:
 
 
 class _Graph:
-    """One curve of a scene: all of it in grey, its last part, the point, and marks that flash at events."""
+    """One curve of a scene: the whole in grey, its last part, the point, and marks that flash at events."""
 
     def __init__(self, scene: _Scene, axes: "Axes", x: "NDArray[np.float64]", y: "NDArray[np.float64]") -> None:
         self.axes, self.curve, self.points = axes, scene.curve, np.column_stack([x, y])
@@ -214,7 +214,7 @@ class _Graph:
             scene.moves(line)
 
     def show(self, now: float, flashing: "NDArray[np.bool_]") -> None:
-        """Put what moves where it is at a time."""
+        """Move the moving artists to where they are at a time."""
         time = self.curve.time
         first, last = np.searchsorted(time, [now - self.trail, now])
         here = at(time, self.points, now)

@@ -39,11 +39,11 @@ if TYPE_CHECKING:
 
 _MARK, _BAR = 6.5, 11.0
 _MANY, _MOST_OF_THEM, _PART = 16, 0.6, 0.36
-"""Special points, the share of them and the part of the range from which on a part has a panel of its own."""
+"""Number of special points, share of them, and part of the range, from which a crowded part gets its own panel."""
 _JUMP = 12.0
-"""A step of the section this many times as long as both its neighbours is a jump."""
+"""A step of the section this many times longer than both its neighbours is a jump."""
 _SEEN = 0.01
-"""Jumps below this part of the extent are not seen."""
+"""Jumps below this fraction of the extent are invisible."""
 _NO_BIFURCATION = "real multipliers of product 1: no bifurcation"
 _DASHES = {
     "fold": "-",
@@ -73,7 +73,7 @@ def branches(
     *datasets : xarray.Dataset
         Of kind ``continuation``, all over the same one parameter.
     over : xarray.Dataset, optional
-        Of kind ``bifurcation-diagram`` over that parameter, to be drawn behind.
+        Of kind ``bifurcation-diagram`` over that parameter, drawn as background.
     ax : matplotlib.axes.Axes, optional
         Where it is drawn.
     state : str, optional
@@ -82,11 +82,11 @@ def branches(
     Returns
     -------
     matplotlib.figure.Figure
-        The state at all points of each orbit on the section: a line an iterate, a colour a period,
-        solid where the orbit is stable and dashed where it is not. Special points have a shape a kind. Ends of branches
-        inside of the parameter's range are marked by a bar, and the legend explains them. The axis shows the range
-        asked for, whatever that of the diagram. Where special points crowd they are smaller, and a second panel shows
-        the part of the range that most of them share.
+        The state at all points of each orbit on the section: one line per iterate, one colour per period, solid where
+        the orbit is stable and dashed where it is unstable. Each kind of special point has its own shape. Bars mark
+        ends of branches inside the parameter's range, and the legend explains them. The axis shows the requested range,
+        whatever that of the diagram. Crowded special points are drawn smaller, and a second panel enlarges the part of
+        the range with most of them.
     """
     name = swept(datasets[0])[0]
     states = [dataset["section"].values for dataset in datasets]
@@ -173,14 +173,15 @@ def _lines(axes: "Axes", dataset: "xr.Dataset", name: str, index: int, categorie
 def _stretches(stable: "NDArray[np.bool_]", special: "NDArray[np.bool_]") -> "NDArray[np.bool_]":
     """Return whether each stretch between neighbouring points is stable, shape (m - 1,).
 
-    At a special point, and where one branch leaves another, round-off decides what is stored: the neighbour counts.
+    At a special point, and where one branch leaves another, round-off decides what is stored; the neighbour is used
+    instead.
     """
     told: NDArray[np.bool_] = np.where(special[:-1] | (np.arange(len(stable) - 1) == 0), stable[1:], stable[:-1])
     return told
 
 
 def _jumps(section: "NDArray[np.float64]") -> "NDArray[np.int64]":
-    """Numbers of the stretches over which the section jumps, as where an event comes to the section's phase."""
+    """Numbers of the stretches over which the section jumps, for example where an event reaches the section's phase."""
     if len(section) < 2 or np.isnan(section).all():
         return np.zeros(0, dtype=np.int64)
     extent = np.maximum(np.nanmax(section, axis=(0, 1)) - np.nanmin(section, axis=(0, 1)), 1e-300)
@@ -190,7 +191,7 @@ def _jumps(section: "NDArray[np.float64]") -> "NDArray[np.int64]":
 
 
 def _crowd(datasets: "tuple[xr.Dataset, ...]", name: str, extent: float) -> tuple[float, float] | None:
-    """The shortest interval with most special points, if these are many in a small part of the range."""
+    """The shortest interval with most of the special points, if they crowd in a small part of the range."""
     found = [dataset[name].values[points] for dataset in datasets for _, points in specials(dataset)]
     x = np.sort(np.concatenate([np.zeros(0), *found]))
     most = int(np.ceil(_MOST_OF_THEM * x.size))
@@ -205,7 +206,7 @@ def _crowd(datasets: "tuple[xr.Dataset, ...]", name: str, extent: float) -> tupl
 
 
 def _fit(axes: "Axes") -> None:
-    """Let the axes be as high as what lies within their width."""
+    """Fit the height of the axes to what lies within their width."""
     left, right = axes.get_xlim()
     within = [np.zeros(0)]
     for line in axes.get_lines():
@@ -255,13 +256,13 @@ def _marks(axes: "Axes", datasets: "tuple[xr.Dataset, ...]", name: str, index: i
 
 
 def _sizes(section: "NDArray[np.float64]", points: "NDArray[np.int64]") -> "list[tuple[NDArray[np.int64], float]]":
-    """Sort points by the number of their marks, each with a factor for the size of these."""
+    """Sort points by the number of their marks, each with a factor for the size of the marks."""
     periods = np.isfinite(section[points]).sum(axis=1)
     return [(points[periods == n], _thinner(n)) for n in np.unique(periods)]
 
 
 def _thinner(period: int) -> float:
-    """Factor for lines and marks: the many ones of a long orbit would fill the picture."""
+    """Factor for the size of lines and marks: those of a long orbit would fill the picture."""
     return max(0.4, 1 - 0.12 * float(np.log2(max(period, 1))))
 
 
@@ -287,9 +288,9 @@ def curves(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None, ax: "Axes 
     Returns
     -------
     matplotlib.figure.Figure
-        A colour for each kind of curve and period, and dashes by the kind. Points on a curve at which something else
-        happens have their shape, parts on which nothing bifurcates are thin, ends inside of the parameters' range
-        a bar. Beside a chart nothing is drawn.
+        A colour for each kind of curve and period, and dashes by kind. Special points on a curve have their own shapes,
+        parts on which nothing bifurcates are thin, and ends inside the parameters' range have a bar. Nothing is drawn
+        outside a chart.
     """
     legend: Callable[..., None]
     if over is None:
@@ -317,7 +318,7 @@ def curves(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None, ax: "Axes 
 
 
 class _Curve:
-    """The points of a dataset over two parameters, and which of them are within limits: the rest is not named."""
+    """The points of a dataset over two parameters, and which of them are within limits; the others are not named."""
 
     def __init__(self, dataset: "xr.Dataset", across: str, up: str, limits: tuple[tuple[float, float], ...]) -> None:
         self.dataset, self.kind = dataset, str(settings(dataset).get("follow") or "")
@@ -326,7 +327,7 @@ class _Curve:
         self.inside = (self.x >= left) & (self.x <= right) & (self.y >= low) & (self.y <= high)
 
     def specials(self) -> "list[tuple[str, NDArray[np.int64]]]":
-        """Kinds of special points on the curve with their numbers, without the one that it was followed from."""
+        """Kinds of special points on the curve with their numbers, except the one from which it was followed."""
         second = swept(self.dataset)[1]
         own = json.loads(str(self.dataset.attrs["parameters"]))[second]
         start = np.isclose(self.dataset[second].values, own, rtol=1e-12, atol=0.0)

@@ -1,4 +1,4 @@
-"""Categories of cells and points: their colour, hatching and name, and what belongs to which."""
+"""Categories of cells and points: their colour, hatching and name, and how points are sorted into them."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -71,7 +71,7 @@ class Category:
 MINUS_INFINITY = Category("−∞ (all directions lost at events)", BELOW[0], "ooo")
 POSITIVE = Category("positive", "#FFFFFF", "....")
 NO_RESULT = Category("no result", "#FFFFFF", "oo")
-"""Where a run has not reached its end, or has no such number: the same in every picture."""
+"""Where a run did not reach its end, or lacks the number: the same in every picture."""
 NO_ATTRACTOR = Category("none", "#FFFFFF", "xx")
 UNRECOGNISED = Category("attractor not recognised", "#FFFFFF", "oo")
 FURTHER = Category("further attractors", "#BBBBBB", "---")
@@ -79,7 +79,7 @@ PERIOD_NOT_FOUND = Category("period not found", OUTCOME_COLOURS["periodic"], "oo
 MOTIONS = tuple(outcome.meaning for outcome in MEASURED)
 """Outcomes of runs that reached their end."""
 ATTRACTED = tuple(name for name in MOTIONS if name not in ("open", "transient"))
-"""Outcomes of runs that stay somewhere."""
+"""Outcomes of runs that settled on a known motion."""
 
 
 def outcome_category(name: str) -> Category:
@@ -89,7 +89,7 @@ def outcome_category(name: str) -> Category:
 
 
 def attractor_category(number: int, text: str) -> Category:
-    """Return the category of an attractor by its place in the legend, from 0: colours come again with a hatching."""
+    """Return the category of an attractor by its place in the legend, from 0: colours repeat with hatching."""
     turn, place = divmod(number, len(ATTRACTOR_COLOURS))
     return Category(text, ATTRACTOR_COLOURS[place], ("", "////", "....")[turn % 3], str(number + 1))
 
@@ -105,9 +105,7 @@ def by_outcome(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Category
     Returns
     -------
     codes : ndarray, the shape of ``outcome``
-        Place of each point's category.
-    categories : list of Category
-        Those that occur.
+        Index of each point's category. categories : list of Category Those that occur.
     """
     codes = dataset["outcome"].values
     return classify([(codes == code, outcome_category(name)) for code, name in flag_names(dataset["outcome"]).items()])
@@ -138,7 +136,7 @@ def by_period(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Category]
 
 
 def classify(table: "list[tuple[Any, Category]]") -> "tuple[NDArray[np.int64], list[Category]]":
-    """Return the place of each point's category, and those that occur, from a mask for each; masks do not overlap."""
+    """Return the index of each point's category, and the categories that occur, from disjoint masks."""
     present = [(mask, category) for mask, category in table if mask.any()]
     codes = np.zeros(table[0][0].shape, dtype=np.int64)
     for index, (mask, _) in enumerate(present):

@@ -40,17 +40,17 @@ if TYPE_CHECKING:
 # the few points beyond this percentile on either side, near superstable cycles above all, do not set the scale
 _EXPONENTS_COVERED = 99.0
 _ERRORS, _ROUND_OFF = 3.0, 1e-9
-"""An exponent counts as nonzero beyond this number of standard errors and this part of the largest exponent."""
+"""An exponent counts as nonzero beyond this number of standard errors and this fraction of the largest exponent."""
 # the few points beyond this percentile, runs about to escape above all, do not set the scale
 _RATES_COVERED = 99.9
 # more steps of lightness cannot be distinguished
 _STEPS = 8
 _MOST = 12
-"""Most attractors that are distinguished; for more the legend has no room and the palette no colours."""
+"""Largest number of attractors that are distinguished; the legend has no room, and the palette no colours, for more."""
 _HEIGHT = 5.5
 """Height in inches of the figure without its legend."""
 _LETTERS = 54
-"""Letters of an entry of the legend of which two stand side by side."""
+"""Letters of a legend entry up to which two stand side by side."""
 _IN_PLANE = 1e-6
 """Distance from the plane of the grid, relative to the state, at which a point still lies in it."""
 
@@ -78,8 +78,9 @@ def isoperiodic_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Fi
 def lyapunov_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     """Draw the largest exponent over two parameters, a panel for each seed.
 
-    Zero is the palest colour, and each sign has a scale of its own, which numbers within three standard errors of zero
-    do not set; minus infinity and points without a number stand apart. Dotted points are positive by more than that.
+    Zero is the palest colour, and each sign has its own scale, set by values more than three standard errors from zero;
+    minus infinity and points without a value have separate colours. Dotted points are positive by more than three
+    standard errors.
     """
     largest = dataset["lyapunov_exponent"].isel(exponent=0)
     largest.attrs["long_name"] = f"largest {largest.attrs['long_name']}"
@@ -120,7 +121,7 @@ def _scale(values: np.ndarray) -> "tuple[Normalize, str]":
 
 @picture("parameter-chart", "progression-chart", "mean progression rate", needs="progression_rate")
 def progression_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
-    """Draw the mean progression rate over two parameters, a panel for each seed; in SI units where there are some."""
+    """Draw the mean progression rate over two parameters, a panel for each seed; in SI units if available."""
     from matplotlib.colors import Normalize
 
     rate = dataset["progression_rate"]
@@ -160,8 +161,8 @@ def outcome_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure
 def basins(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     """Draw the basins over a grid of initial states, a colour for each of the twelve attractors named first.
 
-    The legend says what each is, its largest exponent and its part of the grid. Points of attractors are marked where
-    they lie in the plane of the grid.
+    The legend describes each attractor, with its largest exponent and its share of the grid. Points of attractors are
+    marked where they lie in the plane of the grid.
     """
     codes, categories = _attractors(dataset)
     plane = Plane(dataset, "attractor", ax)
@@ -189,13 +190,13 @@ def starts(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Seq
     ax : matplotlib.axes.Axes, optional
         Where it is drawn.
     state : str or pair of str, optional
-        States of the plane, the one across first; default: the first two. One alone is drawn against the number of the
-        attractor.
+        States of the plane, the horizontal one first; default: the first two. A single state is drawn against the
+        number of the attractor.
 
     Returns
     -------
     matplotlib.figure.Figure
-        A marker for each start; the legend says what each attractor is, as in `basins`.
+        A marker for each start; the legend describes each attractor, as in `basins`.
     """
     codes, categories = _attractors(dataset)
     count = 1 if isinstance(state, str) or dataset.sizes["state"] == 1 else 2
@@ -215,7 +216,7 @@ def starts(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Seq
 
 
 def _attractors(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Category]]":
-    """The category of every start: its attractor, or how its run ended on none."""
+    """The category of every start: its attractor, or the outcome of a run that reached none."""
     reached = dataset["attractor"].values
     numbers = dataset["attractor_number"].values.tolist()
     table = [
@@ -238,7 +239,7 @@ def _attractors(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Categor
 
 
 def _describe(attractor: "xr.Dataset", number: int) -> str:
-    """What an attractor is: its period or kind, its largest exponent, and its part of the grid."""
+    """Description of an attractor: its period or kind, its largest exponent, and its share of the grid."""
     period = int(attractor["attractor_period"])
     kind = flag_names(attractor["attractor_outcome"]).get(int(attractor["attractor_outcome"]), "")
     parts = [f"period {period}" if period else "period not found" if kind in ("ok", "periodic") else readable(kind)]

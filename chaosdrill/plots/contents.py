@@ -1,4 +1,4 @@
-"""What a dataset shows: states, swept parameters and their limits, and which datasets belong together."""
+"""Contents of a dataset for pictures: states, swept parameters and their limits, and which datasets belong together."""
 
 import json
 from typing import TYPE_CHECKING, Any
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 
 
 class OtherCountError(SettingsError):
-    """Another number of states was asked for than the picture shows."""
+    """The number of requested states differs from that of the picture."""
 
 
 def places_of(dataset: "xr.Dataset", state: "str | Sequence[str] | None", count: int) -> tuple[int, ...]:
-    """Return the places of the states that a picture is asked for.
+    """Return the indices of the states requested for a picture.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def places_of(dataset: "xr.Dataset", state: "str | Sequence[str] | None", count:
     Raises
     ------
     SettingsError
-        A name that no state has, or another number of them, which is an `OtherCountError`.
+        If no state has a name, or the number of names differs (an `OtherCountError`).
     """
     names = [str(name) for name in dataset["state"].values]
     wanted = names[:count] if state is None else [state] if isinstance(state, str) else list(state)
@@ -44,12 +44,12 @@ def places_of(dataset: "xr.Dataset", state: "str | Sequence[str] | None", count:
 
 
 def swept(dataset: "xr.Dataset") -> tuple[str, ...]:
-    """Return the names of the parameters that an analysis ran through, in its own order."""
+    """Return the names of the swept parameters of an analysis, in its own order."""
     return tuple(settings(dataset).get("sweep") or ())
 
 
 def limits(dataset: "xr.Dataset") -> dict[str, tuple[float, float]]:
-    """Return the least and the largest value of each parameter that an analysis was asked for."""
+    """Return the smallest and the largest requested value of each parameter of an analysis."""
     sweep = settings(dataset).get("sweep") or {}
     return {name: (float(min(values)), float(max(values))) for name, values in sweep.items()}
 
@@ -57,7 +57,7 @@ def limits(dataset: "xr.Dataset") -> dict[str, tuple[float, float]]:
 def fits(dataset: "xr.Dataset", other: "xr.Dataset") -> bool:
     """Return whether two datasets show the same system, at the same other parameters, over the same parameters.
 
-    Where both hold sections these must be the same.
+    If both hold sections, these must be the same.
     """
     names = set(swept(dataset))
     places = {_section_of(ds) for ds in (dataset, other)}
@@ -70,14 +70,14 @@ def fits(dataset: "xr.Dataset", other: "xr.Dataset") -> bool:
 
 
 def _section_of(dataset: "xr.Dataset") -> str | None:
-    """Where the points of a dataset are taken; None for one that holds none."""
+    """The section at which the points of a dataset are taken; None for a dataset without points."""
     if "section" not in dataset.variables:
         return None
     return settings(dataset).get("at") or "strobe"
 
 
 def _fixed(dataset: "xr.Dataset", apart: set[str]) -> tuple[Any, ...]:
-    """All that has to agree: the system, the names of its states, the parameters but those swept."""
+    """Everything that has to agree: the system, the names of its states, and all parameters except those swept."""
     parameters = json.loads(str(dataset.attrs.get("parameters", "{}")))
     rest = {name: value for name, value in parameters.items() if name not in apart}
     states = [str(name) for name in dataset["state"].values]
@@ -91,17 +91,17 @@ def settings(dataset: "xr.Dataset") -> dict[str, Any]:
 
 
 SINGLE = ("trajectory", "poincare-section", "lyapunov-spectrum")
-"""Kinds of single runs, or of some side by side."""
+"""Kinds of single runs, or of several joined runs."""
 _IN_SI = ("trajectory", "poincare-section", "bifurcation-diagram", "periodic-orbit", "continuation")
-"""Kinds whose states and times are shown in SI units; of charts and basins only results are."""
+"""Kinds whose states and times are shown in SI units; charts and basins show only their results so."""
 _TIMES = ("time", "event_time", "path_time", "forcing_period", "period_time")
 
 
 def in_si(dataset: "xr.Dataset") -> "xr.Dataset":
-    """Return a dataset whose results are in SI units, as far as its scene was in SI units.
+    """Return a dataset whose results are in SI units, if its scene was in SI units.
 
-    Every ``NAME_si`` stands in the place of ``NAME``. Times without one, and states, are multiplied by what their unit
-    is; the units of the states are in ``state_units``.
+    Every ``NAME_si`` replaces ``NAME``. Times without one, and states, are multiplied by their unit; the units of the
+    states are in ``state_units``.
     """
     known = {str(name).removesuffix("_si"): name for name in dataset.variables if str(name).endswith("_si")}
     given = {name: dataset[own].variable for name, own in known.items() if name in dataset.variables}
@@ -127,7 +127,7 @@ def in_si(dataset: "xr.Dataset") -> "xr.Dataset":
 
 
 def _second(dataset: "xr.Dataset", given: "dict[str, xr.Variable]") -> float:
-    """A unit of time in seconds; 0 if the dataset does not say."""
+    """A unit of time in seconds; 0 if the dataset does not give it."""
     for name in _TIMES:
         if name in given:
             dimensionless, seconds = np.ravel(dataset[name].values), np.ravel(given[name].values)

@@ -1,4 +1,4 @@
-"""Covariant vectors: where they point, and how their subspaces stand to each other."""
+"""Covariant vectors: their directions, and the angles between their subspaces."""
 
 from typing import TYPE_CHECKING
 
@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_POINTS = 150
-"""Points at which vectors are drawn: more cover each other."""
+"""Largest number of points with vectors: more would cover each other."""
 
 MOST_SPLITS = 6
-"""Distributions of angles that can be told apart."""
+"""Largest number of distributions of angles that can be distinguished."""
 
 _LENGTH = 0.05
-"""Length of a vector, in parts of the plane's extent."""
+"""Length of a vector, as a fraction of the plane's extent."""
 
 _PLANE, _ANGLES = 3.2, 2.3
 
@@ -38,9 +38,9 @@ def covariant(dataset: "xr.Dataset") -> "Figure":
     Returns
     -------
     matplotlib.figure.Figure
-        The states as dots, at up to 150 of them each vector as a line, all equally long in the plane; below, the
-        density of the angle between the first vectors and the others, with the smallest one as a tick at the bottom.
-        Panels for which there are too few states or vectors are left out.
+        The states as dots, with the vectors at up to 150 of them as lines of equal length in the plane; below, the
+        density of the angle between the first vectors and the others, with the smallest angle as a tick at the bottom.
+        Panels without enough states or vectors are left out.
     """
     states, exponents = dataset["states"].values, dataset["lyapunov_exponent"].values
     shown = np.flatnonzero(np.isfinite(exponents))[: len(PALETTE)].tolist()

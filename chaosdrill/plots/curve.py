@@ -19,31 +19,31 @@ if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
 _SEEN = 2e-3
-"""Part of the picture's width below which nothing is seen of a bend."""
+"""Fraction of the picture's width below which a bend is invisible."""
 # a jump smaller than this part of the state's range is not visible
 _VISIBLE = 1e-6
 MOST_RUNS = len(PALETTE)
-"""More runs cannot be distinguished in one picture."""
+"""Largest number of runs that can be distinguished in one picture."""
 
 _REMEDY = "join runs by chaosdrill.join, which says how many events belong to each"
 _TURN = np.radians(4.0)
-"""A line that turns by more from one stretch to the next is seen as a polygon."""
+"""A line that turns by more than this from one stretch to the next looks like a polygon."""
 _COARSE, _OFTEN = np.radians(20.0), 0.02
-"""Where it turns by so much at more than this part of the samples, slopes are asked of the equations."""
+"""If it does so at more than this fraction of the samples, slopes are computed from the equations."""
 _MOST_PARTS = 24
-"""Stretches into which one between two samples is divided."""
+"""Number of stretches between two samples."""
 
 
 @dataclass(frozen=True)
 class Curve:
-    """Samples and both sides of every event, in order of time.
+    """Samples and both sides of every event, in chronological order.
 
     Parameters
     ----------
     time : ndarray, shape (m,)
-        Times, in units of the archive's own time.
+        Times, in the archive's own unit.
     state : ndarray, shape (m, n)
-        States; the sides of an event stand next to each other at the same time.
+        States; the two sides of an event are adjacent entries with the same time.
     mode : ndarray, shape (m,)
         Mode codes.
     """
@@ -86,18 +86,18 @@ def join(dataset: "xr.Dataset") -> Curve:
 
 
 def smoothed(curve: Curve, rates: "Callable[[], NDArray[np.float64] | None] | None" = None) -> Curve:
-    """Return a curve that bends where its samples are so far apart that straight lines between them were seen.
+    """Return a smooth curve where samples are so sparse that straight lines between them would be visible.
 
     Between two events the states are smooth: a cubic through each two samples, with the slopes of parabolas through
     three (the method of Bessel), limited so that nothing overshoots but peaks stay round (Huynh, SIAM J. Numer. Anal.
-    30, 57, 1993, doi:10.1137/0730004). Samples stay where they are, and so does whatever the sides of an event are.
+    30, 57, 1993, doi:10.1137/0730004). Samples, and the sides of events, stay where they are.
 
     Parameters
     ----------
     curve : Curve
     rates : callable, optional
-        It returns the time derivatives at all points, shape (m, n), or None. It is asked where the samples are too few
-        for slopes that are guessed from them.
+        It returns the time derivatives at all points, shape (m, n), or None. It is called where there are too few
+        samples to estimate slopes from them.
     """
     step = np.diff(curve.time)
     # a run that ended in no number turns nowhere
@@ -121,9 +121,9 @@ def smoothed(curve: Curve, rates: "Callable[[], NDArray[np.float64] | None] | No
 
 
 def _parts(curve: Curve, step: "NDArray[np.float64]") -> "tuple[NDArray[np.int64], bool]":
-    """Into how many stretches each one between samples is divided, by how much the line of each two states turns.
+    """Number of stretches between each two samples, by how much the line of each two states turns.
 
-    And whether it turns so much, and so often, that slopes cannot be guessed from the samples.
+    Also whether it turns so much, and so often, that slopes cannot be estimated from the samples.
     """
     extent = np.ptp(curve.state, axis=0) if len(curve.state) else np.ones(curve.state.shape[1])
     span = float(np.ptp(curve.time)) if curve.time.size else 0.0
@@ -149,7 +149,7 @@ def _parts(curve: Curve, step: "NDArray[np.float64]") -> "tuple[NDArray[np.int64
 def _limited(
     rates: "NDArray[np.float64]", state: "NDArray[np.float64]", step: "NDArray[np.float64]"
 ) -> "NDArray[np.float64]":
-    """Slopes as `_slopes`, from time derivatives, as far as the samples can follow them."""
+    """Slopes as in `_slopes`, from time derivatives, as far as the samples resolve them."""
     guessed = _slopes(state, step)
     h = np.where(step > 0, step, np.inf)[:, np.newaxis]
     rate = np.abs(np.diff(state, axis=0) / h)
@@ -159,7 +159,7 @@ def _limited(
 
 
 def rates_of(dataset: "xr.Dataset", curve: Curve) -> "NDArray[np.float64] | None":
-    """Return the time derivatives at the points of a curve, by the equations that its dataset holds, if it does."""
+    """Return the time derivatives at the points of a curve, from the equations in its dataset, if it has them."""
     from chaosdrill.workflow.run_scene import system_of
 
     # states in SI units are not those of the equations
@@ -191,7 +191,7 @@ def _evaluated(system: "HybridSystem", fields: "dict[int, list[Any]]", curve: Cu
 
 
 def _slopes(state: "NDArray[np.float64]", step: "NDArray[np.float64]") -> "NDArray[np.float64]":
-    """Slopes on the left and on the right of every point, shape (m, 2, n): both the same but at events and ends."""
+    """Slopes on the left and on the right of every point, shape (m, 2, n): equal except at events and ends."""
     h = np.where(step > 0, step, 1.0)[:, np.newaxis]
     rate = np.diff(state, axis=0) / h
     inner = (step[:-1] > 0) & (step[1:] > 0)
@@ -223,7 +223,7 @@ def _slopes(state: "NDArray[np.float64]", step: "NDArray[np.float64]") -> "NDArr
 
 
 def _lesser(a: "NDArray[np.float64]", b: "NDArray[np.float64]") -> "NDArray[np.float64]":
-    """The one of two numbers that is nearer to zero, and zero where their signs differ (minmod)."""
+    """The number closer to zero of two, and zero where their signs differ (minmod)."""
     lesser: NDArray[np.float64] = np.where(a * b > 0, np.where(np.abs(a) < np.abs(b), a, b), 0.0)
     return lesser
 
@@ -234,7 +234,7 @@ def _joined(inner: "NDArray[np.bool_]", side: int) -> "NDArray[np.bool_]":
 
 
 def breaks(time: "NDArray[np.float64]", points: "NDArray[np.float64]") -> "NDArray[np.int64]":
-    """Return the places of the points of a curve, shape (m, k), that a jump leads to from the one before."""
+    """Return the indices of the points of a curve, shape (m, k), to which a jump leads from the one before."""
     extent = np.maximum(np.ptp(points, axis=0), np.finfo(float).tiny) if len(points) else np.ones(points.shape[1])
     apart = (np.abs(np.diff(points, axis=0)) > _VISIBLE * extent).any(axis=1)
     return np.flatnonzero((np.diff(time) == 0) & apart) + 1
@@ -245,7 +245,8 @@ def pieces(
 ) -> "tuple[NDArray[np.float64], NDArray[np.float64]]":
     """Return the flow and the jumps of a curve as points of two lines with gaps, shapes (k, 2) and (3 j, 2).
 
-    The two sides of an event have one time: what lies between them is a jump if it can be seen, everything else flow.
+    The two sides of an event have the same time: between them lies a jump if it is visible, and everything else is
+    flow.
     """
     points = np.column_stack([x, y])
     after = breaks(time, points)
@@ -259,16 +260,16 @@ def _event_mode(dataset: "xr.Dataset", name: str, otherwise: "NDArray[np.int64]"
 
 
 def last_parts(datasets: "Sequence[xr.Dataset]", events: int) -> "list[xr.Dataset]":
-    """Return the ends of trajectories over the same times, each with at most ``events`` events.
+    """Return the last parts of trajectories over the same times, each with at most ``events`` events.
 
-    They are cut at a forcing period where there is one.
+    They start at a whole forcing period if there is one.
     """
     start = max(_start_of_last(dataset, events) for dataset in datasets)
     return list(datasets) if start == -np.inf else [_from(dataset, start) for dataset in datasets]
 
 
 def _start_of_last(dataset: "xr.Dataset", events: int) -> float:
-    """Time from which a trajectory has this number of events; minus infinity if it has no more in all."""
+    """Time from which a trajectory has this number of events; minus infinity if it has no more in total."""
     times = dataset["event_time"].values
     if times.size <= events:
         return -np.inf
@@ -297,8 +298,8 @@ def strobe(dataset: "xr.Dataset") -> "NDArray[np.float64]":
 def stops(dataset: "xr.Dataset", index: int) -> list[tuple[str, float]]:
     """Return ``(event name, value)`` of the walls at which the state jumps while its entry ``index`` keeps one value.
 
-    A wall is read from the events themselves: two or more of a kind, all at one value of the entry, which they keep,
-    at least one of which changes another entry visibly.
+    A wall is recognised by its events: two or more of a kind, all at one value of the entry, which they keep, and at
+    least one of which visibly changes another entry.
     """
     found = []
     extent = np.ptp(dataset["states"].values, axis=0)
@@ -318,19 +319,19 @@ def stops(dataset: "xr.Dataset", index: int) -> list[tuple[str, float]]:
 
 
 def is_joined(dataset: "xr.Dataset") -> bool:
-    """Return whether a trajectory is several, side by side."""
+    """Return whether a dataset consists of several joined trajectories."""
     return "run" in dataset.dims
 
 
 def runs_of(dataset: "xr.Dataset") -> "list[tuple[str, xr.Dataset]]":
     """Return the name of each run and its trajectory with its own events, of the first ``MOST_RUNS``.
 
-    A trajectory that is not joined is one run without a name.
+    A trajectory that is not joined counts as one run without a name.
 
     Raises
     ------
     ArchiveError
-        If the dataset does not say which events belong to which run, or holds something else than trajectories.
+        If the dataset does not say which events belong to which run, or does not hold trajectories.
     """
     runs = [("", dataset)]
     if is_joined(dataset):
@@ -353,7 +354,7 @@ def runs_of(dataset: "xr.Dataset") -> "list[tuple[str, xr.Dataset]]":
 
 
 def _own(run: "xr.Dataset") -> "xr.Dataset":
-    """One of several runs without the times and events of others that it was filled up with."""
+    """One of several runs, without its padding."""
     return run.isel(
         time=np.isfinite(run["states"].values).any(axis=1) & np.isfinite(run["mode"].values),
         event=np.isfinite(run["event_time"].values),

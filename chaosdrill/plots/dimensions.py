@@ -1,4 +1,4 @@
-"""Dimensions: how correlation sums grow with the distance, and over which distances they do so evenly."""
+"""Dimensions: the growth of correlation sums with the distance, and the scaling regions."""
 
 from typing import TYPE_CHECKING
 
@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 _SUMS, _SLOPES = 2.0, 2.8
 
 _HIGHEST = 1.7
-"""Top of the slopes, in parts of the largest dimension: those of few pairs are wild."""
+"""Upper limit of the slopes, relative to the largest dimension: those of few pairs scatter widely."""
 
 _ASIDE = 0.06
-"""Part of the step between two distances by which the slopes of the next order stand aside."""
+"""Fraction of the step between two distances by which the slopes of the next order are shifted."""
 
 
 @picture("dimensions", "dimensions", "correlation sums and their local slopes over the distance, the scaling region")
@@ -36,7 +36,7 @@ def scaling(dataset: "xr.Dataset") -> "Figure":
     matplotlib.figure.Figure
         Above each correlation sum over the distance, both on logarithmic scales, thick over the scaling region; below
         its local slopes with two standard errors, and over the scaling region a line at the dimension in a band of two
-        standard errors. Where nothing was counted, as on a cycle, a title alone.
+        standard errors. If nothing was counted, as on a cycle, only a title.
     """
     if not np.isfinite(dataset["local_slope"].values).any():
         figure = new_figure(1.0)

@@ -1,4 +1,4 @@
-"""Chaos that does not last: how many runs are left at an age, and the saddle that they leave from."""
+"""Transient chaos: the share of surviving runs over their age, and the saddle from which they leave."""
 
 from typing import TYPE_CHECKING
 
@@ -29,9 +29,9 @@ def escapes(dataset: "xr.Dataset") -> "Figure":
     Returns
     -------
     matplotlib.figure.Figure
-        The surviving share over the age, on a logarithmic scale, with the line that the escape rate means from the
-        least age on; below, states near the saddle in the plane of the first two states that move, with the exponents,
-        if any were found.
+        The surviving share over the age, on a logarithmic scale, with the line of the escape rate from the least age
+        on; below, states near the saddle in the plane of the first two states that move, with the exponents, if any
+        were found.
     """
     points = dataset["saddle_state"].values
     moving = np.flatnonzero(np.ptp(points, axis=0) > 0) if len(points) else np.zeros(0, dtype=int)

@@ -36,8 +36,8 @@ def zero_one(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     Returns
     -------
     matplotlib.figure.Figure
-        A column a state that moves: K for every turning phase as dots, the median with two standard errors. The lines
-        at 0 and 1 are those of regular motion and of chaos.
+        One column per state that moves: K for every turning phase as dots, the median with two standard errors. The
+        lines at 0 and 1 mark regular motion and chaos.
     """
     figure, axes = one_panel(ax, _HEIGHT)
     moving = np.flatnonzero(np.isfinite(dataset["k"].values)).tolist()
@@ -76,8 +76,8 @@ def growth(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     Returns
     -------
     matplotlib.figure.Figure
-        K of each state that moves somewhere, of at most a dozen, with two standard errors. The lines at 0 and 1 are
-        those of regular motion and of chaos.
+        K of each state that moves somewhere, of at most a dozen, with two standard errors. The lines at 0 and 1 mark
+        regular motion and chaos.
     """
     figure, axes = one_panel(ax, _HEIGHT)
     _of_states(axes, dataset, "k", "k_error")
@@ -102,7 +102,7 @@ def digits(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     Returns
     -------
     matplotlib.figure.Figure
-        A bar a state that moves; the title has the rotation number and its error.
+        One bar per state that moves; the title gives the rotation number and its error.
     """
     figure, axes = one_panel(ax, _HEIGHT)
     moving = np.flatnonzero(np.isfinite(dataset["digits"].values)).tolist()
@@ -130,8 +130,8 @@ def rotation(dataset: "xr.Dataset") -> "Figure":
     Returns
     -------
     matplotlib.figure.Figure
-        Above the digits of each state that moves somewhere, of at most a dozen, below the rotation number, both with
-        two standard errors.
+        Top: the digits of each state that moves somewhere, of at most a dozen. Bottom: the rotation number. Both have
+        bars of two standard errors.
     """
     figure = new_figure(2 * _PANEL + 0.6)
     above, below = figure.subplots(2, 1, sharex=True)
@@ -158,8 +158,8 @@ def finite_times(dataset: "xr.Dataset") -> "Figure":
     Returns
     -------
     matplotlib.figure.Figure
-        One panel an exponent: a density a window, in steps, on a scale of its own height, with the mean as a line. The
-        title has the mean and the correlation time.
+        One panel per exponent: one density per window length, as steps scaled to equal height, with the mean as a line.
+        The title gives the mean and the correlation time.
     """
     means = np.atleast_1d(dataset["lyapunov_exponent"].values)
     shown = np.flatnonzero(np.isfinite(means)).tolist()[:MOST_PANELS]
@@ -201,7 +201,7 @@ def finite_times(dataset: "xr.Dataset") -> "Figure":
 
 
 def _limits_of_growth(axes: "Axes", *, beside: bool = False) -> None:
-    """Mark what K is for regular motion and in chaos; the words stand within the axes, or beside them."""
+    """Mark the values of K for regular motion and chaos; the words stand inside the axes, or beside them."""
     where: dict[str, Any] = {"xytext": (4, 0), "va": "center"} if beside else {"xytext": (-3, 3), "ha": "right"}
     for height, name in ((0.0, "regular"), (1.0, "chaos")):
         axes.axhline(height, color="0.6", linewidth=0.8, zorder=1)
@@ -226,7 +226,7 @@ def _of_states(axes: "Axes", dataset: "xr.Dataset", name: str, error: str) -> No
 
 
 def _with_bars(axes: "Axes", x: np.ndarray, values: "xr.DataArray", errors: "xr.DataArray", number: int) -> Any:
-    """Draw dots with bars of two standard errors, joined by a thin line, in the colour of this number."""
+    """Draw dots with bars of two standard errors, joined by a thin line, in the colour with this number."""
     colour = PALETTE[number % len(PALETTE)]
     return axes.errorbar(
         x, values.values, yerr=2 * errors.values, fmt="o", linestyle=_DASHES[number % len(_DASHES)], linewidth=0.6,
@@ -235,7 +235,7 @@ def _with_bars(axes: "Axes", x: np.ndarray, values: "xr.DataArray", errors: "xr.
 
 
 def _along(axes: "Axes", dataset: "xr.Dataset") -> None:
-    """Name the axis of the swept parameter, and let it reach as far as the sweep."""
+    """Label the axis of the swept parameter, and limit it to the sweep."""
     (sweep,) = map(str, dataset["period"].dims)
     axes.set_xlabel(axis_label(dataset, sweep))
     edges = bounds(np.sort(dataset[sweep].values))
@@ -243,5 +243,5 @@ def _along(axes: "Axes", dataset: "xr.Dataset") -> None:
 
 
 def _sizes(texts: list[str]) -> str:
-    """Texts in a row, of many only the first ones."""
+    """Texts in a row; of many, only the first ones."""
     return "; ".join([*texts[:3], *["..."] * (len(texts) > 3)]) if texts else "nothing moves"

@@ -1,4 +1,4 @@
-"""Figures and legends that keep the size which the user, or else the picture, gives them."""
+"""Figures and legends that keep the size given by the user or, by default, by the picture."""
 
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from matplotlib.legend import Legend
 
 _NARROW = 5.0
-"""Inches below which panels stand below each other: half of it is too narrow for labels."""
+"""Width in inches below which panels are stacked: half of it is too narrow for labels."""
 _DENSEST = 300.0
 MOST_PANELS = 12
-"""Panels of a figure with one for each state or exponent, unless some are named: more cannot be read on a page."""
+"""Largest number of panels, one per state or exponent, unless states are named: more cannot be read on a page."""
 
 _figures: "ContextVar[Callable[..., Figure] | None]" = ContextVar("figures", default=None)
 
@@ -36,16 +36,16 @@ def made_by(figures: "Callable[..., Figure]") -> "Iterator[None]":
 
 
 def new_figure(height: float, detail: float = 0.0) -> "Figure":
-    """Return an empty figure of the common width, outside of pyplot's global list but for `made_by`.
+    """Return an empty figure of the common width, outside pyplot's global list except for `made_by`.
 
-    Whoever has set ``figure.figsize`` in matplotlib gets that size.
+    If ``figure.figsize`` of matplotlib has been changed, that size is used.
 
     Parameters
     ----------
     height : float
         In inches.
     detail : float, default 0
-        Cells an inch; where they are many, dots are so dense, up to 300 an inch, that each has one of its own.
+        Cells per inch; for many cells the resolution rises, up to 300 dots per inch, so that each cell has a dot.
     """
     from matplotlib.figure import Figure
 
@@ -58,7 +58,7 @@ def new_figure(height: float, detail: float = 0.0) -> "Figure":
 
 
 def size_of(height: float) -> tuple[float, float]:
-    """Return the width and height in inches of a new figure that is to be so high."""
+    """Return the width and height in inches of a new figure with this default height."""
     import matplotlib as mpl
 
     if is_changed("figure.figsize"):
@@ -73,7 +73,7 @@ def is_narrow() -> bool:
 
 
 def font_size(part: float = 1.0) -> float:
-    """Return a part of the size of text, in points."""
+    """Return a fraction of the size of text, in points."""
     import matplotlib as mpl
 
     return part * float(mpl.rcParams["font.size"])
@@ -102,9 +102,9 @@ def legend_outside(
     loc: Any = "outside upper left",
     **options: Any,
 ) -> None:
-    """Put one legend outside of all panels of a figure, in up to ``ncols`` columns, as many as find room.
+    """Put one legend outside all panels of a figure, in up to ``ncols`` columns, as many as fit.
 
-    The handles bring their labels. That of a picture on axes of somebody else, ``ax``, stands inside of these.
+    The handles carry their labels. The legend of a picture on the user's axes, ``ax``, stands inside them.
     """
     if not handles:
         return
@@ -123,7 +123,7 @@ def legend_above(axes: "Axes", columns: int = 6, handles: "Sequence[Artist] | No
 
 
 def legend_inside(axes: "Axes", handles: "Sequence[Artist] | None" = None, **options: Any) -> None:
-    """Put the legend inside of the axes, where it covers least."""
+    """Put the legend inside the axes, where it covers least."""
     handles = axes.get_legend_handles_labels()[0] if handles is None else handles
     _fitted(axes.legend(handles=handles, **options), handles, options.get("loc"), 1)
 
@@ -138,7 +138,7 @@ def _fitted(legend: "Legend", handles: "Sequence[Artist]", loc: Any, most: int) 
 
 
 def title_legend(legend: "Legend", text: str, colour: str) -> None:
-    """Give a fitted legend a title in lines that keep within the figure."""
+    """Give a fitted legend a title, broken into lines that fit the figure."""
     from chaosdrill.plots._layout import entries
 
     text = "\n".join(filter(None, [entries[legend].title, text]))

@@ -1,4 +1,4 @@
-"""What stands beside pictures: labels from the attributes of the dataset, symbols, and numbers with their errors."""
+"""Texts of pictures: labels from the attributes of the dataset, symbols, and numbers with their errors."""
 
 import json
 import re
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST_DIGITS = 6
-"""Digits behind the point beyond which a value of a few digits is written with a power of ten."""
+"""Digits after the decimal point beyond which a short value is written with a power of ten."""
 _LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 _LETTERS = (
     "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau upsilon phi chi psi "
@@ -21,14 +21,14 @@ _LETTERS = (
 )
 _GREEK = dict(zip(_LETTERS.split(), "αβγδεζηθικλμνξπρστυφχψωΓΔΘΛΞΠΣΦΨΩ", strict=True)) | {"eps": "ε", "lam": "λ"}
 _COMPLETE = re.compile(r"[$(\[/]")
-"""What a label holds that says its unit, or is a formula."""
+"""Pattern of a label that contains its unit, or is a formula."""
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def label(variable: "xr.DataArray", name: str | None = None) -> str:
     """Return ``long name (unit)`` of a variable or coordinate.
 
-    A dimensionless one has no bracket, nor has a name that says its unit itself or is set as a formula.
+    A dimensionless variable has no bracket, nor has a name that contains its unit or is a formula.
     """
     return _with_unit(
         name if name is not None else str(variable.attrs.get("long_name", variable.name)),
@@ -51,7 +51,7 @@ def symbol(name: str) -> str:
 def axis_label(dataset: "xr.Dataset", name: str) -> str:
     """Return the axis label of a coordinate, with its unit.
 
-    A label that the user has given stands alone. What a system of the library calls it is followed by its symbol.
+    A label given by the user stands alone; a name from a system of the library is followed by its symbol.
     """
     return label(dataset[name], _named(dataset, str(dataset[name].attrs.get("long_name", name)), name))
 
@@ -67,7 +67,7 @@ def _named(dataset: "xr.Dataset", text: str, name: str) -> str:
 
 
 def _is_given(dataset: "xr.Dataset", text: str, name: str) -> bool:
-    """Whether a label is the user's own: of a system of theirs, or put in the place of one of the library's."""
+    """Whether a label is the user's own: of their own system, or a replacement for one of the library's."""
     if str(dataset.attrs.get("system")) not in REGISTRY:
         return True
     known = _labels_of(str(dataset.attrs.get("definition", "")))
@@ -96,12 +96,12 @@ def _defines_map(definition: str) -> bool:
 
 
 def strobe_words(dataset: "xr.Dataset") -> str:
-    """Return when points of the strobe are taken, in words."""
+    """Return in words when points of the strobe are taken."""
     return "every iterate" if is_map(dataset) else "once per forcing period"
 
 
 def period_words(dataset: "xr.Dataset") -> tuple[str, str]:
-    """Return what the period of the strobe is called, one and several."""
+    """Return the name of the period of the strobe, singular and plural."""
     return ("iterate", "iterates") if is_map(dataset) else ("forcing period", "forcing periods")
 
 
@@ -114,14 +114,14 @@ def state_label(dataset: "xr.Dataset", index: int) -> str:
 
 
 def seed_names(dataset: "xr.Dataset") -> list[str]:
-    """Return what each seed is called: by its name in the archive, or else by its number."""
+    """Return the name of each seed in the archive, or its number."""
     if "seed" in dataset.variables:
         return [readable(str(name)) for name in np.atleast_1d(dataset["seed"].values)]
     return [f"seed {number + 1}" for number in range(dataset.sizes["seed"])]
 
 
 def wrapped(text: str, width: int = 18) -> str:
-    """Return a label in lines of at most ``width`` characters, for an axis that is short; formulas stay whole."""
+    """Return a label in lines of at most ``width`` characters, for a short axis; formulas stay whole."""
     lines, room = [""], 0
     for word in re.findall(r"(?:\$[^$]*\$|[^\s$]|\$)+", text):
         if room and room + 1 + len(word) > width:
@@ -151,8 +151,8 @@ def shorten(value: float) -> str:
 def uncertain(value: float, error: float) -> str:
     """Return ``value(error)`` with one digit of the error, in units of the value's last digit.
 
-    Where both are very small that digit has its power of ten, as in ``2(4)e−15``. An error that is zero or not a number
-    leaves the value alone with six significant digits.
+    If both are very small, a power of ten follows, as in ``2(4)e−15``. With an error that is zero or not a number, the
+    value alone is given with six significant digits.
     """
     if not np.isfinite(value):
         return shorten(value)

@@ -46,7 +46,7 @@ SPECIAL_MARKERS = {
     "level": "$=$",
     "optimum": "$!$",
 }
-"""Shape of each kind of special point; white with a black edge, and black where it is hard: both read on any line."""
+"""Shape of each kind of special point; white with a black edge, or black for hard points, visible on any line."""
 WARNING = "#B3261E"
 _NAMES = {
     "neimark_sacker": "Neimark-Sacker",
@@ -72,13 +72,13 @@ _ENDS = {
     "rest": "shrinks onto a point at rest",
 }
 _QUIET_ENDS = ("limit", "closed")
-"""Ends that need no mark: the line runs to the edge of the picture, or has no end."""
+"""Ends without a mark: the line runs to the edge of the picture, or is closed."""
 _LEAST_MARK, _SAME = 3.0, 1.5
-"""Width in points of the smallest marks, and distance of marks that are taken for one."""
+"""Width in points of the smallest marks, and distance at which marks merge into one."""
 
 
 def special_name(name: str) -> str:
-    """Return the legend's name for a kind of special point."""
+    """Return the name of a kind of special point in the legend."""
     return _NAMES.get(name, readable(name))
 
 
@@ -90,7 +90,7 @@ def specials(dataset: "xr.Dataset") -> "list[tuple[str, NDArray[np.int64]]]":
 
 
 def hard(dataset: "xr.Dataset") -> "NDArray[np.int64]":
-    """Return the numbers of points at which what is born repels: there motions jump away. None in older archives."""
+    """Return the numbers of points at which the new motion repels and others jump away. None in older archives."""
     if "special_criticality" not in dataset:
         return np.zeros(0, dtype=np.int64)
     names = flag_names(dataset["special_criticality"])
@@ -134,7 +134,7 @@ def mark(
 
 
 def room(axes: "Axes", places: "NDArray[np.float64]") -> "NDArray[np.float64]":
-    """Return how wide a mark at each place, shape (k, 2), can be beside its neighbours, in steps of half a point."""
+    """Return the width of a mark at each place, shape (k, 2), that its neighbours allow, in steps of half a point."""
     if len(places) < 2:
         return np.full(len(places), np.inf)
     box = axes.get_position()
@@ -167,7 +167,7 @@ def ends(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[str]]":
 
 
 def period_categories(datasets: "Sequence[xr.Dataset]") -> dict[int, Category]:
-    """Return the colour and the name of each period that occurs; where there are many, the longest ones share both."""
+    """Return the colour and the name of each period that occurs; if there are many, the longest ones share both."""
     periods = sorted({int(period) for dataset in datasets for period in np.unique(dataset["branch_period"].values)})
     found = {n: Category(f"period {n}", colour) for n, colour in zip(periods, LINE_COLOURS, strict=False)}
     if len(periods) > len(LINE_COLOURS):
@@ -177,12 +177,12 @@ def period_categories(datasets: "Sequence[xr.Dataset]") -> dict[int, Category]:
 
 
 def end_label(names: "Iterable[str]") -> str:
-    """Return the legend's text for ends of branches, in lines that find room."""
+    """Return the legend's text for ends of branches, broken into lines that fit."""
     return wrapped(f"end: {', '.join(_ENDS.get(name, readable(name)) for name in names)}", 32)
 
 
 def named_once(axes: "Axes") -> "list[Artist]":
-    """Return handles for a legend in which every text stands once: the first that has it."""
+    """Return handles for a legend without repeated texts: the first one of each."""
     first: dict[str, Artist] = {}
     for handle, text in zip(*axes.get_legend_handles_labels(), strict=True):
         first.setdefault(text, handle)
@@ -190,10 +190,9 @@ def named_once(axes: "Axes") -> "list[Artist]":
 
 
 def caveat(dataset: "xr.Dataset") -> str:
-    """Return the reason to doubt a dataset of orbits; empty without a reason.
+    """Return the reason to doubt a dataset of orbits; empty if there is no reason.
 
-    It is an outcome other than an orbit found, what the analysis had to say of it, or numbers of an orbit that do not
-    agree with each other.
+    It is an outcome other than an orbit found, the message of the analysis, or inconsistent numbers of an orbit.
     """
     codes = np.ravel(dataset["outcome"].values)
     names = np.array([flag_names(dataset["outcome"])[int(code)] for code in codes], dtype=str)
@@ -226,7 +225,7 @@ def tell(figure: "Figure", text: str, colour: str = WARNING) -> None:
 
 
 def tell_on(axes: "Axes", text: str) -> None:
-    """Write a warning into axes of somebody else; nothing if it is empty."""
+    """Write a warning into the user's axes; nothing if it is empty."""
     if text:
         letters = max(20, int(axes.get_window_extent().width / owner(axes).dpi * 72 / (0.55 * font_size())))
         place: dict[str, Any] = {"transform": axes.transAxes, "ha": "left", "va": "top", "zorder": 6}
@@ -234,9 +233,9 @@ def tell_on(axes: "Axes", text: str) -> None:
 
 
 def failures(datasets: "Iterable[xr.Dataset]") -> str:
-    """Return how runs ended that did not reach their end, with advice; empty if all did.
+    """Return the outcomes of runs that did not reach their end, with advice; empty if all did.
 
-    It covers single runs and joined ones; sweeps show the outcome of each of their points themselves.
+    It covers single and joined runs; sweeps show the outcome of each point themselves.
     """
     advice = {outcome.meaning: outcome.advice for outcome in Outcome if outcome not in MEASURED}
     told: dict[str, None] = {}

@@ -33,9 +33,9 @@ if TYPE_CHECKING:
 _SECTION = PALETTE[1]
 _EVENT_COLOURS = tuple(colour for colour in PALETTE if colour != _SECTION)
 _TOLD = 12
-"""Events of a period that the title lists in their order."""
+"""Largest number of events of a period that the title lists in order."""
 _LEAST = 1e-17
-"""A residual of zero is drawn here, below all that round-off gives."""
+"""A residual of zero is drawn here, below all that round-off yields."""
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 _NEAREST, _FARTHEST = 1.25, 1.5
 """Largest modulus around which the unit circle is drawn at least, and up to which multipliers widen the picture."""
@@ -70,9 +70,8 @@ def orbit(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Sequ
     matplotlib.figure.Figure
         On the left the path, the points on the section in their order, and the states before (open) and after (filled)
         each event, joined by a dotted line; in the plane of the first two states, or over time for a system with one
-        state.
-        On the right the multipliers in the unit circle, and the residual after each step of Newton's method. What
-        keeps the orbit from being one stands above; without any orbit, only the residuals are shown.
+        state. On the right the multipliers in the unit circle, and the residual after each step of Newton's method. Any
+        reason to doubt the orbit stands above; without an orbit, only the residuals are shown.
     """
     if "orbit" in dataset.dims:
         return orbits(dataset, ax=ax, state=state)
@@ -104,7 +103,7 @@ def orbit(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Sequ
 
 
 def _own(dataset: "xr.Dataset") -> "xr.Dataset":
-    """The dataset without the rows that one orbit of a search is filled up with."""
+    """The dataset without the rows that pad one orbit of a search."""
     return dataset.isel(
         event=dataset["event_kind"].values >= 0,
         iterate=np.isfinite(dataset["section"].values).all(axis=1),
@@ -191,7 +190,7 @@ def _multipliers(dataset: "xr.Dataset") -> "NDArray[np.complex128]":
 
 
 def _numbers(values: "NDArray[np.complex128]") -> list[str]:
-    """The multipliers in words, a line each; a pair has two, and several zeros have one together."""
+    """The multipliers as text, one line each; a pair has two lines, and several zeros share one."""
     lines, zeros = [], []
     for i, value in enumerate(values):
         if value == 0:
@@ -245,9 +244,9 @@ def orbits(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Seq
     Returns
     -------
     matplotlib.figure.Figure
-        On the left all paths and points on the section, a shape and colour a period, filled where the orbit is stable;
-        in the plane of the first two states, or points against the number of the orbit for a system with one state. On
-        the right the multipliers in the unit circle.
+        On the left all paths and points on the section, a shape and colour for each period, filled where the orbit is
+        stable; in the plane of the first two states, or points against the number of the orbit for a system with one
+        state. On the right the multipliers in the unit circle.
     """
     section, period = dataset["section"].values, dataset["period"].values.astype(np.int64)
     stable = dataset["stable"].values != 0
@@ -292,7 +291,7 @@ def orbits(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Seq
 
 
 def unit_circle(axes: "Axes", values: "NDArray[np.complex128]") -> int:
-    """Draw the unit circle and set limits that hold it and, as far as they are near, the values.
+    """Draw the unit circle and set limits that contain it and nearby values.
 
     Parameters
     ----------
@@ -303,7 +302,7 @@ def unit_circle(axes: "Axes", values: "NDArray[np.complex128]") -> int:
     Returns
     -------
     int
-        How many of them lie outside of the limits.
+        How many of them lie outside the limits.
     """
     from matplotlib.patches import Circle
 
@@ -336,9 +335,9 @@ def multipliers(dataset: "xr.Dataset") -> "Figure":
     Returns
     -------
     matplotlib.figure.Figure
-        Above, the complex plane with the unit circle; the colour of a point is the parameter, and the points at which
-        a multiplier crosses the circle are marked. Below, the moduli over the parameter on a logarithmic axis, a colour
-        a period, with the special points that no multiplier crosses the circle at along the foot.
+        Above, the complex plane with the unit circle; the colour of a point is the parameter, and the points at which a
+        multiplier crosses the circle are marked. Below, the moduli over the parameter on a logarithmic axis, a colour
+        for each period; along the bottom stand the special points at which no multiplier crosses the circle.
     """
     name = swept(dataset)[0]
     values = dataset["multiplier_real"].values + 1j * dataset["multiplier_imag"].values
@@ -384,7 +383,7 @@ def _plane(figure: "Figure", axes: "Axes", dataset: "xr.Dataset", name: str, val
 
 
 def _crossing(values: "NDArray[np.complex128]", kind: str) -> "NDArray[np.complex128]":
-    """Of the multipliers of one orbit, those that cross the unit circle."""
+    """The multipliers of one orbit that cross the unit circle."""
     if kind == "neimark_sacker":
         pairs = values[values.imag != 0]
         return pairs[np.argsort(np.abs(np.abs(pairs) - 1), kind="stable")[:2]]
@@ -447,9 +446,9 @@ def cascade(dataset: "xr.Dataset") -> "Figure":
     Returns
     -------
     matplotlib.figure.Figure
-        Above, how far the parameter of each doubling is from the accumulation point, on a logarithmic axis, with a line
-        that falls by Feigenbaum's constant a doubling and the error of the accumulation point, below which the
-        distances say nothing. Below, the ratios of the distances between doublings.
+        Above, the distance of each doubling from the accumulation point, on a logarithmic axis, with a line that falls
+        by Feigenbaum's constant per doubling, and the error of the accumulation point, below which distances are
+        meaningless. Below, the ratios of the distances between doublings.
     """
     name = swept(dataset)[0]
     values, ratios = dataset["doubling_value"].values, dataset["feigenbaum_ratio"].values

@@ -32,7 +32,7 @@ SEED_COLOURS = ("#DCA438", "#0D3B81", "#D55E00")
 # of lines on white and over the dots of a diagram, or with a white rim on any colour of a chart; even in lightness
 LINE_COLOURS = ("#000000", "#33208A", "#98105E", "#C9471B", "#2F9B72", "#E0A936")
 BACKGROUND = "#9E9E9E"
-"""Dots of a diagram that lies behind lines."""
+"""Dots of a diagram behind lines."""
 
 # lightness in CIELAB falls evenly and alike on both sides, and so does chroma
 BELOW = ("#00467D", "#005D9D", "#0D75B9", "#4F8DCB", "#7CA6D8", "#A5BFE3", "#CBD9EE")
@@ -45,14 +45,14 @@ EVENT_MARKERS = ("v", "o", "s", "D", "^", "P", "X")
 
 
 def diverging() -> "Colormap":
-    """Return the colours of a quantity whose sign matters: blue below zero, brown above, as dark at equal distance."""
+    """Return the colours of a quantity with a sign: blue below zero, brown above, equally dark at equal distance."""
     from matplotlib.colors import LinearSegmentedColormap
 
     return LinearSegmentedColormap.from_list("diverging", [*BELOW, _ZERO, *_ABOVE])
 
 
 def sequential() -> "Colormap":
-    """Return the colours of a quantity from little, light, to much, dark: viridis without its darkest end."""
+    """Return the colours of a quantity from small (light) to large (dark): viridis without its darkest end."""
     import matplotlib as mpl
     from matplotlib.colors import ListedColormap
 

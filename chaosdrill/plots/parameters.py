@@ -1,4 +1,4 @@
-"""What one per cent more of each parameter does to a periodic orbit."""
+"""Effect of one per cent more of each parameter on a periodic orbit."""
 
 from typing import TYPE_CHECKING
 
@@ -22,20 +22,20 @@ if TYPE_CHECKING:
     needs="period_time_derivative",
 )
 def elasticities(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
-    """Draw what parameters do to an orbit.
+    """Draw the effect of each parameter on an orbit.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        Of kind ``periodic-orbit`` with ``derivatives``. Of a search the first orbit that has some is shown.
+        Of kind ``periodic-orbit`` with ``derivatives``. For a search, the first orbit with derivatives is shown.
     ax : matplotlib.axes.Axes, optional
-        Where changes in per cent alone are drawn.
+        Where only the changes in per cent are drawn.
 
     Returns
     -------
     matplotlib.figure.Figure
         On the left bars of the changes of mean rates, and without forcing of the period, in per cent; on the right the
-        change of the largest exponent that is not 0 by structure. The parameter that matters most stands on top.
+        change of the largest exponent that is not 0 by structure. The parameter with the largest effect stands on top.
     """
     note = ""
     if "orbit" in dataset.dims:
@@ -69,7 +69,7 @@ def elasticities(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure"
 
 
 def _tells(dataset: "xr.Dataset", name: str) -> bool:
-    """Whether the change of a quantity is news: the period of a forced orbit is that of its forcing."""
+    """Whether the change of a quantity is informative: the period of a forced orbit is that of its forcing."""
     forced = "forcing_period" in dataset.variables
     return bool(float(dataset[name])) and not (name == "period_time" and forced)
 

@@ -1,4 +1,4 @@
-"""Pictures: their declaration, which a result and an archive give, and the functions that draw these."""
+"""Pictures: their declaration, the choice for a result or an archive, and the functions that draw them."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -48,18 +48,18 @@ class Picture:
     states, seeds : int, default 1
         How many states the system, and how many seeds the dataset, must have for it.
     needs : str, default ""
-        Variable of which it must hold a finite value.
+        Variable of which the dataset must contain a finite value.
     parameters : int, default 0
         How many parameters the analysis ran through; 0 if that does not matter.
     sweeps : bool, optional
-        Whether it is of a sweep, or of a single run; default: of either.
+        Whether it shows a sweep or a single run; default: either.
     listed : bool, optional
-        Whether it is of runs in a list, with the dimension ``run``, or of others; default: of either.
+        Whether it shows a list of runs, with the dimension ``run``, or others; default: either.
     values : int, default 0
         How many values of them there must be; 0 if that does not matter.
     over : str, default ""
-        Kind of dataset that it is drawn over, where the archive holds one of the same system over the same parameters.
-        All groups over these, and over the same range of a single one, go into one picture.
+        Kind of dataset used as background, if the archive holds one of the same system over the same parameters. All
+        groups over these parameters, and over the same range of a single one, go into one picture.
     """
 
     kind: str
@@ -77,7 +77,7 @@ class Picture:
 
     @property
     def shows_states(self) -> bool:
-        """Whether it shows states of which one can be chosen."""
+        """Whether it shows states that can be chosen."""
         return "state" in signature(self.function).parameters
 
     def draw(
@@ -102,7 +102,7 @@ class Picture:
         Raises
         ------
         SettingsError
-            It shows no states of which one could be chosen, or has no main panel.
+            If no state can be chosen for it, or it has no main panel.
         """
         given = {name: value for name, value in (("ax", ax), ("state", state)) if value is not None}
         taken = signature(self.function).parameters
@@ -137,10 +137,10 @@ PICTURES: list[Picture] = []
 
 
 def picture(kind: str, name: str, summary: str, **when: Any) -> Callable[[F], F]:
-    """Make a picture of a function: its kind, name and summary, and when it suits, as in `Picture`.
+    """Register a function as a picture: its kind, name and summary, and the datasets that it suits, as in `Picture`.
 
-    The function takes the dataset and, as far as it has them, the keywords ``ax`` and ``state`` of `Picture.draw`. Of
-    the pictures that suit a dataset the first, in the order of files and of lines, is the one that `plot` draws.
+    The function takes the dataset and, if it has them, the keywords ``ax`` and ``state`` of `Picture.draw`. `plot`
+    draws the first picture that suits a dataset, in the order of files and lines.
     """
 
     def wrap(function: F) -> F:
@@ -152,7 +152,7 @@ def picture(kind: str, name: str, summary: str, **when: Any) -> Callable[[F], F]
 
 
 def _complete(function: F) -> F:
-    """The same function in the project's style, with results in SI units where they exist; it reports failures."""
+    """The same function in the project's style, with results in SI units if they exist; it reports failed runs."""
     # a function may draw several pictures
     if hasattr(function, "is_complete"):
         return function
@@ -278,7 +278,7 @@ def _with_dimensions(ds: "xr.Dataset") -> "xr.Dataset":
 
 
 def _check_dimensions(ds: "xr.Dataset") -> None:
-    """Raise a SettingsError if several results have been put into one, which no picture takes apart."""
+    """Raise a SettingsError if several results have been combined into one dataset, which no picture separates."""
     kind = str(ds.attrs["kind"])
     ended = "outcome" in ds.variables and ds["outcome"].ndim > 0
     # the table of variables is that of all analyses, which a first picture need not wait for
@@ -321,7 +321,7 @@ def plot_archive(
     animated : bool, default False
         An animation of each run instead, as by `animate`: gif, the default, or mp4.
     state : str or pair of str, optional
-        State to show, or two to plot against each other. It does not affect pictures of another number of states.
+        State to show, or two to plot against each other. It does not affect pictures with another number of states.
         Default: as in `plot`.
 
     Returns
@@ -416,7 +416,7 @@ def _listed(state: "str | Sequence[str] | None") -> list[str]:
 
 
 def plan(wanted: "dict[str, xr.Dataset]") -> list[tuple[list[str], Picture]]:
-    """The pictures that suit some groups, each with the names of the groups that go into it."""
+    """The pictures that suit the given groups, each with the names of the groups in it."""
     planned: list[tuple[list[str], Picture]] = []
     for name, dataset in wanted.items():
         for picture in PICTURES:
@@ -435,10 +435,10 @@ def plan(wanted: "dict[str, xr.Dataset]") -> list[tuple[list[str], Picture]]:
 
 
 def stems_of(stem: str, planned: list[tuple[list[str], Picture]]) -> list[str]:
-    """Names of the files of planned pictures, without their suffix, all different.
+    """Distinct file names of planned pictures, without their suffix.
 
-    A group that is named as its picture, or as the archive, need not say so twice, unless two pictures would then
-    have one name and the later would replace the earlier.
+    A group with the name of its picture, or of the archive, is not repeated, unless two pictures would then have the
+    same name and the later one would replace the earlier.
     """
     whole = [[stem, *(name.replace("/", "-") for name in names), picture.name] for names, picture in planned]
     brief = ["-".join(part for part in dict.fromkeys(parts) if part) for parts in whole]
@@ -449,13 +449,13 @@ def stems_of(stem: str, planned: list[tuple[list[str], Picture]]) -> list[str]:
 
 
 def _alike(dataset: "xr.Dataset", other: "xr.Dataset") -> bool:
-    """Whether two datasets go into one picture: in that of a wide range nothing would be seen of a narrow one.
+    """Whether two datasets go into one picture: a narrow range would be invisible in a wide one.
 
-    Curves over two parameters have ranges that only say where to look for them.
+    The ranges of curves over two parameters only say where to look for them.
     """
     return fits(dataset, other) and (len(swept(dataset)) > 1 or limits(dataset) == limits(other))
 
 
 def behind(picture: Picture, dataset: "xr.Dataset", groups: "dict[str, xr.Dataset]") -> "xr.Dataset | None":
-    """What a picture is drawn over: the first group of the archive that fits, also if it was not asked for itself."""
+    """The background of a picture: the first group of the archive that fits, even if it was not itself requested."""
     return next((ds for ds in groups.values() if ds.attrs["kind"] == picture.over and fits(dataset, ds)), None)

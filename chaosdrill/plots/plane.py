@@ -23,15 +23,15 @@ if TYPE_CHECKING:
 _MOST_PANELS = 9
 _DARK = 0.45
 BESIDE = 0.9
-"""Inches of a figure's width that panels leave to labels."""
+"""Inches of a figure's width that are reserved for labels."""
 _TEXT = 8 / 9
-"""Size of the names in regions, as a part of that of text."""
+"""Size of the names in regions, as a fraction of that of text."""
 _WIDTH = 0.62
 """Mean width of a letter, in sizes of the text."""
 _INSIDE = 0.88
-"""Part of a name's box that must lie within its region."""
+"""Fraction of a name's box that must lie within its region."""
 _NAMED = 3
-"""Regions of one category that are named, largest first."""
+"""Number of regions of one category that are named, largest first."""
 
 
 class Plane:
@@ -42,8 +42,8 @@ class Plane:
     dataset : xarray.Dataset
         With ``outcome`` over the two coordinates, and perhaps ``seed``.
     variable : str
-        Variable whose dimensions all that is drawn has. With ``seed`` among them at most nine panels are drawn, the
-        rest of which the title counts.
+        Variable with the dimensions of everything that is drawn. With ``seed`` among them at most nine panels are
+        drawn; the title counts the rest.
     ax : matplotlib.axes.Axes, optional
         Where it is drawn; for one panel.
 
@@ -57,7 +57,7 @@ class Plane:
     Raises
     ------
     SettingsError
-        Several panels, but one axes.
+        If there are several panels, but ``ax`` is one axes.
     """
 
     def __init__(self, dataset: "xr.Dataset", variable: str, ax: "Axes | None" = None) -> None:
@@ -114,7 +114,7 @@ class Plane:
             yield axes, [part.values for part in ordered]
 
     def categorise(self, codes: "NDArray[np.int64]", categories: "Sequence[Category]") -> None:
-        """Draw cells by category: the place of each in ``categories``, over the dimensions of the variable."""
+        """Draw cells by category, as indices into ``categories`` over the dimensions of the variable."""
         for axes, (part,) in self._parts(codes):
             draw_cells(axes, self._x, self._y, part, categories, self._size)
         self._shown |= dict.fromkeys(categories)
@@ -128,7 +128,7 @@ class Plane:
         apart: "Sequence[tuple[float, Category]]" = (),
         dotted: "tuple[NDArray[np.bool_], Category] | None" = None,
     ) -> None:
-        """Draw cells by value, with legend and colour bar; those without a number show how their run ended.
+        """Draw cells by value, with legend and colour bar; those without a value show the outcome of their run.
 
         Parameters
         ----------
@@ -136,9 +136,9 @@ class Plane:
             The numbers, over the dimensions of the variable.
         norm, colours : matplotlib norm and colormap
         extend : str, default "neither"
-            At which ends the colour bar stands for more than it shows, in matplotlib's words.
+            Ends at which values exceed the colour bar, in matplotlib's words.
         apart : sequence of (float, Category)
-            Values that are categories of their own, such as minus infinity.
+            Values with their own category, such as minus infinity.
         dotted : (ndarray, Category), optional
             Cells that are hatched over their colour, and their category.
         """
@@ -173,7 +173,7 @@ class Plane:
 
 
 def _start(dataset: "xr.Dataset", seed: int) -> str:
-    """Where a seed starts, by the states in which the seeds differ; nothing if the archive does not say."""
+    """Initial state of a seed, by the states in which the seeds differ; empty if the archive does not give it."""
     if "initial_state" not in dataset.variables:
         return ""
     states = dataset["initial_state"].transpose("seed", "state").values
@@ -185,8 +185,8 @@ def _start(dataset: "xr.Dataset", seed: int) -> str:
 def bounds(values: "NDArray[np.float64]") -> "NDArray[np.float64]":
     """Return the bounds of cells around ascending values, shape (n + 1,).
 
-    They are half way between neighbours, and as far outside of the first and the last value as inside. A value that is
-    alone stands in the middle of a cell that is a tenth of it wide.
+    They lie half-way between neighbours, and as far outside the first and the last value as inside. A single value is
+    the middle of a cell whose width is a tenth of it.
     """
     if len(values) == 1:
         half = 0.05 * abs(values[0]) or 0.5
@@ -213,10 +213,10 @@ def draw_cells(
     x, y : ndarray, shapes (n + 1,) and (m + 1,)
         Bounds of the cells.
     codes : ndarray, shape (m, n)
-        Place of each cell's category in ``categories``; -1 for a cell that has a colour of its own.
+        Index of each cell's category in ``categories``; -1 for a cell with its own colour.
     categories : sequence of Category
     size : (float, float)
-        Width and height of the axes in inches, for the finest detail that hatchings and names heed.
+        Width and height of the axes in inches, for the finest detail of hatchings and names.
     colours : ndarray, shape (m, n, 3), optional
         Colours of the cells of code -1.
     names : bool, default True
@@ -248,7 +248,7 @@ def hatch(
 ) -> None:
     """Draw the hatching of a category over the cells of a mask, shape (m, n); parameters as for `draw_cells`.
 
-    It is one patch, and runs on across neighbours. A grid finer than a point is hatched at every point.
+    It is one patch, continuous across neighbours. A grid finer than a point is hatched at every point.
     """
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
@@ -328,7 +328,7 @@ def _name(
 
 
 def _roomiest(region: "NDArray[np.float32]", box: "NDArray[np.float64]") -> "tuple[int, int] | None":
-    """The place in a region with most room around a box, which is whole in it if it can be; None if it does not fit."""
+    """The place in a region with most room around a box, wholly inside if possible; None if it does not fit."""
     from scipy import ndimage
 
     inside = ndimage.uniform_filter(region, tuple(int(side) for side in box), mode="constant")

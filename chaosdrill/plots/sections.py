@@ -35,16 +35,16 @@ _EXPONENT_COLOURS = ("#0D3B81", "#D55E00", "#009E73", "#CC79A7", "#DCA438", "#00
 _NOT_REACHED = Category("section not reached", "#E4E4E4", "....")
 _FLAT = 1e-6
 _JUMP = 12.0
-"""A step this many times as long as those around it leads to another attractor."""
+"""A step this many times longer than those around it leads to another attractor."""
 _LEAP, _SEEN = 0.1, 0.02
-"""As does one by this part of the extent where period or outcome change; smaller ones than the second are not seen."""
+"""So does a step by the first fraction of the extent where period or outcome change; the second is invisible."""
 _NAMED_ROWS = 24
-"""Seeds whose rows have names; more share the same height."""
+"""Largest number of seeds whose rows have names; more share the same height."""
 _ONE_POINT = 1e-5
 _MANY = 5000
-"""Points that a vector format holds as one image."""
+"""Number of points from which a vector format stores them as an image."""
 _STEPS = 40
-"""Returns that a cobweb shows from the first point on: more fill the picture."""
+"""Number of returns in a cobweb, from the first point on: more would fill the picture."""
 
 
 @picture("bifurcation-diagram", "bifurcation-diagram", "section, exponents, progression and periods")
@@ -65,10 +65,10 @@ def bifurcation(
     Returns
     -------
     matplotlib.figure.Figure
-        From top to bottom, over the same axis: the state on the section (a colour a seed; where seeds
-        agree, the points of later ones lie as smaller dots on those of earlier ones), the exponents with zero marked,
-        the progression rate where the system has one, and a row for each seed with its period or how its run ended.
-        Points without a result from any seed are shaded.
+        From top to bottom, over the same axis: the state on the section (one colour per seed; where seeds agree, later
+        ones are smaller dots on top of earlier ones), the exponents with zero marked, the progression rate if the
+        system has one, and a row for each seed with its period or outcome. Points without a result from any seed are
+        shaded.
     """
     sweep = str(dataset["period"].dims[0])
     if (np.diff(dataset[sweep].values) < 0).any():
@@ -170,7 +170,7 @@ def _section(
 
 
 def first_that_varies(states: "NDArray[np.float64]") -> int:
-    """Return the index of the first state that is not one value on the whole section, as that of a wall at an impact.
+    """Return the index of the first state that varies on the section; the position of a wall does not at an impact.
 
     The states are the last axis of ``states``; values may be missing.
     """
@@ -181,7 +181,7 @@ def first_that_varies(states: "NDArray[np.float64]") -> int:
 
 
 def varies(values: "NDArray[np.float64]", states: "NDArray[np.float64]") -> bool:
-    """Return whether a state has more than one value on a section, of all states of which the section is made."""
+    """Return whether a state has more than one value on a section, relative to all states of the section."""
     known, every = values[np.isfinite(values)], np.abs(states[np.isfinite(states)])
     if not known.size:
         return False
@@ -242,7 +242,7 @@ def _periods(panel: "Axes", dataset: "xr.Dataset", sweep: str, edges: "NDArray[n
 
 
 def seed_lines(dataset: "xr.Dataset") -> list[tuple[str, str, float]]:
-    """Return colour and name of each seed, and by how much wider than the last one it is drawn, from 0 to 2.
+    """Return colour and name of each seed, and how much wider than the last one it is drawn, from 0 to 2.
 
     With more seeds than can be distinguished, only the sweeps up and down have colours; the others are grey and have no
     name: the rows at the bottom distinguish them.
@@ -261,7 +261,7 @@ def seed_lines(dataset: "xr.Dataset") -> list[tuple[str, str, float]]:
 def _draw(
     panel: "Axes", dataset: "xr.Dataset", seed: int, values: "NDArray[np.float64]", colour: str, step: float
 ) -> None:
-    """A line where neighbours belong together; dots where each of several seeds may fall on this attractor or that."""
+    """A line where neighbours belong together; dots where each of several seeds may reach a different attractor."""
     x = dataset[str(dataset["period"].dims[0])].values
     if dataset.sizes["seed"] == 1 or seed_names(dataset)[seed] in ("forward", "backward"):
         options: dict[str, Any] = {"color": colour, "linewidth": 0.8 + step, "alpha": 1 if step == 0 else 0.5}
@@ -273,7 +273,7 @@ def _draw(
 
 
 def _breaks(dataset: "xr.Dataset", seed: int, values: "NDArray[np.float64]") -> "NDArray[np.int64]":
-    """Places before which a line is broken: there a jump leads from one attractor to another."""
+    """Indices before which a line is broken, at jumps from one attractor to another."""
     # a selection by xarray would import dask, where that is installed
     kinds = np.stack([dataset[name].transpose(..., "seed").values[:, seed] for name in ("period", "outcome")], axis=1)
     changes = (np.diff(kinds, axis=0) != 0).any(axis=1)
@@ -309,7 +309,7 @@ def poincare(
     Returns
     -------
     matplotlib.figure.Figure
-        The points; the title names the place of the section, the period found and the multipliers.
+        The points; the title gives the section, the period found and the multipliers.
     """
     section = dataset["section"].values
     period = int(dataset["period"]) if "period" in dataset.variables else 0
@@ -331,7 +331,7 @@ def poincare(
 
 
 def _plane(section: np.ndarray) -> tuple[int, int]:
-    """Return the first two states that are not one value on the whole section, as one is on a surface."""
+    """Return the first two states that vary on the section; on a surface one may not."""
     moves = np.array([varies(values, section) for values in section.T])
     first, second = sorted(np.argsort(~moves, kind="stable")[:2].tolist())
     return first, second
@@ -362,7 +362,7 @@ def return_map(
     -------
     matplotlib.figure.Figure
         The points with the diagonal, and the cobweb of the first 40 returns as a thin line: a transient, if the record
-        begins with one. That of a cycle that was found is a thick line. A colour a seed.
+        begins with one. The cobweb of a detected cycle is a thick line. Each seed has a colour.
     """
     varied = swept(dataset)
     ordered = dataset.transpose(*varied, "seed", "iterate", "state", ..., missing_dims="ignore")

@@ -1,4 +1,4 @@
-"""Shares of the basins along a parameter, as bands; how uncertain starts near a boundary are."""
+"""Shares of the basins along a parameter, as bands; the uncertain fraction of starts near a boundary."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 _HEIGHT = 4.4
 _NONE = Category("no attractor", "#FFFFFF", "xx")
 _MOST = 12
-"""Most attractors that have a band of their own: for more the palette has no colours."""
+"""Largest number of attractors with their own band: the palette has no colours for more."""
 _BARS = 60
-"""Values up to which the bands have error bars: more would hide them."""
+"""Largest number of values with error bars: more would hide the bands."""
 _ENDS = {
     "jump": ("D", "jump: hysteresis"),
     "merger": ("o", "merger"),
@@ -47,9 +47,9 @@ def shares(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     Returns
     -------
     matplotlib.figure.Figure
-        Bands one upon the other, the twelve of the largest shares in colours of their own, with two standard errors of
-        each share at its upper edge if there are at most 60 values. A marker says what becomes of an attractor where it
-        ends within the sweep; on a band without width the attractor is there, though no start leads to it.
+        Stacked bands, the twelve largest shares in their own colours, with two standard errors of each share at its
+        upper edge if there are at most 60 values. A marker shows what becomes of an attractor that ends within the
+        sweep; on a band without width the attractor exists, though no start leads to it.
     """
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
@@ -98,7 +98,7 @@ def shares(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
 
 
 def _edges(values: "NDArray[np.float64]") -> "NDArray[np.float64]":
-    """Between where a value stands for the parameter: half-way to its neighbours."""
+    """Limits between which a value represents the parameter: half-way to its neighbours."""
     if len(values) == 1:
         return values[0] + np.array([-0.5, 0.5]) * (abs(values[0]) or 1.0)
     middles = (values[1:] + values[:-1]) / 2
@@ -106,7 +106,7 @@ def _edges(values: "NDArray[np.float64]") -> "NDArray[np.float64]":
 
 
 def _told(attractor: "xr.Dataset", number: int) -> str:
-    """What an attractor is along the parameter: its periods and kinds."""
+    """Description of an attractor along the parameter: its periods and kinds."""
     names = flag_names(attractor["attractor_outcome"])
     periods, codes = attractor["attractor_period"].values, attractor["attractor_outcome"].values
     there = codes >= 0
@@ -123,7 +123,7 @@ def _mark_ends(
     middles: "list[NDArray[np.float64]]",
     bands: "list[tuple[Category, NDArray[np.float64], NDArray[np.float64]]]",
 ) -> list[str]:
-    """Mark where attractors end within the sweep; returns the kinds of ends that there are."""
+    """Mark where attractors end within the sweep; return the kinds of ends that occur."""
     found = []
     for side, place in (("below", "first_value"), ("above", "last_value")):
         ends, names = ordered[f"end_{side}"].values, flag_names(ordered[f"end_{side}"])
@@ -148,7 +148,7 @@ def _mark_ends(
 
 @picture("basin-measures", "uncertainty", "uncertain part of the starts over the distance", needs="uncertain_fraction")
 def uncertain_fraction(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
-    """Draw what part of the starts has another attractor within a distance, and the power of the distance fitted to it.
+    """Draw the fraction of starts with another attractor within a distance, and the fitted power law.
 
     Parameters
     ----------
@@ -160,8 +160,8 @@ def uncertain_fraction(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "F
     Returns
     -------
     matplotlib.figure.Figure
-        Both axes are logarithmic; bars are two standard errors. The line has the uncertainty exponent, which the legend
-        gives; the title has the entropies.
+        Both axes are logarithmic; bars are two standard errors. The slope of the line is the uncertainty exponent,
+        which the legend gives; the title gives the entropies.
     """
     from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
@@ -200,7 +200,7 @@ def uncertain_fraction(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "F
 
 @picture("basin-measures", "basin-shares", "part of the starts that leads to each attractor")
 def basin_shares(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
-    """Draw the part of the starts that leads to each attractor, of the twelve largest, and to none.
+    """Draw the share of the starts that leads to each of the twelve largest attractors, and to none.
 
     Parameters
     ----------
@@ -212,7 +212,7 @@ def basin_shares(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure"
     Returns
     -------
     matplotlib.figure.Figure
-        A bar an attractor, with two standard errors.
+        One bar per attractor, with two standard errors.
     """
     figure, axes = one_panel(ax, 3.6)
     numbers = dataset["attractor"].values[:_MOST].tolist()

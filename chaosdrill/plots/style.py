@@ -14,7 +14,7 @@ WIDTH = 7.2
 """Of a figure in inches."""
 _FONT_SIZE, _PAGE_FONT_SIZE = 9.0, 10.5
 _PAGE_WIDTH = 10.5
-"""Inches that the pictures of a page have beside each other, which a screen shows larger and paper smaller."""
+"""Width in inches of the pictures of a page, which a screen enlarges and paper reduces."""
 _LOOK: dict[str, Any] = {
     "axes.axisbelow": True,
     "axes.linewidth": 0.7,
@@ -60,9 +60,9 @@ _NOT_OF_PICTURES = (
 
 
 class _Turn:
-    """Lets one thread after the other change matplotlib's settings, which are those of the whole process.
+    """Lets threads change matplotlib's settings, which are global to the process, one after the other.
 
-    A child that is forked meanwhile by another thread gets them as they were.
+    A child process that another thread forks meanwhile gets the original settings.
     """
 
     def __init__(self) -> None:
@@ -94,14 +94,14 @@ class _Turn:
 
 
 def _restore(before: dict[str, Any], set_to: dict[str, Any]) -> None:
-    """Undo settings that nobody has changed since."""
+    """Undo settings that have not been changed since."""
     current = _settings()
     # never all settings at once: a backend that is chosen meanwhile has some of its own, such as being interactive
     current.update({name: value for name, value in before.items() if current[name] == set_to[name]})
 
 
 def _settings() -> MutableMapping[str, Any]:
-    """Matplotlib's settings of now, by any name."""
+    """Matplotlib's present settings, by any name."""
     import matplotlib as mpl
 
     return cast("MutableMapping[str, Any]", mpl.rcParams)
@@ -121,15 +121,15 @@ _SAME = {"svg.hashsalt": "chaosdrill"}
 def style() -> AbstractContextManager[None]:
     """Return a context in which matplotlib draws in the project's style.
 
-    Sizes, fonts and whatever else the user has changed stay, but colours are always those of white paper. What it sets
-    is as before after it, and nothing else is touched. Threads wait for each other.
+    Sizes, fonts and other settings that the user has changed stay, but colours are always those of white paper.
+    Afterwards every setting is restored, and nothing else is touched. Threads wait for each other.
     """
     return _turn.holding(_of_user)
 
 
 @contextmanager
 def page_style() -> "Iterator[None]":
-    """Let pictures be those of a page: as wide as it is, and the same whatever matplotlib's settings are."""
+    """Draw pictures for a page: as wide as the page, and independent of matplotlib's settings."""
     token = _width.set(_PAGE_WIDTH)
     try:
         # a picture inside of a page has no fonts of its own, and its ids are the same whenever it is drawn
@@ -140,22 +140,22 @@ def page_style() -> "Iterator[None]":
 
 
 def saved_alike() -> AbstractContextManager[None]:
-    """Return a context in which the same figure is saved as the same file."""
+    """Return a context in which saving the same figure gives the same file."""
     return _turn.holding(lambda: _of_user() | _SAME)
 
 
 def width() -> float:
-    """Return how wide a figure is, in inches, if the user has not set another size."""
+    """Return the width of a figure in inches, if the user has not set another size."""
     return _width.get()
 
 
 def lettering() -> AbstractContextManager[None]:
-    """Return a context in which every letter of a label is drawn, on axes that have a style already."""
+    """Return a context with fonts for every letter of our labels, for axes that already have a style."""
     return _turn.holding(_letters)
 
 
 def is_changed(name: str) -> bool:
-    """Return whether a setting of matplotlib is not its default, and so is somebody's wish."""
+    """Return whether a setting of matplotlib differs from its default, and so was chosen by the user."""
     return bool(_settings()[name] != _defaults()[name])
 
 
@@ -174,14 +174,14 @@ def _of_nobody() -> dict[str, Any]:
 
 
 def _letters() -> dict[str, Any]:
-    """Fonts that complete each other; TeX would stop at the letters, indices and signs of our labels."""
+    """Fonts that complement each other; TeX would fail at the letters, indices and signs of our labels."""
     family = _settings()["font.family"]
     family = [family] if isinstance(family, str) else list(family)
     return {"font.family": [*family, *[_COMPLETE_FONT] * (_COMPLETE_FONT not in family)], "text.usetex": False}
 
 
 def keep_ticks(figure: "Figure") -> None:
-    """Let ticks that are made when a figure is drawn, after its style, have the style of now."""
+    """Give the present style to ticks that are made later, when the figure is drawn."""
     current = _settings()
     for ax in figure.axes:
         for name in ("x", "y"):

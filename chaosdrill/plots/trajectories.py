@@ -66,9 +66,9 @@ def time_history(
     Returns
     -------
     matplotlib.figure.Figure
-        One panel for each quadrature and state. Shades are modes, markers are events at the state before the reset; a
-        trajectory with many events is shown from a whole forcing period on, and the title says so. Of joined runs each
-        is a line in its colour, with its events; modes, which are not the same in all of them, are not shaded.
+        One panel for each quadrature and state. Shades are modes, markers are events at the state before the reset;
+        only the end of a trajectory with many events is shown, from a whole forcing period on, and the title says so.
+        Each of several joined runs is a line in its own colour, with its events; their modes differ and are not shaded.
     """
     names, whole = zip(*runs_of(dataset), strict=True)
     joined = is_joined(dataset)
@@ -114,7 +114,7 @@ def time_history(
 
 
 def _summary(quadratures: list[str], runs: "list[xr.Dataset]", modes: dict[int, str], joined: bool) -> str:
-    """What the picture shows, in words."""
+    """Description of the picture, for its title."""
     lines = [*(str(runs[0][name].attrs.get("long_name", name)) for name in quadratures), "states"]
     marked = ["events"] * any(run.sizes["event"] for run in runs) + ["modes"] * (len(modes) > 1)
     parts = [" and ".join(filter(None, [", ".join(lines[:-1]), lines[-1]])) + " over time"]
@@ -123,7 +123,7 @@ def _summary(quadratures: list[str], runs: "list[xr.Dataset]", modes: dict[int, 
 
 
 def _mark_events(panel: "Axes", shown: "xr.Dataset", i: int, colour: str | None) -> None:
-    """Mark the events of a run, in the run's colour, or else in one for each kind, which the legend then names."""
+    """Mark the events of a run, in the run's colour, or in one colour per kind, which the legend then names."""
     kinds = shown["event_kind"].values
     for number, (code, name) in enumerate(flag_names(shown["event_kind"]).items() if kinds.size else ()):
         hit = kinds == code
@@ -170,7 +170,7 @@ def _shade(panel: "Axes", curve: Curve, modes: dict[int, str]) -> None:
 
 
 def _looks(curve: Curve, modes: dict[int, str]) -> dict[int, tuple[str, str]]:
-    """Shade and hatching of each mode that a run was in; shades come again with a hatching."""
+    """Shade and hatching of each mode that a run was in; shades repeat with hatching."""
     present = set(curve.mode.tolist())
     found = {}
     for number, code in enumerate(code for code in modes if code in present):
@@ -212,13 +212,13 @@ def phase_portrait(
     ax : matplotlib.axes.Axes, optional
         Where it is drawn.
     state : pair of str, optional
-        States of the plane, the one across first; default: the first two.
+        States of the plane, the horizontal one first; default: the first two.
 
     Returns
     -------
     matplotlib.figure.Figure
-        Flow as lines, jumps of a reset as dotted lines, the states at whole forcing periods as points, and walls at
-        which the state is reset as dashed lines. Of joined runs each has a colour.
+        Flow as lines, jumps at resets as dotted lines, states at whole forcing periods as points, and walls at which
+        the state is reset as dashed lines. Each of several joined runs has its own colour.
     """
     runs = runs_of(dataset)
     figure, axes = one_panel(ax, 4.6)
@@ -259,7 +259,7 @@ def _draw(
     colours: "Sequence[str]",
     labels: "Sequence[str | None]",
 ) -> bool:
-    """Draw a run: flow, jumps and points once per forcing period, with a label each; return whether there are jumps."""
+    """Draw a run: flow, jumps and points once per forcing period, each with a label; return whether there are jumps."""
     curve = join(run)
     curve = smoothed(curve, partial(rates_of, run, curve))
     x, y = (curve.state[:, place] for place in plane)
@@ -286,7 +286,7 @@ def _draw(
 
 
 def _explain(axes: "Axes", jumps: bool, strobe: str) -> None:
-    """Name in the legend, in grey, what is drawn in the colours of several runs."""
+    """Name in the legend, in grey, the lines and marks that have the colours of several runs."""
     if jumps:
         axes.plot([], [], color="0.4", linewidth=0.8, linestyle=DOTS, label="jump")
     if axes.collections:

@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     from chaosdrill.plots import Picture
 
 MOST_SVG = 500_000
-"""Bytes above which a picture is stored as PNG, which does not grow with the number of its points."""
+"""Bytes above which a picture is stored as PNG, whose size does not grow with the number of its points."""
 
 KINDS = ("bifurcation-diagram", "parameter-chart")
 SECTION_BYTES = 6_000_000
 GRID_BYTES = 6_000_000
-"""Largest numbers of bytes in one chart, for its sections and for all else."""
+"""Largest numbers of bytes in one chart, for its sections and for everything else."""
 
 
 def figure(picture: "Picture", names: "Sequence[str]", groups: "Mapping[str, xr.Dataset]") -> Markup:
@@ -33,7 +33,7 @@ def figure(picture: "Picture", names: "Sequence[str]", groups: "Mapping[str, xr.
     names : sequence of str
         Groups that it shows.
     groups : mapping
-        All of the archive, one of which may lie behind.
+        All groups of the archive, one of which may be the background.
     """
     from chaosdrill.plots import behind
     from chaosdrill.plots.style import page_style
@@ -69,7 +69,7 @@ def in_words(name: str) -> str:
 
 
 def is_said(name: str, picture: "Picture") -> bool:
-    """Whether a group is called as its picture, or its analysis, so that it is said once."""
+    """Whether a group has the name of its picture or analysis, so that it is written once."""
     said = {word for one in (picture.name, picture.kind) for word in one.lower().split("-")}
     return set(name.lower().replace("_", "-").split("-")) <= said
 
@@ -84,9 +84,9 @@ def explorer(dataset: "xr.Dataset", name: str, number: int, share: float = 1.0) 
     name : str
         Name of its group.
     number : int
-        Of the chart in the page, for ids.
+        Number of the chart in the page, for ids.
     share : float, default 1
-        Part of the largest size that it may have, where many share a page.
+        Fraction of the largest size that it may have, when many share a page.
     """
     if dataset.attrs.get("kind") not in KINDS:
         return NOTHING
@@ -101,10 +101,10 @@ def explorer(dataset: "xr.Dataset", name: str, number: int, share: float = 1.0) 
 
 
 def explorer_data(dataset: "xr.Dataset", share: float = 1.0) -> tuple[dict[str, Any], list[str]]:
-    """Contents of the chart, ready for JSON, and a note on what was left out.
+    """Contents of the chart, ready for JSON, and a note on omitted points.
 
-    Numbers are 32-bit floats in base64, axes 64-bit. Larger grids are thinned evenly in every direction, and of
-    longer sections the last points are kept, among which every cycle that fits is whole.
+    Numbers are 32-bit floats in base64, axes 64-bit. Larger grids are thinned evenly in every direction, and the last
+    points of longer sections are kept, which include a whole turn of every cycle that fits.
     """
     import numpy as np
 
@@ -192,7 +192,7 @@ def _outcomes(dataset: "xr.Dataset") -> list[dict[str, Any]]:
 
 
 def _scales() -> dict[str, list[str]]:
-    """Colours of a scale around zero and of one that ascends, at even steps."""
+    """Colours of a diverging and of a sequential scale, at even steps."""
     import numpy as np
     from matplotlib.colors import to_hex
 

@@ -17,10 +17,10 @@ MISSING = "–"
 NOTHING = Markup("")
 
 _SHORT = 24
-"""Letters that a narrow column may have; more want some width."""
+"""Largest number of letters in a narrow column; longer texts need more width."""
 
 GREEK = {"eps": "epsilon", "lam": "lambda"}
-"""Names that are short for those of Greek letters, as programmers write them."""
+"""Programmers' short names of Greek letters."""
 _TIMES = "<mo>&InvisibleTimes;</mo>"
 
 # what is not seen, or turns the order of letters around, is shown as its code
@@ -46,7 +46,7 @@ def shown(value: Any, most: int = LONGEST_TEXT) -> str:
 
 
 def mathml(expression: Any) -> Markup:
-    """The expression in MathML; sympy sets words of letters and digits itself, other names are put in as text."""
+    """The expression in MathML; sympy typesets words of letters and digits itself, other names are inserted as text."""
     import sympy
     from sympy.printing.mathml import mathml as written_by_sympy
 
@@ -69,7 +69,7 @@ def mathml(expression: Any) -> Markup:
 
 
 def _greek(expression: Any) -> dict[Any, Any]:
-    """Symbols that are short for Greek letters, with those; none where the whole name stands beside the short one."""
+    """Short names of Greek letters with their symbols; empty where the full name occurs beside the short one."""
     import sympy
 
     names = {symbol.name for symbol in expression.free_symbols}
@@ -115,17 +115,12 @@ def joined(pieces: Iterable[Markup]) -> Markup:
 
 def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[Any]], most: int = MOST_ROWS) -> Markup:
     """A table whose first column names its rows; empty without rows.
-
-    Parameters
-    ----------
-    caption : str
-        What it shows.
     head : sequence of str
         Names of the columns.
     rows : iterable of sequences
-        Cells; numbers are set with their digits below each other.
+        Cells; the digits of numbers are aligned.
     most : int
-        Rows shown; a line says how many more there are.
+        Rows shown; a line counts the others.
     """
     listed = list(rows)
     if not listed:
@@ -142,7 +137,7 @@ def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[Any]], most
 
 
 def _look(value: Any, is_wide: bool = False) -> str | None:
-    """Class of a cell: words stand at the left, numbers at the right, and names of columns as what is below them."""
+    """Class of a cell: words are aligned left, numbers right, and names of columns like the cells below them."""
     if isinstance(value, Quantity) or not isinstance(value, bool | str):
         return "number"
     return "text" if is_wide and not isinstance(value, Markup) and len(str(value)) > _SHORT else None

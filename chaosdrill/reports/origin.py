@@ -1,6 +1,6 @@
 """Provenance: scene, equations and events; file, versions and attributes of the archive; citations.
 
-A system is shown as its equations: in HTML for pages and notebooks, and in LaTeX. Names are text, whatever they hold.
+A system is shown by its equations: in HTML for pages and notebooks, and in LaTeX. Names are always treated as text.
 """
 
 import hashlib
@@ -33,7 +33,7 @@ _APART = ("scene", "versions")
 
 
 MOST_EQUATIONS = 200
-"""Equations above which a system is not written out: a notebook would hold them for every cell that ends in it."""
+"""Number of equations above which a system is not written out: a notebook stores them for every such cell."""
 
 
 _STYLE = Markup(
@@ -96,9 +96,9 @@ def system_part(
     Parameters
     ----------
     origin : mapping of str to str, optional
-        Where the value of each parameter comes from; "the run" for what it does not name.
+        Origin of the value of each parameter; "the run" for those not named.
     simulated, left_out : mapping of str to str, optional
-        Effects, with a line each.
+        Effects, each with a line of description.
     units : Markup
         A table of units.
     """
@@ -130,7 +130,7 @@ def system_part(
 
 
 def _defined(tree: "xr.DataTree") -> Markup:
-    """The systems of an archive without a scene, from the definitions in its groups: equations once, all numbers."""
+    """The systems of an archive without a scene, from the definitions in its groups."""
     found: dict[str, dict[str, xr.Dataset]] = {}
     for node in tree.subtree:
         if "definition" in node.attrs:
@@ -159,7 +159,7 @@ def _defined(tree: "xr.DataTree") -> Markup:
 
 
 def _with_numbers(groups: "Mapping[str, xr.Dataset]") -> Markup:
-    """A system with the numbers of its first analysis, and what others have instead."""
+    """A system with the numbers of its first analysis, and those of others that differ."""
     from chaosdrill.workflow.run_scene import system_of
 
     (first, dataset), *others = groups.items()
@@ -178,7 +178,7 @@ def _with_numbers(groups: "Mapping[str, xr.Dataset]") -> Markup:
 
 
 def _known(tree: "xr.DataTree") -> Markup:
-    """Parameters that the groups themselves were made with."""
+    """Parameters with which the groups were made."""
     rows = []
     for node in tree.subtree:
         for name, value in mapping(node.attrs.get("parameters")).items():
@@ -219,7 +219,7 @@ def citations_section(tree: "xr.DataTree") -> Markup:
 
 
 def altered_parts(tree: "xr.DataTree") -> list[str]:
-    """Attributes of the archive, and variables and attributes of its groups, that are not as they were written."""
+    """Attributes of the archive, and variables and attributes of its groups, altered after they were written."""
     return [f"{group} {name}".strip() for group, names in _altered(tree).items() for name in names or ()]
 
 
@@ -228,7 +228,7 @@ def _altered(tree: "xr.DataTree") -> dict[str, list[str] | None]:
 
 
 def _integrity(tree: "xr.DataTree") -> str:
-    """Whether all groups are as they were written, by the digests that they hold."""
+    """Whether all groups are as they were written, by their digests."""
     if changed := altered_parts(tree):
         return f"altered since they were written: {', '.join(changed)}"
     return unsealed(tree) or "as they were written, by the digests of all variables"
@@ -292,7 +292,7 @@ def _latex(expression: Any) -> str:
 
 
 def _is_set(name: str) -> bool:
-    """Whether sympy sets a name as a letter, with an index or an accent, or as a Greek one."""
+    """Whether sympy typesets a name as a letter, with an index or an accent, or as a Greek letter."""
     import sympy
 
     if not PLAIN_NAME.fullmatch(name) or not name.strip("_"):

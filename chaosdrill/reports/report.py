@@ -29,10 +29,10 @@ SUFFIXES = (".html", ".htm")
 MOST_PICTURES = 100
 LONGEST_TITLE = 200
 WHOLE_CHARTS = 2
-"""Number of interactive charts that may have their largest size; if there are more, they share it."""
+"""Number of interactive charts of the largest size; more charts share it."""
 
 _LEADS_AWAY = re.compile(r"<\s*/?\s*(meta|base|link|iframe|frame|object|embed|form)\b", re.IGNORECASE)
-"""Elements that only the frame may hold. No policy of a page keeps browsers from following ``meta`` with a refresh."""
+"""Elements that only the frame may contain. No policy of a page prevents browsers from following a ``meta`` refresh."""
 
 _SCRIPTS = ("read.js", "scale.js", "draw.js", "tell.js", "explore.js")
 
@@ -56,7 +56,7 @@ _TABLES: tuple[Callable[["xr.Dataset"], Markup], ...] = (
 
 @dataclass(frozen=True)
 class _Section:
-    """A part of the page with an entry among its contents: its id, its heading and what is in it."""
+    """A part of the page with an entry in the table of contents: its id, its heading and its content."""
 
     key: str
     title: str
@@ -82,9 +82,9 @@ class Report:
     charts : int
         Number of interactive charts.
     faults : tuple of str
-        Parts that could not be shown, as an archive that was altered may have; empty if all is there.
+        Parts that could not be shown, as in an altered archive; empty if all are shown.
     unsealed : str
-        What to say of groups without digests, whose alterations cannot be detected; empty if there are none.
+        A warning about groups without digests, whose alterations cannot be detected; empty if all have digests.
     """
 
     path: Path
@@ -150,7 +150,7 @@ def report(path: str | os.PathLike[str], output: str | os.PathLike[str] | None =
 
 
 class _Writer:
-    """Makes the sections and counts what is in them."""
+    """Makes the sections and counts their contents."""
 
     def __init__(self, tree: "xr.DataTree", path: Path) -> None:
         self.tree, self.path = tree, path
@@ -245,12 +245,12 @@ class _Writer:
 
 
 def _framed(title: str, **content: Any) -> str:
-    """The whole page: style and script stand in it, and nothing else may run or be loaded.
+    """The whole page: style and script are embedded, and nothing else may run or be loaded.
 
     Raises
     ------
     ArchiveError
-        If anything but the frame would lead away from the page, or load something.
+        If anything except the frame would lead away from the page, or load something.
     """
     body = render("body.html", title=title, **content)
     if found := _LEADS_AWAY.search(body):

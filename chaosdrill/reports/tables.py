@@ -1,4 +1,4 @@
-"""Tables of results from one dataset each; empty if the dataset lacks the variables."""
+"""Tables of results, each from one dataset; empty if the dataset lacks the variables."""
 
 from math import log
 from typing import TYPE_CHECKING, Any
@@ -68,7 +68,7 @@ def multipliers(dataset: "xr.Dataset") -> Markup:
 
 
 def event_counts(dataset: "xr.Dataset") -> Markup:
-    """How often each transition was taken in a run."""
+    """Number of times that each transition was taken in a run."""
     if "event_count" in dataset and "transition" in dataset.coords:
         counted = zip(map(str, dataset["transition"].values), dataset["event_count"].values, strict=True)
         return table("Events counted", ("transition", "times"), counted)
@@ -138,7 +138,7 @@ def _errors(name: str) -> tuple[str, str]:
 
 
 def _owner(dataset: "xr.Dataset", error: Any) -> bool:
-    """Whether the number that an error belongs to is in the dataset."""
+    """Whether the dataset contains the value to which an error belongs."""
     return any(str(error) in _errors(str(name)) for name in dataset.variables if name != error)
 
 
@@ -232,7 +232,7 @@ def attractors(dataset: "xr.Dataset") -> Markup:
 
 
 def _followed(dataset: "xr.Dataset") -> Markup:
-    """Attractors along a parameter: from where to where, and what becomes of them there."""
+    """Attractors along a parameter: their ranges, and what becomes of them at the ends."""
     parameter = str(dataset["outcome"].dims[0])
     ends = {side: flag_names(dataset[f"end_{side}"]) for side in ("below", "above")}
     rows = []
@@ -269,7 +269,7 @@ def _largest(dataset: "xr.Dataset") -> Any:
 
 
 def _rank(name: str) -> tuple[int, str]:
-    """Periods in their order, then the rest."""
+    """Periods in ascending order, then the rest."""
     last = name.rsplit(" ", 1)[-1]
     return (int(last), "") if name.startswith("period ") and last.isdigit() else (2**31, name)
 
@@ -309,7 +309,7 @@ def orbits(dataset: "xr.Dataset") -> Markup:
 
 
 def derivatives(dataset: "xr.Dataset") -> Markup:
-    """What one percent of each parameter does to an orbit: to its period and mean rates in percent."""
+    """Effect of one percent of each parameter on the period and mean rates of an orbit, in percent."""
     if "period_time_derivative" not in dataset or dataset["period_time_derivative"].dims != ("parameter",):
         return NOTHING
     values = dataset["parameter_value"].values

@@ -150,7 +150,7 @@ def windows(growth: xr.Dataset) -> tuple[str, list[Claim]]:
     head = ["periods", "mean", "standard deviation", "skewness", "below zero"]
     return table(head, rows), [
         Claim(
-            "growth is negative in half of single periods, in a sixth of the stretches of ten, and in none of a hundred",
+            "growth is negative in half of single periods, in a sixth of stretches of ten, and in none of a hundred",
             ", ".join(f"{100 * below:.2g} %" for below in negative),
             0.4 < negative[0] < 0.5 and 0.12 < negative[1] < 0.2 and negative[2] < 1e-3,
         ),
