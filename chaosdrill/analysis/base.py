@@ -51,8 +51,8 @@ class AnalysisSettings(Settings):
     """Whether the names of its variables are kept from all sweeps, grids and quadratures, if it holds names of users;
     else only from its own sweeps."""
     tolerance: ClassVar[float] = 1e-12
-    without_noise: ClassVar[str] = "it looks for what repeats, and where parameters are drawn at events nothing does"
-    """Why there is none of a system with noise; empty if there is."""
+    without_noise: ClassVar[str] = "it looks for repeating motion, and with parameters drawn at events nothing repeats"
+    """Why the analysis refuses a system with noise; empty if it does not."""
 
     @classmethod
     def noise_faults(cls, system: "HybridSystem") -> Faults:

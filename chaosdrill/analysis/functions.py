@@ -64,7 +64,7 @@ OPTIMA = ListOf(Text(), distinct=True)
 def function_columns(dims: str) -> Table:
     """The variables of functions of orbits."""
     return (
-        axis("function", "function", "str", "name of the function", "Of the orbit, as it was asked for."),
+        axis("function", "function", "str", "name of the function", "As requested."),
         axis("function_expression", "function", "str", "expression of the function", "In words."),
         axis("function_units", "function", "str", "units of the function", "As they were given."),
         may("function_value", f"{dims} function", "f8", "function of the orbit", "NaN without such an event."),

@@ -83,7 +83,7 @@ def orbits_dataset(system: HybridSystem, orbits: Sequence[FoundOrbit]) -> xr.Dat
 
 
 NOT_OF_CHAOS = (
-    "there is no orbit, as the message says, and only orbits have derivatives by parameters: means of a chaotic motion "
+    "there is no orbit, as the message says, and only orbits have derivatives: means of a chaotic motion "
     "need not change smoothly"
 )
 

@@ -72,7 +72,7 @@ def dimensions_of(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
         outcome, dimension, error = Outcome.PERIODIC, np.zeros(len(orders)), np.zeros(len(orders))
     elif outcome == Outcome.OK and count < FEWEST:
         outcome = Outcome.UNDECIDED
-        reasons = [f"{count} points are too few for a dimension: record {FEWEST} at least, better some thousand"]
+        reasons = [f"{count} points are too few for a dimension: record {FEWEST} at least, better several thousand"]
     elif outcome == Outcome.OK:
         if given.window > count / 10:
             raise SettingsError(

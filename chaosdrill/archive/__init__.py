@@ -1,6 +1,6 @@
 """Archives: NetCDF-4 files that are written whole or not at all, opened, checked, cut and joined.
 
-A file format knows no analysis: what runs, verifies and compares is in `chaosdrill.workflow`.
+A file format contains no analysis: running, verifying and comparing are in `chaosdrill.workflow`.
 """
 
 from chaosdrill.archive.events import cut, join

@@ -1,9 +1,9 @@
-"""Digests: of what an archive holds, and of the whole file.
+"""Digests of the contents of an archive, and of the whole file.
 
-A value that was altered is found without computing it again, by the digest of its variable in the attributes. The last
-line of a file is the SHA-256 of all that precedes it, by which a cut or a flipped bit is found without reading more.
-Both say that nothing was damaged, and never that a file is harmless: who writes one for harm writes its digests, too.
-HDF5 ignores what follows its own end of file, and removes it when a file is opened for writing and closed again.
+The digest of a variable in the attributes reveals an altered value without computing it again. The last line of a file
+is the SHA-256 of everything before it, which reveals a truncation or a flipped bit without reading more. Both show that
+nothing was damaged, but never that a file is harmless: a harmful file can have correct digests. HDF5 ignores what
+follows its own end of file, and removes it when a file is opened for writing and closed again.
 """
 
 import json
@@ -51,7 +51,7 @@ def altered(ds: "xr.Dataset") -> list[str] | None:
     Returns
     -------
     list of str or None
-        None if the dataset holds no digests, as archives of format 1 and those that other programs wrote.
+        None if the dataset holds no digests, as in archives of format 1 and those written by other programs.
     """
     text, known = ds.attrs.get("scene"), ds.attrs.get("scene_sha256")
     other = isinstance(text, str) and known is not None and sha256(text.encode(errors="replace")).hexdigest() != known
@@ -71,7 +71,7 @@ def altered(ds: "xr.Dataset") -> list[str] | None:
 
 
 def unsealed(tree: "xr.DataTree") -> str:
-    """What to say of an archive of which groups hold no digests; empty if all do."""
+    """Warning about an archive with groups without digests; empty if all have them."""
     bare = [node.path for node in tree.subtree if "kind" in node.attrs and DIGESTS not in node.attrs]
     if not bare:
         return ""
@@ -83,7 +83,7 @@ def unsealed(tree: "xr.DataTree") -> str:
 
 @contextmanager
 def error_context(path: str | os.PathLike[str], datasets: "Iterable[xr.Dataset]", what: str) -> Iterator[None]:
-    """Turn any fault of the block into an error of the archive, if one of its groups is not as it was written.
+    """Turn any exception in the block into an error of the archive, if one of its groups was altered.
 
     Parameters
     ----------
@@ -97,8 +97,8 @@ def error_context(path: str | os.PathLike[str], datasets: "Iterable[xr.Dataset]"
     Raises
     ------
     ArchiveError
-        With the fault, and the variables that were altered. A fault with groups as they were written is a mistake of
-        the program, and is let through.
+        With the exception and the altered variables. An exception with unaltered groups is a bug of the program, and
+        passes through.
     """
     try:
         yield
@@ -137,7 +137,7 @@ def _of_variable(variable: "xr.Variable") -> str:
 
 
 def _text(attributes: dict[Any, Any]) -> bytes:
-    """Attributes as a file gives them back: a list of one entry is that entry. Tools append to the history."""
+    """Attributes as read back from a file: a list of one entry becomes that entry. Tools append to the history."""
     import numpy as np
 
     plain = {}

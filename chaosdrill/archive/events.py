@@ -1,4 +1,4 @@
-"""Cut and join trajectories together with their events, which plain xarray cannot know to belong to times."""
+"""Cut and join trajectories together with their events, which plain xarray does not relate to times."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any

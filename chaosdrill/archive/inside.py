@@ -1,9 +1,9 @@
-"""Read what a file of HDF5 holds, in a process of its own: the only code that looks into a file of a stranger.
+"""Read the contents of an HDF5 file in a separate process: the only code that looks into an untrusted file.
 
 It is run as a script by `chaosdrill.archive.trial`, which sends it file names, and imports nothing of the package. The
 process cannot write a file, start a process or open a second file; its memory and processor time are bounded. It sends
-what it reads as plain numbers and texts, so that the caller never hands the file to a library of its own. It reads
-with h5py, since the NetCDF library follows links and sources in other files while it opens one.
+plain numbers and texts, so that the caller never passes the file to its own libraries. It reads with h5py, since the
+NetCDF library follows links and sources in other files while opening one.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""Open an archive, or say why not."""
+"""Open an archive, or report why it cannot be opened."""
 
 import os
 import warnings

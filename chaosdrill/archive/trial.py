@@ -1,4 +1,4 @@
-"""Read files by a process of its own, which is bounded: no library of this process ever opens a stranger's file."""
+"""Read files in a separate, bounded process: no library of this process ever opens an untrusted file."""
 
 import atexit
 import json
@@ -33,11 +33,11 @@ MOST_FILES = 200
 
 
 class DamagedError(ArchiveError):
-    """A fault of the file itself, and none of what this machine has room for."""
+    """A fault of the file itself, not of this machine's resources."""
 
 
 class TruncatedError(DamagedError):
-    """Bytes that are missing or altered; another copy of the file may be whole."""
+    """Bytes are missing or altered; another copy of the file may be intact."""
 
 
 _spare: list["Reader"] = []
@@ -69,7 +69,7 @@ def _end_spare() -> None:
 
 
 def _leave_spare() -> None:
-    """After a fork the process is the parent's; nobody here may talk to it."""
+    """After a fork the reading process belongs to the parent; the child must not use it."""
     while _spare:
         _spare.pop().leave()
 
@@ -270,7 +270,7 @@ class Reader:
         while len(data):
             if not waiting.poll(1000 * PATIENCE_S):
                 raise ArchiveError(
-                    f"{file}: the process that reads it has told nothing for {PATIENCE_S:.0f} s; is the machine busy, "
+                    f"{file}: the process that reads it has sent nothing for {PATIENCE_S:.0f} s; is the machine busy, "
                     "or the disk slow? Try again"
                 )
             count = os.readv(pipe, [data])

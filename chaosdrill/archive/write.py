@@ -35,7 +35,7 @@ _OTHER_FORMATS = {
     **dict.fromkeys((".html", ".htm"), "and then a report by chaosdrill.report"),
     **dict.fromkeys((".png", ".pdf", ".svg", ".jpg", ".jpeg", ".gif", ".mp4"), "and draw it by chaosdrill.plot"),
 }
-"""What an ending that is not that of archives asks for."""
+"""Advice for file names with the ending of another format."""
 
 COMPRESSION = {"zlib": True, "complevel": 4, "shuffle": True}
 

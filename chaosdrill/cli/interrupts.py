@@ -1,7 +1,7 @@
 """Ctrl-C while code is compiled, or compiled code runs.
 
-The first one is heard when the code under way returns, which for a single long point may be never. The second one ends
-the process at once, as a kill would: what has finished lies on the disk, and nothing else does.
+The first one takes effect when the running code returns, which for a single long point may be never. The second one
+ends the process at once, as a kill would: finished parts are on the disk, and nothing else is.
 """
 
 import atexit
@@ -17,16 +17,16 @@ PATIENCE_S = 2.0
 
 RETRY_S = 0.05
 COMPILER = "llvmlite"
-"""The compiler calls back into it; an exception that comes out of there is lost, or the process ends by a fault."""
+"""The compiler calls back into it; an exception raised there is lost, or crashes the process."""
 
 
 @contextmanager
 def second_one_ends(code: int, *, last: bool = False) -> Iterator[None]:
     """While the block runs, the second interrupt ends the process with this exit code.
 
-    Signals are written to a pipe by the interpreter, whatever the main thread does; a thread of its own reads them,
-    which it can since compiled code does not hold the interpreter's lock. Other threads than the main one hear no
-    signals; for them, and for who has set handlers of his own or has a run ignore Ctrl-C, nothing is done.
+    The interpreter writes signals to a pipe, whatever the main thread does; a separate thread reads them, which works
+    because compiled code releases the interpreter's lock. Only the main thread receives signals; in other threads, and
+    if the user has installed handlers or ignores Ctrl-C, nothing is done.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def second_one_ends(code: int, *, last: bool = False) -> Iterator[None]:
             raise KeyboardInterrupt
 
     def listen() -> None:
-        """Read the signals from the pipe: the handler may hear of none, and of several at once as of one."""
+        """Read the signals from the pipe: the handler may miss some, and several at once count as one."""
         with os.fdopen(reading, "rb", buffering=0) as pipe:
             while number := pipe.read(1):
                 if number[0] == signal.SIGINT:

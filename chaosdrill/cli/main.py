@@ -83,7 +83,7 @@ def _has_no_folder() -> bool:
 
 
 def _told(fault: BaseException) -> tuple[int, str, str] | None:
-    """Exit code, kind and text of a fault; None for one that is a mistake of the program."""
+    """Exit code, kind and text of an exception; None for a bug of the program."""
     if isinstance(fault, click.ClickException):
         return fault.exit_code, "UsageError", fault.format_message()
     if isinstance(fault, click.Abort | KeyboardInterrupt):

@@ -47,9 +47,9 @@ def run(
     a full disk the same command with --resume continues from there and writes the same archive, bit for bit, also with
     other workers. Without --resume a folder with finished parts is left untouched, and nothing is run.
 
-    The exit code is 0 also for a run that ends early: how it ended (escaped, stalled, invalid_start, ...) is its
-    outcome, which the archive contains, with a line of advice on stderr. It is 1 if the archive cannot be
-    written, and 2 if the scene or the command line is invalid.
+    The exit code is 0 even for a run that ends early: its end (escaped, stalled, invalid_start, ...) is the outcome in
+    the archive, with a line of advice on stderr. It is 1 if the archive cannot be written, and 2 if the scene or the
+    command line is invalid.
     """
     from chaosdrill.workflow import run as run_scene
 
@@ -137,7 +137,7 @@ def advice(dataset: "xr.Dataset") -> list[str]:
 
 
 def orbit_lines(dataset: "xr.Dataset") -> list[str]:
-    """One line an orbit of a search; of a continuation its branches, their special points and the cascade."""
+    """One line per orbit of a search; for a continuation its branches, their special points and the cascade."""
     lines: list[str] = []
     if "orbit" in dataset.sizes:
         lines = [_orbit(dataset.isel(orbit=i)) for i in range(dataset.sizes["orbit"])]

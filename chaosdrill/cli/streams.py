@@ -1,8 +1,8 @@
-"""What commands share: options, results as JSON, and standard output and error.
+"""Code shared by commands: options, results as JSON, and standard output and error.
 
-The streams may be closed, full, left by their reader, or know few letters. What a command has done does not depend on
-its reader: without one, nothing is written, and a letter that the output cannot encode is written as its code. Output
-lost to a full disk is a fault; a lost message on standard error is not.
+The streams may be closed, full, abandoned by their reader, or limited in encoding. The work of a command does not
+depend on its reader: without one, nothing is written, and a letter that the output cannot encode is escaped. Output
+lost to a full disk is an error; a lost message on standard error is not.
 """
 
 import json
@@ -48,7 +48,7 @@ def say(text: str) -> None:
     Raises
     ------
     OSError
-        If it cannot be written, but for a reader that has left.
+        If it cannot be written, unless the reader has left.
     """
     try:
         click.echo(visible(text))
@@ -85,7 +85,7 @@ def _occupy() -> None:
 
 
 def emit(document: Mapping[str, Any]) -> None:
-    """Print a result as JSON, with letters of all alphabets as they are where the output's encoding has them."""
+    """Print a result as JSON, with letters of all alphabets as far as the output's encoding allows."""
     plain = strict(document)
     text = json.dumps(plain, indent=2, allow_nan=False, ensure_ascii=False)
     try:
@@ -97,7 +97,7 @@ def emit(document: Mapping[str, Any]) -> None:
 
 
 def emit_error(code: int, kind: str, message: str, problems: Sequence[Mapping[str, Any]] | None = None) -> None:
-    """Print a fault as JSON, and of a wrong scene all its problems.
+    """Print an error as JSON, with all problems of an invalid scene.
 
     ``kind`` is ``UsageError``, the name of a class of `chaosdrill.errors`, ``OSError``, ``MemoryError`` or
     ``KeyboardInterrupt``.
@@ -109,7 +109,7 @@ def emit_error(code: int, kind: str, message: str, problems: Sequence[Mapping[st
 
 
 def strict(value: Any) -> Any:
-    """Plain values that every reader of JSON knows: NaN becomes null, infinities the texts ``"inf"`` and ``"-inf"``."""
+    """Plain values for every JSON reader: NaN becomes null, infinities the texts ``"inf"`` and ``"-inf"``."""
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, Mapping):

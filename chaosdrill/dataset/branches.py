@@ -41,7 +41,7 @@ class Special(Code):
 
 
 class Criticality(Code):
-    """What is born at a doubling, a pitchfork or a Neimark-Sacker point; archives store the number."""
+    """Kind of the motion born at a doubling, a pitchfork or a Neimark-Sacker point; archives store the number."""
 
     NONE = 0
     SUPERCRITICAL = 1
@@ -78,7 +78,7 @@ class BranchEnd(Code):
 
 
 class AttractorEnd(Code):
-    """Why an attractor is followed no further along a parameter; archives store the number."""
+    """Why the path of an attractor along a parameter ends; archives store the number."""
 
     LIMIT = 0
     JUMP = 1
@@ -105,14 +105,14 @@ _HAPPENS = {
     Special.NEIMARK_SACKER: "A pair of multipliers crosses the unit circle: a torus begins.",
     Special.GRAZING: "A guard is met at zero speed: an event appears or vanishes.",
     Special.EVENT_SWAP: "Two events coincide; beyond, their order is reversed.",
-    Special.OUTCOME_SWITCH: "The condition between two outcomes of an event is just met: beyond, the other is taken.",
-    Special.BRANCH_POINT: "A multiplier is +1, but the branch is crossed by another one, as where a symmetry is lost.",
+    Special.OUTCOME_SWITCH: "The condition between two outcomes is at its threshold; beyond it, the other holds.",
+    Special.BRANCH_POINT: "A multiplier is +1, and another branch crosses, as where a symmetry is broken.",
     Special.BORDER_COLLISION: "Events coincide, all at nonzero speed: beyond, one or more appear or vanish.",
     Special.CUSP: "Three orbits meet: two curves of folds touch and end.",
     Special.RESONANCE_1_1: "Two multipliers are +1: a curve of Neimark-Sacker points ends on a curve of folds.",
     Special.RESONANCE_1_2: "Two multipliers are -1: a curve of Neimark-Sacker points ends on one of period doublings.",
-    Special.RESONANCE_1_3: "A pair of multipliers lies at the angle 2 pi/3: the torus is not born alone.",
-    Special.RESONANCE_1_4: "A pair of multipliers lies at the angle pi/2: the torus may not be born alone.",
+    Special.RESONANCE_1_3: "A pair of multipliers lies at the angle 2 pi/3: other orbits are born with the torus.",
+    Special.RESONANCE_1_4: "A pair of multipliers lies at the angle pi/2: other orbits may be born with the torus.",
     Special.FOLD_FLIP: "One multiplier is +1 and one is -1: curves of folds and of period doublings touch.",
     Special.GENERALISED_FLIP: "The period doubling turns from soft to hard: a curve of folds of doubled orbits begins.",
     Special.CHENCINER: "The Neimark-Sacker point turns from soft to hard: two tori meet near by.",
@@ -122,14 +122,14 @@ _HAPPENS = {
     Special.GRAZING_FOLD: "A guard is met at zero speed by an orbit with a multiplier +1.",
     Special.GRAZING_FLIP: "A guard is met at zero speed by an orbit with a multiplier -1.",
     Special.GRAZING_NEIMARK_SACKER: "A guard is met at zero speed by an orbit with a pair on the unit circle.",
-    Special.LEVEL: "A function of the orbit takes a value that was asked for.",
+    Special.LEVEL: "A function of the orbit takes a requested value.",
     Special.OPTIMUM: "A function of the orbit is largest or smallest.",
 }
 
 _BORN = {
     Criticality.NONE: "",
-    Criticality.SUPERCRITICAL: "Supercritical, or soft: what begins attracts, beside the orbit where that repels.",
-    Criticality.SUBCRITICAL: "Subcritical, or hard: what begins repels, beside the orbit where that attracts.",
+    Criticality.SUPERCRITICAL: "Supercritical, or soft: the new motion attracts, beside the orbit that repels.",
+    Criticality.SUBCRITICAL: "Subcritical, or hard: the new motion repels, beside the orbit that attracts.",
     Criticality.TRANSCRITICAL: "Transcritical: the two branches exchange their stability.",
     Criticality.UNDECIDED: "Whether it is soft or hard is undecided.",
 }
@@ -150,17 +150,17 @@ _ADVICE = {
         "try a smaller step or a tighter tolerance, and look at the smallest normal speed before the end."
     ),
     BranchEnd.NO_EFFECT: "The orbit does not depend on the parameter, so there is nothing to follow; choose another.",
-    BranchEnd.JOINED: "The branch runs into another one that has been followed already.",
+    BranchEnd.JOINED: "The branch meets another one that was already followed.",
     BranchEnd.DOUBLING: "The doubled orbit shrank onto the orbit of half its period, at another period doubling.",
-    BranchEnd.REST: "The orbit shrank onto a point at rest, where it begins in a Hopf bifurcation.",
+    BranchEnd.REST: "The orbit shrank onto an equilibrium, at a Hopf bifurcation.",
 }
 
 _BEYOND = {
     AttractorEnd.LIMIT: "The sweep ends here, and the attractor is still there.",
     AttractorEnd.JUMP: (
-        "Beyond, the motion goes to another attractor, and does not come back when the parameter does: hysteresis."
+        "Beyond, the motion goes to another attractor, and does not return when the parameter does: hysteresis."
     ),
-    AttractorEnd.MERGER: "Beyond, it is one attractor with another; back from there the motion may lead to either.",
-    AttractorEnd.SPLIT: "Beyond, there are several in its place, and the motion may lead to either.",
-    AttractorEnd.LOST: "Beyond, the motion leads to no attractor that was recognised; it may have run away.",
+    AttractorEnd.MERGER: "Beyond, it has merged with another attractor; on the way back the motion may lead to either.",
+    AttractorEnd.SPLIT: "Beyond, several attractors take its place, and the motion may lead to any of them.",
+    AttractorEnd.LOST: "Beyond, the motion leads to no recognised attractor; it may have run away.",
 }

@@ -1,4 +1,4 @@
-"""Datasets of plain arrays, made without a question whether one of them is another library's."""
+"""Datasets of plain arrays, made without checks for arrays of other libraries."""
 
 from collections.abc import Collection, Mapping
 from typing import Any
@@ -17,14 +17,14 @@ def variable(dims: Any, values: Any, attrs: Any = None, encoding: Any = None) ->
 
 
 def dataset(variables: Mapping[str, Any], coords: Collection[str] = (), attrs: Any = None) -> xr.Dataset:
-    """A dataset as `xarray.Dataset` makes it of the same, to the type of every index.
+    """A dataset identical to that of `xarray.Dataset` from the same arguments, to the type of every index.
 
     Parameters
     ----------
     variables : mapping of str to Variable, or to the arguments of `variable`, or to values
-        Values alone are those of a coordinate that is the dimension of this name.
+        Bare values are those of the dimension coordinate of this name.
     coords : collection of str
-        Those that are coordinates besides those named as their dimension.
+        Coordinates besides the dimension coordinates.
     attrs : mapping, optional
         Attributes of the dataset.
     """

@@ -44,7 +44,7 @@ def label(ds: "xr.Dataset", kind: str, *, system: Any, settings: Mapping[str, An
     Raises
     ------
     ChaosdrillError
-        A variable that the table does not know, one that is missing, other dimensions, or values that do not fit.
+        If a variable is undeclared or missing, has other dimensions, or has values that do not fit.
     """
     import_module("chaosdrill.dataset.words")
     ds = describe(ds, kind, system=system, sweep=axes_of(settings))
@@ -101,7 +101,7 @@ def describe(ds: "xr.Dataset", kind: str, *, system: Any, sweep: Iterable[str] =
 
 
 def described_again(ds: "xr.Dataset", kind: str, *, system: Any) -> "xr.Dataset | None":
-    """A labelled dataset that a file gave back, with the attributes of its variables from the table.
+    """A labelled dataset read from a file, with the attributes of its variables from the table.
 
     Returns
     -------
@@ -122,7 +122,7 @@ def described_again(ds: "xr.Dataset", kind: str, *, system: Any) -> "xr.Dataset 
 
 
 def without_lost_codes(ds: "xr.Dataset") -> "xr.Dataset":
-    """The same, where what was computed from codes says no more that it holds codes."""
+    """The same, where variables computed from codes are no longer labelled as codes."""
     declared = SCHEMA.get(str(ds.attrs.get("kind")), {})
     lost = [
         name
@@ -163,7 +163,7 @@ def declarations(
 
 
 def _cast(values: Any, variable: Variable, kind: str) -> Any:
-    """The values in the declared dtype, refused when that would change them."""
+    """The values in the declared dtype; refused if that would change them."""
     import numpy as np
 
     values = np.asarray(values)

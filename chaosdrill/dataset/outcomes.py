@@ -59,7 +59,7 @@ MEASURED = (
 
 
 def count_outcomes(codes: Any) -> dict[str, int]:
-    """How often each outcome stands in an array of codes, by its meaning, in the order of the codes.
+    """Number of occurrences of each outcome in an array of codes, by its meaning, in the order of the codes.
 
     A code that is not an outcome, as an altered archive may contain, is counted as ``code N``.
     """
@@ -69,10 +69,10 @@ def count_outcomes(codes: Any) -> dict[str, int]:
 
 
 def holds_codes(variable: "xr.DataArray | xr.Variable") -> bool:
-    """Whether the values are still the codes that an analysis or a file gave: selected or joined, not computed with.
+    """Whether the values are still codes of an analysis or a file, possibly selected or joined, but not computed with.
 
-    Arithmetic keeps the attributes of a variable, and a difference of codes may well be a code; but xarray drops the
-    encoding then, in which codes have the type that they are stored in.
+    Arithmetic keeps the attributes of a variable, and a difference of codes may itself be a code; but it drops the
+    encoding, which for codes contains the stored type.
     """
     return "flag_values" in variable.attrs and getattr(variable.encoding.get("dtype"), "kind", "") in set("iu")
 
@@ -89,8 +89,8 @@ def flag_names(variable: "xr.DataArray | xr.Variable") -> dict[int, str]:
 _ADVICE = {
     Outcome.OK: "The run reached its end; the kind of attractor was not determined.",
     Outcome.PERIODIC: (
-        "The motion repeats after the reported period, or all its exponents are negative but for those that are zero "
-        "whatever the motion is."
+        "The motion repeats after the reported period, or all its exponents are negative except those that are zero "
+        "for every motion."
     ),
     Outcome.QUASIPERIODIC: (
         "The motion fills a torus: one more exponent than necessary is zero, the averages over two parts of the record "
@@ -98,19 +98,19 @@ _ADVICE = {
     ),
     Outcome.CHAOTIC: (
         "The largest exponent is positive beyond its error, to the end of a record that neither leaves anything nor "
-        "settles; without forcing the exponent of the flow is zero besides."
+        "settles; without forcing, the exponent of the flow is also zero."
     ),
     Outcome.ESCAPED: "A state left its bounds and runs away; start elsewhere, add damping, or widen the bounds.",
     Outcome.EVENT_LIMIT: (
-        "More events in one period than are followed, as in chatter that has not died out; where it should come to "
-        "rest add a mode that holds the contact, or else raise the restitution or look for a reset that lets its "
+        "More events in one period than can be followed, as in chatter that has not died out. If it should come to "
+        "rest, add a mode that holds the contact; otherwise raise the restitution, or look for a reset that lets its "
         "guard fire again at once."
     ),
     Outcome.STALLED: (
         "Events continued while no time passed. This is how chatter ends: after infinitely many impacts in finite time "
         "the contact would have to be held. Add a mode that holds it, raise the restitution, or look for a reset that "
         "leads back across its own guard. Two modes may also lead back and forth: their motions push onto "
-        "one surface from both sides, which cd.filippov makes a system that slides of; or one is entered where its "
+        "one surface from both sides (cd.filippov builds a system that slides there); or one is entered where its "
         "guard has already been passed, such as sin(2*pi*t/T) for half of each period, and is left at once; for a "
         "clock take sin(pi*t/T) with direction 0."
     ),
@@ -119,20 +119,20 @@ _ADVICE = {
         "met at zero speed or has no value where its mode holds, or choose tighter bounds."
     ),
     Outcome.STEP_UNDERFLOW: (
-        "The step became too small to move time; loosen the tolerance, or look for a singularity, in a guard as well. "
-        'Where a mode is stiff, choose method "radau".'
+        "The step became too small to advance time; loosen the tolerance, or look for a singularity, also in a guard. "
+        'If a mode is stiff, choose method "radau".'
     ),
     Outcome.SINGULAR: (
-        "The motion has come to a place where a term of the equations ends, such as sqrt(h) at h = 0, log(h) or 1/h; "
-        "the equations do not say how it continues. A trajectory names term and place in its message. Add a "
-        "transition there, whose guard is what becomes zero, to a mode that says how the motion continues, or write "
-        "the term so that it has a value beyond. Where it has a value but no series, as d**1.5 at d = 0, choose method "
+        "The motion reached a place where a term of the equations ends, such as sqrt(h) at h = 0, log(h) or 1/h; "
+        "the equations do not say how it continues. The message of a trajectory names term and place. Add a "
+        "transition there, whose guard is the vanishing quantity, to a mode in which the motion continues, or write "
+        "the term so that it has a value beyond. If it has a value but no series, as d**1.5 at d = 0, choose method "
         '"dop853".'
     ),
     Outcome.INVALID_START: "The initial state lies beyond a guard of its mode; move it inside or choose another mode.",
     Outcome.FAILED: "The point could not be computed; run it alone as a trajectory to see where it stops.",
     Outcome.NO_ORBIT: (
-        "Newton's method found no orbit of this period near the start; start closer to one, ask for another period, "
+        "Newton's method found no orbit of this period near the start; start closer to one, choose another period, "
         'or let a search look for it (start = "search").'
     ),
     Outcome.EQUILIBRIUM: (
@@ -143,28 +143,28 @@ _ADVICE = {
         "the system has no such orbit; start closer to one that it has."
     ),
     Outcome.OPEN: (
-        "Everything returns except a state that only grows, as a distance does; write the system in states that "
-        "repeat, and carry the one that grows as a quadrature."
+        "All states return except one that only grows, such as a distance; write the system in states that "
+        "repeat, with the growing one as a quadrature."
     ),
     Outcome.UNDECIDED: (
         "The record is too short to distinguish the largest exponent from zero, and too short or too uneven to show "
         "a torus; take a longer record (more periods, a longer duration, or max_extension)."
     ),
     Outcome.TRANSIENT: (
-        "The record is on its way: away from an unstable rest or cycle, to infinity, or not yet at rest or on a cycle, "
-        "so that its numbers are those of no attractor; take a longer transient, or start further away from what it "
+        "The motion is still on its way: from an unstable equilibrium or cycle, to infinity, to rest, or to a cycle, "
+        "so that its numbers do not belong to an attractor; take a longer transient, or start further from what it "
         "leaves."
     ),
     Outcome.CONTRACTING: (
-        "The largest exponent given the noise is negative beyond its error: motions from nearby starts come together "
-        "under the same noise, which alone keeps them from repeating."
+        "The largest exponent given the noise is negative beyond its error: motions from nearby starts converge "
+        "under the same noise, which alone prevents them from repeating."
     ),
     Outcome.NO_RETURN: (
-        "The motion continues but does not meet the section again, or only touches it, which gives no period; take "
-        "another section (at), look at the motion as a trajectory, or allow more time between its points (max_return)."
+        "The motion continues but does not meet the section again, or only touches it, which gives no period; choose "
+        "another section (at), look at the trajectory, or allow more time between its points (max_return)."
     ),
     Outcome.NO_SPECIAL_POINT: (
-        "The branch along the first parameter has no such point to start a curve from; widen the range "
+        "The branch along the first parameter has no such point from which to start a curve; widen the range "
         "of that parameter, follow another kind of point, or start from another orbit."
     ),
 }

@@ -147,7 +147,7 @@ def _of_settings(settings: Mapping[str, Any]) -> dict[str, str | float | int]:
 
 
 def _source(attributes: Mapping[str, Any]) -> str:
-    """The model and its version, as CF asks for."""
+    """The model and its version, as CF requires."""
     parts = [signature()]
     for name in ("system", "method", "tolerance"):
         if name in attributes:
@@ -175,7 +175,7 @@ def to_json(value: Any) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """What ``json`` does not know: scalars and arrays of NumPy, numbers of others, and things that have only a name."""
+    """Convert values that ``json`` does not handle: NumPy scalars and arrays, other numbers, and named objects."""
     if isinstance(value, Integral):
         return int(value)
     if isinstance(value, Real):

@@ -168,7 +168,7 @@ def references(attributes: Mapping[str, Any], variables: Iterable[str] = ()) -> 
 
 
 def _hits_as_hunt_and_crossley(attributes: Mapping[str, Any]) -> bool:
-    """Whether the system is a drill whose contact is Hunt and Crossley's: only that has an exponent and a stiffness."""
+    """Whether the system is a drill with Hunt and Crossley's contact: only that has an exponent and a stiffness."""
     parameters = mapping(attributes.get("parameters"))
     return str(attributes.get("system", "")).startswith("percussive-drill") and {"n", "k"} <= parameters.keys()
 

@@ -1,4 +1,4 @@
-"""What is declared of a variable that an analysis puts out: its attributes, its checks, and how two runs agree in it.
+"""Declaration of the output variables of an analysis: their attributes, their checks, and how two runs are compared.
 
 The tables stand with the analyses (``VARIABLES`` in each file of ``analysis/kinds``); ``SCHEMA`` has them by kind.
 
@@ -49,16 +49,16 @@ class Variable:
     long_name, doc : str
         Name for axes, and one sentence of explanation (stored as the attribute ``comment``).
     flags : {"", "outcome", "mode", "transition", "special", "criticality", "branch_end", "attractor_end", "truth"}
-        Whose names the codes stand for.
+        Names for which the codes stand.
     coordinate : bool
         Whether it is stored as a coordinate.
     required : bool
         Whether every dataset of the kind has it.
     clocked : bool
-        Whether a clock measured it, so that a second run gives other values and no comparison can ask for the same.
+        Whether it is a measured time, which differs in a second run and cannot be compared.
     rule : {"", "average", "sampled", "magnitude"}
-        By what two runs of a chaotic motion agree: an average without an error bar of its own; what depends on the
-        stretch of the attractor that was seen; an error, of which the order of magnitude means something.
+        How two runs of a chaotic motion are compared: an average without its own error bar; a quantity that depends on
+        the visited part of the attractor; an error, of which only the order of magnitude is meaningful.
     bar : str
         Variable that is the standard error of this one.
     sample : str
@@ -132,7 +132,7 @@ def table(
 
 STATES: Table = (
     axis("state", "state", "str", "name of the state", "Order of the states, as in the system.", True),
-    axis("state_long_name", "state", "str", "long name of the state", "What each state is, for people."),
+    axis("state_long_name", "state", "str", "long name of the state", "Description of each state."),
     axis("state_scale_si", "state", "f8", "one unit of the state in SI units", "For scenes given in SI units."),
     axis("state_units_si", "state", "str", "SI unit of the state", "That of state_scale_si."),
 )
@@ -146,13 +146,13 @@ MULTIPLIER = axis(
 RETURN_TIME = may(
     "return_time", "", "f8", "mean return time", "Between two points of the section; on a cycle, over whole cycles."
 )
-ORBIT_STATE = "At phase 0; without forcing behind an event, if there are any: a run can start there."
+ORBIT_STATE = "At phase 0 or, without forcing, after an event, if there are any: a run can start there."
 ORBIT_SECTION = "Before its events, as in a Poincare section: over one period; without a section the orbit's state."
 _GRAZING = "Smallest over all events; tangents grow without bound as it goes to zero. Infinite without events."
 
 SI = "For scenes given in SI units."
 RANK_LOSS = "Per unit of model time; -inf is rank loss."
-_BOUND = "A bound: of rounding, tangents and how far the orbit may be off."
+_BOUND = "A bound, from rounding, tangents and the error of the orbit."
 COVERS = "Twice this error contains the true value in 95 % of cases."
 
 _COUNTS = (
@@ -185,7 +185,7 @@ def grazing(dims: str, name: str = "closest_grazing", *, required: bool = False)
 
 
 def names_of_rate(quadrature: str, of: str = "") -> tuple[str, str]:
-    """Names of the mean rate of a quadrature and of its standard error; ``of`` is "attractor" where it is one's."""
+    """Names of the mean rate of a quadrature and of its standard error; ``of`` is "attractor" for an attractor."""
     if quadrature == PENETRATION:
         return (f"{of}_rate", f"{of}_rate_error") if of else ("progression_rate", "progression_error")
     whose = f"{of}_{quadrature}" if of else quadrature
@@ -198,7 +198,7 @@ def names_of_errors(quadratures: Iterable[Any]) -> tuple[str, ...]:
 
 
 def rate_clash(quadratures: Iterable[Any], taken: Iterable[str]) -> str | None:
-    """Why the mean rates of quadratures cannot be named beside what is called ``taken``; None if they can."""
+    """Why the names of the mean rates of quadratures clash with those ``taken``; None if they do not."""
     others = set(taken)
     for quadrature in map(str, quadratures):
         for name in (*names_of_rate(quadrature), *names_of_rate(quadrature, "attractor")):
@@ -220,7 +220,7 @@ def mean_rate(quadrature: str, dims: str, of: str = "") -> Table:
 
 
 def rates(dims: str) -> Table:
-    """The mean rates, one number a run, and the progression rate in SI units for scenes given in SI."""
+    """The mean rates, one number per run, and the progression rate in SI units for scenes given in SI."""
     return (
         *mean_rate(PENETRATION, dims),
         *mean_rate(QUADRATURE, dims),
@@ -231,17 +231,17 @@ def rates(dims: str) -> Table:
 
 
 def derivatives(dims: str, *, events: bool) -> Table:
-    """Derivatives by parameters of what is told of an orbit, each with its error, where they were asked for.
+    """Derivatives of the numbers of an orbit with respect to parameters, each with its error, if they were requested.
 
     Parameters
     ----------
     dims : str
         Of one number an orbit.
     events : bool
-        Whether the times of events are among it, and all orbits are those of one system.
+        Whether the times of events are included, and all orbits belong to one system.
     """
     named = [
-        ("orbit_state", "state", "state of the orbit", "Without events and forcing: across the flow."),
+        ("orbit_state", "state", "state of the orbit", "Without events and forcing, in a plane across the flow."),
         ("period_time", "", "duration of one period", ""),
         ("multiplier_real", "multiplier", "multiplier, real part", "0 where it is 0 or 1 by structure."),
         ("multiplier_imag", "multiplier", "multiplier, imaginary part", ""),
@@ -250,16 +250,16 @@ def derivatives(dims: str, *, events: bool) -> Table:
         (names_of_rate(QUADRATURE)[0], "", f"mean rate of {QUADRATURE}", ""),
     ]
     if events:
-        named.append(("event_time", "event", "time of the event", "Since the orbit's state, which moves as well."))
+        named.append(("event_time", "event", "time of the event", "From the orbit's state, which moves as well."))
     found = [
-        axis("parameter", "parameter", "str", "name of the parameter", "Those by which is derived."),
+        axis("parameter", "parameter", "str", "name of the parameter", "Parameters of the derivatives."),
         axis(
             "parameter_value", "parameter" if events else f"{dims} parameter", "f8", "value of the parameter", "There."
         ),
     ]
     for name, over, words, doc in named:
         place, error = f"{dims} {over} parameter", f"{name}_derivative_error"
-        doc = " ".join(filter(None, ("Total, along the orbits that follow each parameter.", doc)))
+        doc = " ".join(filter(None, ("Total derivative, along the orbits that follow each parameter.", doc)))
         found += [
             may(f"{name}_derivative", place, "f8", f"derivative of the {words}", doc, bar=error),
             may(error, place, "f8", f"error of the derivative of the {words}", _BOUND, rule="magnitude"),
@@ -268,12 +268,12 @@ def derivatives(dims: str, *, events: bool) -> Table:
 
 
 def swept(forcing_doc: str) -> Table:
-    """What is known of every point of a sweep over parameters, from every seed."""
+    """The variables of every point of a sweep over parameters, from every seed."""
     dims = f"{SWEEP} seed"
     return (
-        axis(SWEEP, SWEEP, "f8", "swept parameter", "Values that the sweep ran through.", True),
+        axis(SWEEP, SWEEP, "f8", "swept parameter", "Values of the sweep.", True),
         *STATES,
-        axis("seed", "seed", "str", "name of the seed", "How a point starts: fixed, random, forward, backward."),
+        axis("seed", "seed", "str", "name of the seed", "Start of a point: fixed, random, forward, backward."),
         ITERATE,
         EXPONENT,
         need("period", dims, "i2", "period found", "In iterates of the section; 0 when none was found."),

@@ -1,4 +1,4 @@
-"""Results in words: what codes mean, and events as a table. Importing this gives every dataset the accessor ``cd``."""
+"""Results in words: meanings of codes, and events as a table. Importing this adds the accessor ``cd`` to datasets."""
 
 import numpy as np
 import pandas as pd
@@ -14,7 +14,7 @@ _MODES = ("mode_before", "mode_after")
 class Words:
     """A result in words, as ``ds.cd``.
 
-    It is there once a result has been computed or opened, and if xarray is imported before chaosdrill.
+    It exists once a result has been computed or opened, or if xarray is imported before chaosdrill.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ class Words:
         Raises
         ------
         ChaosdrillError
-            If the dataset has no outcome, or one that arithmetic has made another number of, as in ``ds - ds``.
+            If the dataset has no outcome, or arithmetic has changed it, as in ``ds - ds``.
         """
         words = self.words("outcome")
         return words if words.ndim else str(words.values)
@@ -48,14 +48,14 @@ class Words:
         Returns
         -------
         xarray.DataArray
-            Texts with the dimensions and coordinates of the variable; ``"none"`` for -1 and where nothing is,
-            ``"code N"`` for a code without a meaning.
+            Texts with the dimensions and coordinates of the variable; ``"none"`` for -1 and for missing values, ``"code
+            N"`` for a code without a meaning.
 
         Raises
         ------
         ChaosdrillError
-            If the dataset has no such variable, if it is not one of codes, or if it was computed from codes: selected,
-            sorted and joined they are codes still; a difference, a mean or a largest one is a number.
+            If the dataset has no such variable, if it does not hold codes, or if it was computed from codes: selected,
+            sorted and joined codes remain codes; a difference, a mean or a maximum is a number.
         """
         if name not in self._ds.variables:
             raise ChaosdrillError(f"{self._what()} has no variable {name!r}; it has {', '.join(map(str, self._ds))}")
@@ -77,7 +77,7 @@ class Words:
 
     @property
     def events(self) -> pd.DataFrame:
-        """Events of a trajectory or of periodic orbits, a row each.
+        """Events of a trajectory or of periodic orbits, one row each.
 
         Columns are ``time``, ``kind`` (name of the transition), ``speed``, modes before and after where they are known,
         and ``x_before`` and ``x_after`` for each state ``x``. Rows are numbered; where there are several runs or orbits
@@ -86,7 +86,8 @@ class Words:
         Raises
         ------
         ChaosdrillError
-            If the dataset has no events, a variable of theirs is missing, or a selection left no dimension ``event``.
+            If the dataset has no events, one of their variables is missing, or a selection removed the dimension
+            ``event``.
         """
         ds = self._ds
         if "event_time" not in ds.variables:

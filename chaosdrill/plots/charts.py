@@ -68,7 +68,7 @@ def _category_chart(
     return plane.figure
 
 
-@picture("parameter-chart", "isoperiodic-chart", "periods, or the kind of motion without one")
+@picture("parameter-chart", "isoperiodic-chart", "periods, or kinds of motion without a period")
 def isoperiodic_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     """Draw the periods found over two parameters, a panel for each seed; large regions carry their period."""
     return _category_chart(dataset, "period", by_period(dataset), ax)
@@ -151,13 +151,13 @@ def attractor_count_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) ->
     return _category_chart(dataset, "attractor_count", classify(table), ax)
 
 
-@picture("parameter-chart", "outcome-chart", "how the run of each point ended")
+@picture("parameter-chart", "outcome-chart", "outcome of the run at each point")
 def outcome_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     """Draw the outcomes over two parameters, a panel for each seed."""
     return _category_chart(dataset, "outcome", by_outcome(dataset), ax)
 
 
-@picture("basins", "basins", "the attractor that each initial state leads to", listed=False)
+@picture("basins", "basins", "attractor of each initial state", listed=False)
 def basins(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     """Draw the basins over a grid of initial states, a colour for each of the twelve attractors named first.
 
@@ -179,7 +179,7 @@ def basins(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     return plane.figure
 
 
-@picture("basins", "starts", "initial states by the attractor that each leads to", listed=True)
+@picture("basins", "starts", "initial states by their attractor", listed=True)
 def starts(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Sequence[str] | None" = None) -> "Figure":
     """Draw a list of initial states, each in the colour of the attractor to which it leads.
 

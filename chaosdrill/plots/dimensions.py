@@ -22,7 +22,7 @@ _ASIDE = 0.06
 """Fraction of the step between two distances by which the slopes of the next order are shifted."""
 
 
-@picture("dimensions", "dimensions", "correlation sums and their local slopes over the distance, the scaling region")
+@picture("dimensions", "dimensions", "correlation sums and local slopes over the distance, with the scaling region")
 def scaling(dataset: "xr.Dataset") -> "Figure":
     """Draw the correlation sums, their local slopes and the scaling regions.
 

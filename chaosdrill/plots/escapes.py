@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _SURVIVAL, _SADDLE = 2.8, 3.0
 
 
-@picture("transient-chaos", "transient-chaos", "runs that are left at an age, with the escape rate; the saddle")
+@picture("transient-chaos", "transient-chaos", "share of surviving runs over age, with the escape rate; the saddle")
 def escapes(dataset: "xr.Dataset") -> "Figure":
     """Draw the share of runs that survive, and points on the saddle.
 

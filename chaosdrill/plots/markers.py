@@ -68,8 +68,8 @@ _NAMES = {
 _ENDS = {
     "joined": "meets another branch",
     "doubling": "shrinks onto half the period",
-    "no_effect": "the parameter does nothing",
-    "rest": "shrinks onto a point at rest",
+    "no_effect": "the parameter has no effect",
+    "rest": "shrinks onto an equilibrium",
 }
 _QUIET_ENDS = ("limit", "closed")
 """Ends without a mark: the line runs to the edge of the picture, or is closed."""

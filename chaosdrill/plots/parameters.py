@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @picture(
     "periodic-orbit",
     "elasticities",
-    "what one per cent more of each parameter does to mean rates, period and largest exponent",
+    "effect of one per cent more of each parameter on mean rates, period and largest exponent",
     needs="period_time_derivative",
 )
 def elasticities(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":

@@ -146,7 +146,7 @@ def _mark_ends(
     return [kind for kind in _ENDS if kind in found]
 
 
-@picture("basin-measures", "uncertainty", "uncertain part of the starts over the distance", needs="uncertain_fraction")
+@picture("basin-measures", "uncertainty", "uncertain fraction of starts over the distance", needs="uncertain_fraction")
 def uncertain_fraction(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     """Draw the fraction of starts with another attractor within a distance, and the fitted power law.
 
@@ -198,7 +198,7 @@ def uncertain_fraction(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "F
     return figure
 
 
-@picture("basin-measures", "basin-shares", "part of the starts that leads to each attractor")
+@picture("basin-measures", "basin-shares", "share of the starts that leads to each attractor")
 def basin_shares(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     """Draw the share of the starts that leads to each of the twelve largest attractors, and to none.
 

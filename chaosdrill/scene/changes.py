@@ -1,8 +1,8 @@
-"""Values of a scene that are set from outside: the text is changed, so that the archive holds the scene that was run.
+"""Set values of a scene from outside: the text is changed, so that the archive holds the scene that was run.
 
-A value takes the place of the one that stands there; what does not stand there is added to its table. The rest of the
-text, comments included, stays as it is. What comes out is read again and compared: tomlkit 0.15 would write another
-document after 1 in 100 random changes, among them any that adds a table between dotted keys.
+A value replaces the existing one; a missing key is added to its table. The rest of the text, comments included, stays
+as it is. The result is read again and compared: tomlkit 0.15 would write another document after 1 in 100 random
+changes, among them any that adds a table between dotted keys.
 """
 
 import json
@@ -31,8 +31,9 @@ def parse_change(text: str) -> tuple[str, Any]:
     Parameters
     ----------
     text : str
-        ``KEY=VALUE`` with a dotted key and a value as in TOML: ``system.parameters.eta=0.5``. What is no TOML value and
-        does not begin like one in quotes or brackets is text: ``numerics.method=rk4``, ``system.si.m1=250 kg``.
+        ``KEY=VALUE`` with a dotted key and a value as in TOML: ``system.parameters.eta=0.5``. Anything that is not a
+        TOML value and does not begin like a quoted or bracketed one is text: ``numerics.method=rk4``,
+        ``system.si.m1=250 kg``.
 
     Returns
     -------
@@ -76,7 +77,7 @@ def change(text: str, key: str, value: Any) -> tuple[str, Path]:
         Dotted key, as ``system.parameters.eta``. Entries of lists go by their number from 0, or by the ``name`` that
         they hold: ``system.definition.transitions.impact.guard``.
     value : bool, number, str, list or dict
-        What it is to be; arrays count as lists.
+        The new value; arrays count as lists.
 
     Returns
     -------
@@ -88,7 +89,7 @@ def change(text: str, key: str, value: Any) -> tuple[str, Path]:
     Raises
     ------
     SettingsError
-        If the key is invalid, or leads into something that is not a table, or if TOML has no such value.
+        If the key is invalid, or passes through a value that is not a table, or if TOML has no such value.
     """
     path: Path = _path(key)
     text = text.replace("\r\n", "\n")
@@ -144,7 +145,7 @@ def _path(key: str) -> tuple[str, ...]:
 
 
 def _into_lists(path: Path, document: Any, key: str) -> Path:
-    """The path with the places of the entries of lists, of which a key gives number or name."""
+    """The path with the indices of list entries, which a key gives by number or name."""
     found: Path = ()
     part: Any
     for part in path:
@@ -190,7 +191,7 @@ def _first(table: Mapping[str, Any]) -> str:
 
 
 def _candidates(text: str, path: Path, value: str) -> Iterator[str]:
-    """Texts that may have the value, the plainest first."""
+    """Candidate texts with the value, the plainest first."""
     found: Layout = layout(text)
     if path in found.values:
         start, end = found.values[path]

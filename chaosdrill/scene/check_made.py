@@ -1,6 +1,6 @@
-"""What a scene may give in place of modes: two fields and a surface, and drives with corners and jumps.
+"""Alternatives to modes in a scene: two fields and a surface, and drives with corners and jumps.
 
-Both are read by the grammar of definitions and made by the functions that Python has; no fault loses its line.
+Both use the grammar of definitions and the functions of the Python interface; every fault keeps its line.
 """
 
 from collections.abc import Iterator, Mapping
@@ -19,13 +19,13 @@ OF_FILIPPOV = (*SHARED, "surface", *SIDES)
 OF_DRIVE = ("pieces", "table", "period")
 
 MOST_PIECES = 120
-"""Of a drive: every piece is a mode at least, and a system has 127."""
+"""Of a drive: every piece is at least one mode, and a system has at most 127."""
 
 MOST_OPERATIONS = 200
-"""Of one field: the sliding mode is a fraction of both, which is reduced."""
+"""Of one field: the sliding mode is a fraction of both, which is simplified."""
 
 MOST_POWER = 8
-"""Exponent of a sum, which is expanded; no such sum stands in another one."""
+"""Exponent of a sum, which is expanded; such sums must not be nested."""
 
 
 def as_definition(table: Mapping[str, Any]) -> dict[str, Any]:
@@ -44,7 +44,7 @@ def as_definition(table: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def placed(path: Path) -> Path | None:
-    """Where a fault of that definition stands in the table; None for one that stands elsewhere too."""
+    """Position in the table of a fault of that definition; None for a fault that also occurs elsewhere."""
     match path:
         case ("modes", side, *rest):
             return None if side == SLIDING else (side, *rest)
@@ -72,7 +72,7 @@ def filippov_system(table: Mapping[str, Any], parameters: Mapping[str, float], i
     Raises
     ------
     ChaosdrillError
-        If none can be made, with the reason.
+        If the system cannot be built, with the reason.
     """
     from chaosdrill.model.filippov import filippov
     from chaosdrill.model.reading import TIME, UNNAMED
@@ -84,7 +84,7 @@ def filippov_system(table: Mapping[str, Any], parameters: Mapping[str, float], i
 
 
 def _names_time(table: Mapping[str, Any]) -> bool:
-    """Whether an expression names the time that nothing else is called."""
+    """Whether an expression uses the name of time, if nothing else has this name."""
     from chaosdrill.model.reading import TIME
 
     states = table["states"]
@@ -108,7 +108,7 @@ def _symbols(text: str) -> set[str]:
 
 
 def too_large(definition: Any) -> Faults:
-    """What would take too long to be combined: fields of many operations, and powers of long sums."""
+    """Fields that would take too long to combine: those of many operations, and with powers of long sums."""
 
     from chaosdrill.model.definition import operations
 
@@ -136,14 +136,14 @@ def _expanded(path: Path, expression: Any) -> Faults:
 
 
 def drive_faults(name: str, drive: Any, names: Mapping[str, Any], used: set[str]) -> Faults:
-    """What is wrong with one drive; ``used`` gets the parameters that its expressions name.
+    """Faults of one drive; the parameters in its expressions are added to ``used``.
 
     Parameters
     ----------
     name : str
-        The parameter that stands for it.
+        The parameter that it replaces.
     drive : object
-        What the scene gives.
+        The value in the scene.
     names : mapping of str to symbol
         States, parameters and time.
     used : set of str
@@ -205,7 +205,7 @@ def _read(path: Path, value: Any, names: Mapping[str, Any], used: set[str]) -> F
 
 
 def noise_faults(noise: Mapping[str, Any], known: Mapping[str, Any]) -> Faults:
-    """What is wrong with a table of noise; ``known`` are the parameters of the system."""
+    """Faults of a table of noise; ``known`` are the parameters of the system."""
     from chaosdrill.model.noise import DISTRIBUTIONS
 
     seed = _seed(noise)
@@ -243,7 +243,7 @@ def _distribution_faults(name: str, table: Mapping[str, Any]) -> Faults:
 
 
 def distribution_of(table: Mapping[str, Any]) -> Any:
-    """The distribution of a table of noise; raises `SettingsError` for numbers that are none of it."""
+    """The distribution of a table of noise; raises `SettingsError` for impossible numbers."""
     from chaosdrill.model.noise import DISTRIBUTIONS
 
     made = DISTRIBUTIONS[table["distribution"]]
@@ -251,7 +251,7 @@ def distribution_of(table: Mapping[str, Any]) -> Any:
 
 
 def noise_parameters(noise: Mapping[str, Any]) -> dict[str, float]:
-    """Parameters that take the place of those that a sound table of noise draws."""
+    """Parameters that replace those drawn by a valid table of noise."""
     if not noise:
         return {}
     from chaosdrill.model.noise import added_parameters
@@ -260,7 +260,7 @@ def noise_parameters(noise: Mapping[str, Any]) -> dict[str, float]:
 
 
 def distributions_of(noise: Mapping[str, Any]) -> dict[str, Any]:
-    """The distributions of a sound table of noise, by parameter."""
+    """The distributions of a valid table of noise, by parameter."""
     return {name: distribution_of(one) for name, one in noise.items() if isinstance(one, Mapping)}
 
 
@@ -280,7 +280,7 @@ def noisy_system(system: Any, noise: Mapping[str, Any]) -> Any:
 
 
 def driven_system(system: Any, drives: Mapping[str, Mapping[str, Any]]) -> Any:
-    """The system with its drives; raises `DriveFault` with the name of the one that cannot be."""
+    """The system with its drives; raises `DriveFault` with the name of an impossible one."""
     for name, drive in drives.items():
         from chaosdrill.model.drives import driven
 
@@ -292,7 +292,7 @@ def driven_system(system: Any, drives: Mapping[str, Mapping[str, Any]]) -> Any:
 
 
 class DriveFault(ChaosdrillError):
-    """A drive that the system cannot have.
+    """A drive that is impossible for the system.
 
     Parameters
     ----------

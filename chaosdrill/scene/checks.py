@@ -1,4 +1,4 @@
-"""What a scene says is checked: whether the names and numbers of its system exist and can be, and its analyses fit."""
+"""Check a scene: the names and numbers of its system, and whether its analyses fit."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -54,9 +54,9 @@ class SystemTable(Settings):
 
 @dataclass
 class CheckedSystem(Known):
-    """What is known of the system without building it.
+    """Information on the system before it is built.
 
-    Either ``model`` names a system of the shelf, or ``definition`` holds one, whose modes may have been made from two
+    Either ``model`` names a system of the library, or ``definition`` holds one, whose modes may have been made from two
     fields. ``used`` are parameters that only its ``drives`` name.
     """
 
@@ -84,7 +84,7 @@ def check_document(raw: Mapping[str, Any]) -> list[Problem]:
 
 
 def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
-    """Check the table ``system`` as the file holds it."""
+    """Check the table ``system`` of the file."""
     problems = problems_of(SystemTable.faults(raw, also=()), ("system",))
     sound = not problems
     checked = CheckedSystem(problems=problems)
@@ -201,7 +201,7 @@ def check_limits(checked: CheckedSystem, values: Mapping[str, Any], at: tuple[st
 
 
 def _check_filippov(checked: CheckedSystem, table: Mapping[str, Any], drives: Mapping[str, Any]) -> None:
-    """Check two fields and a surface with what checks definitions."""
+    """Check two fields and a surface by the check of definitions."""
     from chaosdrill.model.reading import Reader
     from chaosdrill.scene import check_made
 
@@ -230,7 +230,7 @@ def _check_filippov(checked: CheckedSystem, table: Mapping[str, Any], drives: Ma
 
 
 def _make_filippov(checked: CheckedSystem, table: Mapping[str, Any]) -> None:
-    """Put the modes of two fields and a surface in the place of these."""
+    """Replace two fields and a surface by their modes."""
     try:
         system, checked.definition = sliding(table, (checked.parameters, checked.initial))
     except ChaosdrillError as fault:
@@ -278,7 +278,7 @@ def _check_drives(checked: CheckedSystem, drives: Mapping[str, Any]) -> None:
 def _check_definition(checked: CheckedSystem, key: str = "definition") -> None:
     """Check a definition, in the table of this name, with the parameters that stand beside it.
 
-    What must be in Python may be here; besides, a parameter that nothing depends on is likely misspelt.
+    The rules are those of Python; in addition, a parameter on which nothing depends is likely misspelt.
     """
     from chaosdrill.declared import unfit
     from chaosdrill.model.definition import MOST_OPERATIONS, operations, reader_of
@@ -326,7 +326,7 @@ def _check_definition(checked: CheckedSystem, key: str = "definition") -> None:
 
 
 def _look_up(checked: CheckedSystem, effects: Mapping[str, Any]) -> None:
-    """Find the model's parameters and states; with a wrong effect, all that it could have."""
+    """Find the model's parameters and states; with an invalid effect, all that it could have."""
     from chaosdrill import systems
 
     entry = systems.REGISTRY.get(checked.model)
@@ -387,9 +387,9 @@ def table_in(raw: Mapping[str, Any], name: str) -> Mapping[str, Any]:
 
 @dataclass(frozen=True)
 class Asked:
-    """An analysis that a scene asks for, with the table that says so.
+    """An analysis requested by a scene, with its table.
 
-    A setting that the scene leaves out is not passed on, so that its default stands in one place.
+    A setting that the scene leaves out is not passed on, so that each default is defined once.
     """
 
     entry: Analysis
@@ -423,7 +423,7 @@ class Asked:
         store: File | None = None,
         progress: Callable[..., None] | None = None,
     ) -> "xr.Dataset":
-        """Run the analysis, by as many workers at a time as it has points for; ``store`` keeps finished chunks."""
+        """Run the analysis, with at most as many workers as points; ``store`` keeps finished chunks."""
         keywords = self.keywords()
         if self.parallel:
             keywords |= {"workers": workers, "scheduler": scheduler, "store": store}

@@ -1,4 +1,4 @@
-"""Systems that scenes define: what an earlier process has checked and derived of one is not done again."""
+"""Systems defined in scenes: checks and derivations of an earlier process are not repeated."""
 
 import json
 from collections.abc import Mapping
@@ -16,7 +16,7 @@ Given = tuple[Mapping[str, Any], Mapping[str, Any]]
 
 
 def checked_before(definition: Mapping[str, Any], parameters: Mapping[str, Any]) -> "HybridSystem | None":
-    """The system of a definition that was run before, and so has no faults; it starts anywhere.
+    """The system of a definition that was run before, and so has no faults; any initial state is allowed.
 
     Parameters
     ----------
@@ -34,7 +34,8 @@ def build(
 ) -> "HybridSystem":
     """The system of a definition that has been checked; as `chaosdrill.model.definition.build_defined`.
 
-    With ``kept`` what is derived of it is kept. One with drives may have parameters that only these use, and is not.
+    With ``kept`` the derived parts are kept, but not for a system with drives, which may have parameters that only
+    these use.
     """
     key = _key(definition, parameters) if kept else None
     make = partial(_build, definition, parameters)
@@ -133,7 +134,7 @@ def _kind(definition: Mapping[str, Any]) -> "type[HybridSystem]":
 
 
 def _key(definition: Mapping[str, Any], parameters: Mapping[str, Any]) -> tuple[str, ...] | None:
-    """All that makes the system; None for what no table of a scene holds."""
+    """Everything that determines the system; None for systems that no scene can hold."""
     return _made_key("scene", definition, parameters, {})
 
 

@@ -1,4 +1,4 @@
-"""What a scene simulates, as plain values: for ``chaosdrill check`` and for reports."""
+"""Description of the simulation of a scene, as plain values, for ``chaosdrill check`` and reports."""
 
 import os
 from collections.abc import Mapping
@@ -48,7 +48,7 @@ def check(scene: str | os.PathLike[str] | Scene, changes: Mapping[str, Any] | No
 
 
 def describe_scene(scene: Scene) -> dict[str, Any]:
-    """What a scene simulates, as plain values: equations in text, numbers, names."""
+    """Description of a scene as plain values: equations as text, numbers, names."""
     system = scene.system
     labels, given = system.labels, {*scene.parameters, *noise_parameters(scene.noise)}
     return {
@@ -100,7 +100,7 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
 
 
 def images(system: "HybridSystem") -> Mapping[Any, Any]:
-    """The images of a map; of any other system none."""
+    """The images of a map; empty for any other system."""
     return vars(system).get("images", {})
 
 
@@ -111,7 +111,7 @@ def _texts(expressions: Mapping[str, Any]) -> Any:
 
 
 def _effects(scene: Scene, *, present: bool) -> dict[str, str]:
-    """Effects that are simulated with their option, or those that are not, with what they would offer."""
+    """Simulated effects with their option, or those left out with their options."""
     from chaosdrill.systems import EFFECTS, REGISTRY
     from chaosdrill.systems.drill.effects import ABSENT
 

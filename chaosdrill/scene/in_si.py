@@ -1,4 +1,4 @@
-"""Results of a scene in SI units, in SI units; and the table from its quantities to the dimensionless parameters."""
+"""Results in SI units for a scene in SI units, and the table from its quantities to the dimensionless parameters."""
 
 import json
 from collections.abc import Mapping
@@ -17,7 +17,7 @@ SUFFIX = "_si"
 
 
 def in_si(result: "xr.Dataset", kind: str, system: "HybridSystem", scales: Mapping[str, float]) -> "xr.Dataset":
-    """Add to a result its variables in SI units, as far as the table of variables declares them.
+    """Add the variables in SI units that the table of variables declares to a result.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def in_si(result: "xr.Dataset", kind: str, system: "HybridSystem", scales: Mappi
     system : HybridSystem
         The drill.
     scales : mapping of str to float
-        What one dimensionless unit is; empty for a scene that is not in SI units, whose result stays as it is.
+        Sizes of the dimensionless units; empty for a scene that is not in SI units, whose result stays as it is.
 
     Returns
     -------
@@ -72,12 +72,12 @@ def _force(result: "xr.Dataset", system: "HybridSystem") -> "xr.Variable":
 
 
 def si_table(si: ReadSI, system: "HybridSystem") -> dict[str, Any]:
-    """Variables of an archive's root: what was given in SI units, what one dimensionless unit is, what follows.
+    """Variables of an archive's root: the given SI quantities, the dimensionless units, and the parameters that follow.
 
     Parameters
     ----------
     si : ReadSI
-        Empty for a scene that is not in SI units, which has no such variables.
+        Empty for a scene that is not in SI units.
     system : HybridSystem
         The drill.
 

@@ -1,7 +1,7 @@
-"""Where each key of a TOML document stands, and every fault of a scene with its line and its remedy.
+"""Positions of the keys of a TOML document, and the faults of a scene with their lines and remedies.
 
-``tomllib`` forgets positions, and an error without its line sends people searching. The scanner walks a document that
-``tomllib`` has already accepted, so it has to find keys and values but not to judge them.
+``tomllib`` gives no positions, and an error without a line is hard to find. The scanner walks a document that
+``tomllib`` has already accepted, so it finds keys and values but does not validate them.
 """
 
 import json
@@ -30,7 +30,7 @@ NO_LINE = 0  # line of what stands in no file, since it was set on the command l
 
 @dataclass
 class Layout:
-    """Where things stand in the text of a TOML document: offsets of characters, lines from 1.
+    """Positions in the text of a TOML document: offsets of characters, lines from 1.
 
     ``values`` are the ends of each value, ``inside`` is where an inline table begins behind its brace, ``below`` where
     the header of a table ends.
@@ -166,7 +166,7 @@ class _Scanner:
 
 @dataclass(frozen=True)
 class Problem:
-    """One fault: the path of keys to it, and what is wrong there with the likely fix."""
+    """One fault: the path of keys to it, and a message with the likely fix."""
 
     path: Path
     message: str
@@ -178,16 +178,16 @@ def problems_of(faults: Iterable[tuple[Path, str]], at: Path) -> list[Problem]:
 
 
 class InvalidSceneError(SceneError):
-    """A scene with faults; its text has one line for each.
+    """A scene with faults; the message has one line for each.
 
     Parameters
     ----------
     name : str
         Name of the file, as the messages show it.
     problems : iterable of Problem
-        What is wrong; the attribute of this name holds line (or None), field and message of each, for scripts.
+        The faults; the attribute of this name holds line (or None), field and message of each, for scripts.
     lines : mapping of path to int
-        Where the keys stand; 0 for those that were set on the command line.
+        Lines of the keys; 0 for those set on the command line.
     """
 
     def __init__(self, name: str, problems: Iterable[Problem], lines: Mapping[Path, int]) -> None:
@@ -212,7 +212,7 @@ def line_of(path: Path, lines: Mapping[Path, int]) -> int:
 
 
 def show(path: Path) -> str:
-    """A path as people write it: ``system.parameters.eta``, ``sweep.eta[2]``."""
+    """A path in the notation of users: ``system.parameters.eta``, ``sweep.eta[2]``."""
     text = ""
     for part in path:
         if isinstance(part, int):

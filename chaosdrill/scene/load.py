@@ -1,4 +1,4 @@
-"""Read a scene from a file, or report everything that is wrong with it."""
+"""Read a scene from a file, or report all its faults."""
 
 import os
 import re
@@ -18,7 +18,7 @@ from chaosdrill.typed import PATH, TABLE, TEXT, expecting
 
 MOST_BYTES = 1_000_000
 MOST_KEY_PARTS = 64
-"""tomllib takes time that grows with the square of the length of a dotted key."""
+"""The time of tomllib grows with the square of the length of a dotted key."""
 
 MOST_DIGITS = 400
 """Of a number: no double is longer, and Python reads integers of some thousands of digits at most."""
@@ -110,7 +110,7 @@ def parse_scene(text: str, name: str = "scene.toml", changes: Mapping[str, Any] 
     Raises
     ------
     SceneError
-        With every fault, one a line.
+        With every fault, one per line.
     SettingsError
         As `load_scene`.
     """

@@ -1,4 +1,4 @@
-"""What a scene can name, and a scene to start from."""
+"""Names for use in a scene, and a scene to start from."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -24,7 +24,7 @@ def list_names(topic: str, name: str | None = None) -> dict[str, Any]:
     Returns
     -------
     dict
-        Name -> a line about it; of effects: effect -> option -> line.
+        Name -> description; for effects: effect -> option -> description.
 
     Raises
     ------

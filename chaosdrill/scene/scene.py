@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from chaosdrill.scene.checks import Asked
 
 STDIN, PIPED = "-", "stdin"
-"""What the command line calls standard input, and what messages call a scene that came from there."""
+"""Name of standard input on the command line, and of a scene from there in messages."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """What a scene file says.
+    """The contents of a scene file.
 
     Parameters
     ----------
@@ -36,13 +36,13 @@ class Scene:
     title : str
         Its title; without one, the file's name.
     model : str
-        Name of the system on the shelf; empty for one that the scene defines.
+        Name of the system in the library; empty for a system that the scene defines.
     definition : mapping or None
         Equations of a system that the scene defines itself.
     drives : mapping of str to mapping
         Drives with corners and jumps, by the parameter that each replaces; arguments of `chaosdrill.driven`.
     noise : mapping
-        What is drawn anew at events, by parameter, and ``seed``; arguments of `HybridSystem.with_noise`.
+        Parameters drawn anew at events, and ``seed``; arguments of `HybridSystem.with_noise`.
     effects : mapping of str to str
         Effects simulated; those left out are not.
     parameters : mapping of str to float
@@ -54,11 +54,11 @@ class Scene:
     numerics : mapping of str to value
         Arguments for method and tolerance that it gives.
     analyses : mapping of str to Asked
-        What is to be computed, by group of the archive.
+        The requested analyses, by group of the archive.
     lines : mapping of path to int
-        Where each key stands in the file, 0 for one that was set from outside.
+        Line of each key in the file, 0 for one set from outside.
     changes : mapping of str to str
-        Keys that were set from outside, with their values in TOML; the text has them already.
+        Keys that were set from outside, with their values in TOML; the text already contains them.
     """
 
     name: str
@@ -154,7 +154,7 @@ class Scene:
             raise InvalidSceneError(self.name, problems, self.lines) from fault
 
     def fingerprint(self) -> dict[str, Any]:
-        """Everything that determines the numbers, versions included; not the title, nor how the file is laid out."""
+        """Everything that determines the numbers, versions included, but not the title or the layout of the file."""
         from chaosdrill.sweep.fingerprint import origin
 
         return {
@@ -174,7 +174,7 @@ class Scene:
         }
 
     def command(self, *more: str) -> str:
-        """The command ``run`` with this scene, what was set in it, and further arguments."""
+        """The command ``run`` with this scene, its changes, and further arguments."""
         sets = [part for key, value in self.changes.items() for part in ("--set", f"{key}={value}")]
         return shlex.join(["run", STDIN if self.name == PIPED else self.name, *sets, *map(name_text, more)])
 
@@ -195,7 +195,7 @@ class Scene:
         ]
 
     def _check_reached(self, system: "HybridSystem") -> list[Problem]:
-        """Check that every mode is reached; one that is not is likely the target of a misspelt transition."""
+        """Check that every mode is reached; an unreached mode suggests a misspelt transition."""
         if ("system", "definition") not in self.lines or self.drives:
             return []
         starts = [self.initial.get("mode"), system.mode_names[0], *system.regions]

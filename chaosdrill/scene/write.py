@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
 _HEADERS = {"system": 4, "analysis": 2, "numerics": 1}
-"""Down to which depth tables have a header of their own; what is deeper stands on one line."""
+"""Depth to which tables have their own header; deeper tables stand on one line."""
 
 
 @expecting(SceneError, path=PATH, analyses=TABLES, numerics=TABLE, title=TEXT)
@@ -36,8 +36,8 @@ def save_scene(
     system : HybridSystem
         Its equations, parameters and initial state are written as text and numbers, to the last bit.
     analyses : mapping of str to mapping
-        What to compute, by group of the archive, with the keys of a scene:
-        ``{"spectrum": {"kind": "lyapunov-spectrum", "periods": 5000, "transient": 200}}``.
+        The analyses, by group of the archive, with the keys of a scene: ``{"spectrum": {"kind": "lyapunov-spectrum",
+        "periods": 5000, "transient": 200}}``.
     title : str, optional
         Default: the name of the system.
     numerics : mapping, optional
@@ -51,7 +51,7 @@ def save_scene(
     Raises
     ------
     ModelError
-        If no text can hold the system, with the reason.
+        If the system cannot be written as text, with the reason.
     SceneError
         If the scene would have faults, or the file cannot be written.
     SettingsError

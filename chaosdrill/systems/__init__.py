@@ -96,7 +96,7 @@ def limits(name: str, effects: Mapping[str, str] | None = None) -> dict[str, Lim
 
 
 def unused(name: str, key: str, effects: Mapping[str, str] | None = None) -> str:
-    """Say which other effects would use a parameter that these do not; nothing if none does, or there are none.
+    """Say which other effects would use a parameter that these do not; empty if there are none.
 
     Arguments and errors as for `parameters`.
     """

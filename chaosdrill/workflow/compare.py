@@ -1,7 +1,7 @@
 """Compare two archives variable by variable: bit by bit, or within the errors of each variable.
 
-Round-off differs between processors and libraries. Cycles, multipliers and everything else that attracts agree within
-the error of the method all the same; in chaos two runs part, and only averages agree, within their standard errors.
+Round-off differs between processors and libraries. Cycles, multipliers and other regular attractors nevertheless agree
+within the error of the method; in chaos two runs diverge, and only averages agree, within their standard errors.
 """
 
 from dataclasses import dataclass
@@ -32,12 +32,12 @@ STATED = 1e-8  # relative error within which cycles and multipliers agree, at to
 PER_TOLERANCE = 1e3  # that error over the tolerance of the method, at larger tolerances
 
 DEVIATIONS = 8.0
-"""Standard errors within which averages agree: few frequencies are behind one, and five are passed once in 10,000."""
+"""Standard errors within which averages agree: errors rest on few frequencies; five are exceeded once in 10,000."""
 
 BAR = 30.0  # factor within which the error bars of two runs agree: with so few frequencies ten is passed in one of 500
 
 LEADERS = {"time": "states", "iterate": "section", "event": "event_state_before"}
-"""Dimensions along which a run is recorded, and the variable that shows from where on two runs diverge."""
+"""Dimensions along which a run is recorded, and the variable that shows where two runs diverge."""
 
 _UNDECIDED = (Outcome.OK, Outcome.QUASIPERIODIC, Outcome.CHAOTIC, Outcome.UNDECIDED, Outcome.CONTRACTING)
 _ORBITS = ("periodic-orbit", "continuation")
@@ -49,7 +49,7 @@ _MARGIN = 0.25
 
 @dataclass(frozen=True)
 class Difference:
-    """What differs in one variable or attribute.
+    """The difference in one variable or attribute.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ class Check:
     how : str
         In words: "bit for bit", "within 1e-08", "within 8 standard errors", ...
     agrees : bool
-        Whether it is so.
+        Whether the two agree.
     """
 
     group: str
@@ -98,14 +98,14 @@ class Check:
 
 
 def compare(first: "xr.DataTree", second: "xr.DataTree") -> list[Difference]:
-    """All differences between two archives, wall time, history, versions and platform apart, and what a clock measured.
+    """All differences between two archives, except wall time, history, versions, platform and measured times.
 
-    Numbers are equal if they are so bit for bit.
+    Numbers are compared bit for bit.
 
     Parameters
     ----------
     first, second : xarray.DataTree
-        The archive as it is, and as it should be.
+        The actual and the expected archive.
 
     Returns
     -------
@@ -123,9 +123,9 @@ def examine(
     Parameters
     ----------
     first, second : xarray.DataTree
-        The archive as it is, and as it should be.
+        The actual and the expected archive.
     exact : bool, default True
-        Bit for bit; else by what can be compared between machines and versions (`agreement`).
+        Whether to compare bit for bit; otherwise by the criteria for other machines and versions (`agreement`).
     older : bool, default False
         The first archive is of another version, whose descriptions in words may differ.
     """
@@ -184,7 +184,7 @@ def _shared_events(first: "xr.Dataset", second: "xr.Dataset") -> "tuple[xr.Datas
 
 
 def _shared_events_of_runs(first: "xr.Dataset", second: "xr.Dataset") -> "tuple[xr.Dataset, xr.Dataset]":
-    """The same run by run, where the events of all stand one after the other."""
+    """The same run by run, where the events of all runs are concatenated."""
     import numpy as np
 
     counts = [ds.get("event_count", ds["outcome"]).values for ds in (first, second)]
@@ -222,7 +222,7 @@ def _attributes(
 def _compared(
     path: str, name: str, first: "xr.Dataset", second: "xr.Dataset", exact: bool
 ) -> tuple[list[Difference], str]:
-    """The differences between one variable of both, and how they were looked for."""
+    """The differences between one variable of both, and how it was compared."""
     import numpy as np
 
     one, other = first.variables[name].values, second.variables[name].values
@@ -271,7 +271,7 @@ def agreement(name: str, first: "xr.Dataset", second: "xr.Dataset") -> tuple[str
     how : str
         In words, for a table.
     wrong : ndarray of bool
-        Where the two disagree.
+        True where the two disagree.
     """
     import numpy as np
 
@@ -314,9 +314,9 @@ def agreement(name: str, first: "xr.Dataset", second: "xr.Dataset") -> tuple[str
 
 
 def _least(name: str, *both: "xr.Dataset") -> Any:
-    """What differences of a variable are relative to at least: 1, or less for states and times that stay below it.
+    """Smallest scale of the differences of a variable: 1, or less for states and times that stay below.
 
-    A state that is zero but for round-off where it is seen is known by the others of the archive.
+    The scale of a state that is zero except for round-off is that of the other records in the archive.
     """
     import numpy as np
 
@@ -334,7 +334,7 @@ def _least(name: str, *both: "xr.Dataset") -> Any:
 
 
 def _holds_states(name: Any, variable: "xr.DataArray") -> bool:
-    """Whether a variable holds states; tangents have sizes of their own."""
+    """Whether a variable holds states; tangents have their own sizes."""
     return variable.dims[-1:] == ("state",) and variable.dtype.kind == "f" and "tangent" not in str(name)
 
 
@@ -386,7 +386,7 @@ def _spread(name: str, first: "xr.Dataset", second: "xr.Dataset", variable: "xr.
 
 
 def _parting(dim: str, first: "xr.Dataset", second: "xr.Dataset", bound: float) -> tuple[Any, Any]:
-    """From which row on two recorded runs have diverged, and where they did so by a jump instead of gradually."""
+    """Row from which two recorded runs have diverged, and where they did so by a jump instead of gradually."""
     import numpy as np
 
     name = LEADERS[dim]

@@ -1,4 +1,4 @@
-"""What is in an archive, where it came from, and what to cite for it."""
+"""Contents and origin of an archive, and its references."""
 
 import json
 import os
@@ -44,16 +44,15 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
     Returns
     -------
     dict
-        Plain values, ready for JSON: ``path``, ``bytes``, the origin from the root's attributes,
-        ``quantities`` (numbers of the root, as those of a scene in SI units: value, units, long name), and ``groups``:
-        name -> ``kind``, ``system``, ``method``, ``tolerance``, ``dimensions``, ``variables`` (name ->
-        dimensions, dtype, units, long name), ``noise`` (parameter -> how it is drawn, if any is),
-        ``repeatable`` (what `verify` would run it again from, or why it cannot),
-        ``outcomes`` and ``special_points`` (name -> count), and ``altered``, the
-        variables that were altered after writing (":" for attributes of the group), if any, and
-        ``without_digests``, where that is unknown. So for the root, with ":scene" for a scene that has another SHA-256
-        than the one beside it. ``unsealed`` says in a sentence which groups hold no digests, and is empty if none. An
-        archive that was saved from Python has the ``versions`` of its groups.
+        Plain values, ready for JSON: ``path``, ``bytes``, the origin from the root's attributes, ``quantities``
+        (numbers of the root, as those of a scene in SI units: value, units, long name), and ``groups``: name ->
+        ``kind``, ``system``, ``method``, ``tolerance``, ``dimensions``, ``variables`` (name -> dimensions, dtype,
+        units, long name), ``noise`` (parameter -> how it is drawn, if any is), ``repeatable`` (from what `verify` would
+        repeat it, or why it cannot), ``outcomes`` and ``special_points`` (name -> count), and ``altered``, the
+        variables that were altered after writing (":" for attributes of the group), if any, and ``without_digests``,
+        where that is unknown. The root likewise, with ":scene" for a scene whose SHA-256 differs from the stored one.
+        ``unsealed`` says in a sentence which groups hold no digests, and is empty if none. An archive that was saved
+        from Python has the ``versions`` of its groups.
 
     Raises
     ------
@@ -93,7 +92,7 @@ def stored_versions(attributes: Mapping[Any, Any]) -> dict[str, str]:
 
 
 def _versions_of_groups(tree: "xr.DataTree") -> dict[str, str]:
-    """Versions named by the groups; several of one library if their origins differ."""
+    """Versions named by the groups; several of a library if their origins differ."""
     found: dict[str, list[str]] = {}
     for node in tree.subtree:
         for name, version in stored_versions(node.attrs).items():

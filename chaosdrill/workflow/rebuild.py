@@ -1,4 +1,4 @@
-"""The system that a result was made with, built again."""
+"""Rebuild the system of a result."""
 
 import os
 from typing import TYPE_CHECKING, Any

@@ -1,6 +1,6 @@
-"""Run a scene, into an archive or into memory, or an analysis again from what its dataset holds.
+"""Run a scene, into an archive or into memory, or repeat an analysis from the contents of its dataset.
 
-What has finished of a scene outlives whatever stops the run.
+Finished parts of a scene survive any interruption of the run.
 """
 
 import json
@@ -144,9 +144,9 @@ def compute(
     workers, scheduler, report
         As for `run`.
     parts : Parts, optional
-        Where finished chunks and analyses are kept; those that are there already are not run again.
+        Where finished chunks and analyses are kept; existing ones are not run again.
     command : str, optional
-        What the archive's history says was done; default: ``run`` with its name and what was set in it.
+        Entry in the archive's history; default: ``run`` with the scene's name and its changes.
 
     Returns
     -------
@@ -156,7 +156,7 @@ def compute(
     Raises
     ------
     SceneError
-        If the scene asks for no analysis.
+        If the scene contains no analysis.
     SettingsError
         If the scheduler cannot be used.
     ArchiveError
@@ -168,7 +168,7 @@ def compute(
     from chaosdrill.scene.in_si import in_si, si_table
 
     if not scene.analyses:
-        raise SceneError(f"{scene.name}: the scene asks for no analysis; add a table such as [analysis.spectrum]")
+        raise SceneError(f"{scene.name}: the scene contains no analysis; add a table such as [analysis.spectrum]")
     system = scene.system
     if scheduler is not None:
         # an address that does not answer is reported before hours of other analyses
@@ -224,7 +224,7 @@ def hindrance(ds: "xr.Dataset") -> str | None:
 
 
 def system_of(ds: "xr.Dataset") -> "HybridSystem":
-    """The system that a dataset was made with, from its definition.
+    """The system of a dataset, from its definition.
 
     Raises
     ------

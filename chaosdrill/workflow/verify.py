@@ -1,4 +1,4 @@
-"""Whether an archive is reproduced by its own scene, or by the definitions in it."""
+"""Verify that an archive is reproduced by its own scene, or by the definitions in it."""
 
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -28,15 +28,15 @@ class Verification:
     path : pathlib.Path
         The archive.
     differences : tuple of Difference
-        Empty if the archive is what is computed again.
+        Empty if the archive is reproduced.
     notes : tuple of str
-        What may explain differences: other versions, and another platform.
+        Possible reasons for differences: other versions, and another platform.
     checks : tuple of Check
         How each variable was compared.
     exact : bool
-        Whether numbers were compared bit for bit; else by what can be compared between machines and versions.
+        Whether numbers were compared bit for bit; otherwise by the criteria for other machines and versions.
     unsealed : str
-        What to say of groups without digests, whose alterations cannot be detected; empty if there are none.
+        A warning about groups without digests, whose alterations cannot be detected; empty if all have digests.
     """
 
     path: Path
@@ -48,7 +48,7 @@ class Verification:
 
     @property
     def equal(self) -> bool:
-        """Whether the archive is what is computed again, as far as each variable can be compared."""
+        """Whether the archive is reproduced, as far as each variable can be compared."""
         return not self.differences
 
     def table(self) -> str:
@@ -57,7 +57,7 @@ class Verification:
         Returns
         -------
         str
-            A line each: group, variable, how many values differ, by how much at most.
+            One line per difference: group, variable, number of differing values, largest difference.
         """
         rows = [("group", "variable", "differing", "max |difference|", "")]
         for item in self.differences:
@@ -88,14 +88,14 @@ def verify(
 ) -> Verification:
     """Run the scene of an archive again and compare every variable.
 
-    An archive that was saved from Python has no scene. Each of its groups is computed again from the definition of its
-    system, its numbers and its arguments; a group that cannot be computed counts as different, with the reason.
+    An archive that was saved from Python has no scene. Each of its groups is recomputed from the definition of its
+    system, its numbers and its arguments; a group that cannot be recomputed counts as different, with the reason.
     Attributes that were added later are not compared.
 
     With the versions and the platform of the archive, numbers are compared bit for bit. With others, cycles,
     multipliers and regular attractors must agree within the error of the method, and averages in chaos within their
-    errors; ``checks`` names the criterion of each variable. In either case a variable that was altered after writing,
-    by its digest, counts as different.
+    errors; ``checks`` names the criterion of each variable. In either case a variable whose digest shows an alteration
+    counts as different.
 
     Parameters
     ----------
@@ -208,7 +208,7 @@ def _only_known_attributes(ds: "xr.Dataset", again: "xr.Dataset") -> "xr.Dataset
 
 
 def _is_older(attributes: Mapping[Any, Any]) -> bool:
-    """Whether another version wrote what has these attributes, one whose descriptions in words may differ."""
+    """Whether the attributes were written by another version, whose descriptions in words may differ."""
     return (
         format_of(attributes) < FORMAT
         or stored_versions(attributes).get("chaosdrill") != library_versions()["chaosdrill"]

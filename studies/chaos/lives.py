@@ -16,7 +16,7 @@ import chaosdrill as cd
 
 STARTS = {"count": 400, "seed": 1, "y": (-1.0, 0.5), "u": (-1.0, 1.0)}
 PERIODS, GAINS_SPEED = 3000, 60
-"""Longest time watched, and the age from which lives count: who leaves at once is gone after 30 to 50."""
+"""Longest time watched, and the age from which lifetimes count: who leaves at once is gone after 30 to 50."""
 
 ETA, B = 0.65, 0.73
 """Where the other parameter is varied."""

@@ -33,19 +33,23 @@ if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
 _EACH = f"{SWEEP} attractor"
-_NEXT = "Number of the attractor to which the motion then leads; 0: none in the table, or several."
+_NEXT = "Number of the attractor to which the motion then leads; 0: none of the table, or several."
 
 VARIABLES = table(
-    axis(SWEEP, SWEEP, "f8", "swept parameter", "Values that the sweep ran through.", True),
+    axis(SWEEP, SWEEP, "f8", "swept parameter", "Values of the sweep.", True),
     axis("attractor", "attractor", "i4", "number of the attractor", "By the sum of its shares, from 1.", True),
     RUN_NUMBER,
     *STATES,
     INITIAL_STATE,
     may("initial_mode", "run", "i1", "initial mode", "Mode in which a run starts.", flags="mode"),
     EXPONENT,
-    need("fraction", _EACH, "f8", "fraction of the basin", "Part of the starts that lead to it; 0 where it is not."),
+    need(
+        "fraction", _EACH, "f8", "fraction of the basin", "Share of the starts that lead to it; 0 if it does not exist."
+    ),
     need("fraction_error", _EACH, "f8", "standard error of the fraction", "Of starts drawn at random."),
-    need("fraction_none", SWEEP, "f8", "fraction without an attractor", "Part of the starts that lead to no other."),
+    need(
+        "fraction_none", SWEEP, "f8", "fraction without an attractor", "Starts that lead to no attractor of the table."
+    ),
     need("fraction_none_error", SWEEP, "f8", "standard error of that", "Of starts drawn at random."),
     need("attractor_period", _EACH, "i2", "period of the attractor", "In iterates of the section, or 0."),
     need("attractor_outcome", _EACH, "i1", "kind of the attractor", "-1 where it is not.", flags="outcome"),

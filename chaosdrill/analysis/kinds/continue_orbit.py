@@ -174,7 +174,7 @@ class Continuation(Orbit):
 @analysis(
     "continuation",
     Continuation,
-    "branches of orbits along a parameter with what happens on them; curves in two",
+    "branches of orbits along a parameter with their special points; curves in two",
     VARIABLES,
     cites=(*ORBITS, "keller1977"),
 )

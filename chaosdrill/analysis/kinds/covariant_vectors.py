@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _OVER = "time vector"
 
 VARIABLES = table(
-    axis("time", "time", "f8", "model time", "Since the start of the run; where the vectors stand.", True),
+    axis("time", "time", "f8", "model time", "Since the start of the run, at the vectors.", True),
     *STATES,
     axis(
         "split",
@@ -30,7 +30,7 @@ VARIABLES = table(
         True,
     ),
     axis("vector", "time state vector", "f8", "covariant vector", "Of length 1; zero where it is lost.", True),
-    need("vector_error", _OVER, "f8", "error of the direction", "What the ends of the passes may still be of it."),
+    need("vector_error", _OVER, "f8", "error of the direction", "Remaining effect of the ends of the two passes."),
     need("local_growth", _OVER, "f8", "local rate of growth", "From this time to the next one; -inf where lost."),
     need("lost", _OVER, "i1", "direction lost", "Whether an event has removed it by this time.", flags="truth"),
     need("lyapunov_exponent", "vector", "f8", "Lyapunov exponent", RANK_LOSS),

@@ -21,12 +21,12 @@ VARIABLES = table(
     *STATES,
     need("dimension", "order", "f8", "dimension of section points", "0 on a cycle; NaN without a scaling region."),
     need("dimension_error", "order", "f8", "standard error of the dimension", COVERS),
-    need("scale_low", "order", "f8", "smallest distance of the scaling region", "NaN where there is none."),
-    need("scale_high", "order", "f8", "largest distance of the scaling region", "NaN where there is none."),
+    need("scale_low", "order", "f8", "smallest distance of the scaling region", "NaN without a scaling region."),
+    need("scale_high", "order", "f8", "largest distance of the scaling region", "NaN without a scaling region."),
     need("correlation_sum", _OVER, "f8", "correlation sum", "Grows as the distance to the power of the dimension."),
     need("local_slope", _OVER, "f8", "local slope of the correlation sum", "Of logarithms, to the next distance."),
-    need("local_slope_error", _OVER, "f8", "standard error of the local slope", "By chance, from blocks."),
-    need("spread", "state", "f8", "standard deviation of the state", "Unit of distances; 0 for a state that rests."),
+    need("local_slope_error", _OVER, "f8", "standard error of the local slope", "Statistical, from blocks."),
+    need("spread", "state", "f8", "standard deviation of the state", "Unit of distances; 0 for a constant state."),
     need("period", "", "i4", "period found", "In iterates of the section; 0 when none was found."),
     outcome(""),
     *forcing(),
@@ -40,7 +40,7 @@ VARIABLES = table(
 class Dimensions(SectionRecord):
     """Settings of `dimensions`."""
 
-    without_noise: ClassVar[str] = "points of a run under noise fill what the noise reaches, not an attractor"
+    without_noise: ClassVar[str] = "points of a run under noise fill the range of the noise, not an attractor"
 
     orders: list[int] = setting(ListOf(Whole(1, 8), distinct=True), (1, 2, 3))
     window: int = setting(Whole(0, 10_000), 10)

@@ -24,7 +24,7 @@ VARIABLES = table(
     axis("order", "order", "i4", "order of the cumulant", "1: mean, 2: variance, and so on.", True),
     need("lyapunov_exponent", "exponent", "f8", "Lyapunov exponent", RANK_LOSS),
     need("lyapunov_error", "exponent", "f8", "standard error of the exponent", COVERS),
-    need("cumulant", f"{_WINDOW} order", "f8", "cumulant of the exponents", "Over windows that follow each other."),
+    need("cumulant", f"{_WINDOW} order", "f8", "cumulant of the exponents", "Over successive windows."),
     need("cumulant_error", f"{_WINDOW} order", "f8", "standard error of the cumulant", COVERS),
     need("histogram", f"{_WINDOW} bin", "f8", "probability density", "Of the exponents over windows; its sum is 1."),
     need("histogram_error", f"{_WINDOW} bin", "f8", "standard error of the density", "Of each bin by itself."),

@@ -32,7 +32,7 @@ VARIABLES = table(
     ITERATE,
     need("section", "iterate state", "f8", "state on the section", "At the strobe: at forcing phase zero."),
     axis("time", "iterate", "f8", "model time of the crossing", "Dimensionless; counted from the start.", True),
-    may("phase", "iterate", "f8", "forcing phase of the crossing", "In parts of a forcing period, 0 to 1."),
+    may("phase", "iterate", "f8", "forcing phase of the crossing", "As a fraction of a forcing period, 0 to 1."),
     may("mode", "iterate", "i1", "mode on the section", "Mode that holds at the crossing.", flags="mode"),
     may(QUADRATURE, "iterate", "f8", "quadrature", "Integral along the flow from the start of the record."),
     may("period", "", "i4", "period found", "In iterates of the section; 0 when none was found."),

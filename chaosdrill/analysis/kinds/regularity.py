@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 _STATE = f"{SWEEP} state"
 
 VARIABLES = table(
-    axis(SWEEP, SWEEP, "f8", "swept parameter", "Values that the sweep ran through.", True),
+    axis(SWEEP, SWEEP, "f8", "swept parameter", "Values of the sweep.", True),
     *STATES,
     need("average", _STATE, "f8", "weighted Birkhoff average", "Over section points. NaN for a state at rest there."),
     need("average_error", _STATE, "f8", "standard error of the average", COVERS),
-    need("digits", _STATE, "f8", "digits of the average", "Agreement of both halves, in parts of the extent."),
+    need("digits", _STATE, "f8", "digits of the average", "Agreement of both halves, relative to the extent."),
     need("digits_error", _STATE, "f8", "standard error of the digits", "Of those of records of the same length."),
     need("rotation_number", SWEEP, "f8", "rotation number", "Turns about the centre from point to point, 0 to 1."),
     need("rotation_number_error", SWEEP, "f8", "standard error of the rotation number", COVERS),

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from chaosdrill.analysis.base import Job
     from chaosdrill.model import HybridSystem
 
-_EITHER = "times are given, at which states are put out in place of samples"
+_EITHER = "times are given, at which states are recorded instead of samples"
 
 _SHORTEST = 1e-12
 """Duration of a run whose only time of output is its start."""

@@ -22,15 +22,15 @@ VARIABLES = table(
     *STATES,
     EXPONENT,
     need("initial_state", "start state", "f8", "initial state", "State from which each run starts."),
-    need("lifetime", "start", "f8", "lifetime", "Until the run leaves; where it does not, as long as it was watched."),
+    need("lifetime", "start", "f8", "lifetime", "Until the run leaves, or the end of the record if it does not."),
     outcome("start"),
-    need("surviving", "age", "f8", "surviving share", "Part of the runs that have reached this age."),
+    need("surviving", "age", "f8", "surviving share", "Share of the runs that reached this age."),
     need("escape_rate", "", "f8", "escape rate", "Per unit of model time."),
     need("escape_rate_error", "", "f8", "standard error of the escape rate", COVERS),
-    need("escapes", "", "i8", "number of escapes", "Those after the transient."),
-    need("least_age", "", "f8", "age from which lives count", "In units of model time."),
+    need("escapes", "", "i8", "number of escapes", "After the transient."),
+    need("least_age", "", "f8", "age from which lifetimes count", "In units of model time."),
     need("drift", "", "f8", "change of the escape rate", "Of late escapes against early ones, in standard errors."),
-    need("saddle_state", "point state", "f8", "state near the saddle", "In the middle of long lives."),
+    need("saddle_state", "point state", "f8", "state near the saddle", "In the middle of long lifetimes."),
     need("lyapunov_exponent", "exponent", "f8", "Lyapunov exponent of the saddle", RANK_LOSS),
     need("lyapunov_error", "exponent", "f8", "standard error of the exponent", COVERS),
     *forcing(),
@@ -43,7 +43,7 @@ VARIABLES = table(
 class TransientChaos(AnalysisSettings):
     """Settings of `transient_chaos`."""
 
-    without_noise: ClassVar[str] = "how long a run lasts is then a matter of one sequence of draws"
+    without_noise: ClassVar[str] = "the lifetime of a run then depends on one sequence of draws"
 
     periods: int | None = setting(Whole(1), None)
     duration: float | None = setting(Amount(above=0, most=LONGEST), None)

@@ -23,23 +23,23 @@ TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
 _CELL = "method tolerance"
 
 VARIABLES = table(
-    axis("quantity", "quantity", "str", "quantity", "What the error is an error of.", True),
+    axis("quantity", "quantity", "str", "quantity", "Quantity to which the error belongs.", True),
     axis("method", "method", "str", "method", "Numerical method.", True),
-    axis("tolerance", "tolerance", "f8", "tolerance", "Asked of the method; see steps_per_period too.", True),
+    axis("tolerance", "tolerance", "f8", "tolerance", "Requested; see also steps_per_period.", True),
     *STATES,
     need("error", f"quantity {_CELL}", "f8", "error", "NaN if not measured, infinite if events differ."),
-    need("reference_error", "quantity", "f8", "error of the reference", "What two computations of it differ by."),
+    need("reference_error", "quantity", "f8", "error of the reference", "Difference between two computations of it."),
     clocked("wall_time", _CELL, "time a period", "Median over the runs; a unit of time if not forced."),
     clocked("wall_time_spread", _CELL, "spread of the time a period", "Distance of the quartiles of the runs."),
     need("steps", _CELL, "f8", "steps a period", "Mean; events end steps. A unit of time if not forced."),
     need("evaluations", _CELL, "f8", "evaluations a period", "Of the right-hand side; a jet counts as its order."),
     need("steps_per_period", _CELL, "i4", "fixed steps a period", "Or a part of duration; 0: chosen by the method."),
     need("exponent_error_spread", _CELL, "f8", "standard error of the exponent's error", "Over the restarts."),
-    need("horizon", _CELL, "f8", "trusted time", "Until a chaotic trajectory is 1e-6 off; infinite if it stays."),
+    need("horizon", _CELL, "f8", "trusted time", "Until a chaotic trajectory is off by 1e-6; infinite if never."),
     need("horizon_expected", "tolerance", "f8", "expected trusted time", "ln(1e-6/tolerance)/exponent, in chaos."),
     outcome(_CELL),
     need("period", "", "i4", "period of the cycle", "In forcing periods; 0 off a cycle."),
-    need("lyapunov_exponent", "", "f8", "leading Lyapunov exponent", "Of the surveyed stretch of the attractor."),
+    need("lyapunov_exponent", "", "f8", "leading Lyapunov exponent", "Over the surveyed part of the attractor."),
     need("lyapunov_error", "", "f8", "standard error of the exponent", "Statistical; from blocks, not numerics."),
     need("start", "state", "f8", "start", "State from which all methods start, at the strobe."),
     forcing()[0],
@@ -52,7 +52,7 @@ VARIABLES = table(
 class WorkPrecision(Record):
     """Settings of `work_precision`."""
 
-    without_noise: ClassVar[str] = "its reference in extended precision draws no numbers"
+    without_noise: ClassVar[str] = "its reference in extended precision has no random numbers"
     own_numerics: ClassVar[bool] = True
 
     methods: list[str] = setting(ListOf(Method(), distinct=True), tuple(METHODS))

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _STATE = f"{SWEEP} state"
 
 VARIABLES = table(
-    axis(SWEEP, SWEEP, "f8", "swept parameter", "Values that the sweep ran through.", True),
+    axis(SWEEP, SWEEP, "f8", "swept parameter", "Values of the sweep.", True),
     *STATES,
     need("k", _STATE, "f8", "growth K of the 0-1 test", "0: regular, 1: chaos. NaN for a state that does not move."),
     need("k_error", _STATE, "f8", "standard error of K", "Of the mean K of records of the same length."),
@@ -32,7 +32,7 @@ VARIABLES = table(
 class ZeroOneTest(SweptRecord):
     """Settings of `zero_one_test`."""
 
-    without_noise: ClassVar[str] = "the noise itself passes for chaos in it"
+    without_noise: ClassVar[str] = "it takes the noise itself for chaos"
 
 
 @analysis(

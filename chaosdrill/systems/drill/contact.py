@@ -105,7 +105,7 @@ def peak(approach: Any, *, free: bool) -> Any:
 def holds(option: str, approach: Any) -> Any:
     """Whether friction holds a resting rock through the hit; None where nothing can.
 
-    The paper asks for the peak force of free masses. A Newtonian hit has an infinite force, which no friction holds.
+    The paper uses the peak force of free masses. A Newtonian hit has an infinite force, which no friction holds.
     """
     from chaosdrill.systems.drill.friction import STATIC
 

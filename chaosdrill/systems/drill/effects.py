@@ -66,7 +66,7 @@ def parameters(effects: Mapping[str, str] | None = None) -> dict[str, float]:
 
 
 def unused(key: str, effects: Mapping[str, str] | None = None) -> str:
-    """Say which other effects would use a parameter that the chosen ones do not; nothing if none does."""
+    """Say which other effects would use a parameter that the chosen ones do not; empty if there are none."""
     chosen = complete(effects)
     changes = []
     for options in product(*OPTIONS.values()):

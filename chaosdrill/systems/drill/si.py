@@ -259,7 +259,7 @@ def _extreme(values: Mapping[str, float], raw: Mapping[str, Any], made: Mapping[
 
 
 def _surplus(raw: Mapping[str, Any], parameters: Mapping[str, Any], known: Mapping[str, float]) -> list[Fault]:
-    """Quantities that say something twice, or of something that the scene does not simulate."""
+    """Quantities that are redundant, or belong to effects that the scene does not simulate."""
     faults: list[Fault] = []
     for name in raw:
         if name not in QUANTITIES or name in SCALES:
