@@ -50,6 +50,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit code.
     """
     given = sys.argv[1:] if arguments is None else list(arguments)
+    if arguments is None and os.environ.get("MPLBACKEND", "").startswith("module://"):
+        # a notebook's own backend, which another environment than that of its kernel lacks; commands open no window
+        os.environ["MPLBACKEND"] = "agg"
     with usable_streams(), second_one_ends(INTERRUPTED, last=arguments is None):
         try:
             return chaosdrill.main(given, prog_name="chaosdrill", standalone_mode=False) or DONE

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 _SHORTEST = 6
 """Smallest number of letters in a line of broken text."""
+_SMALLEST = 0.6
+"""Smallest part of its size to which a text shrinks whose words are longer than its room."""
 _ROUNDS = 3
 """Breaking a label changes the room of others; after this number of rounds nothing changes."""
 _EDGE = 4.0
@@ -36,6 +38,9 @@ class Entries:
 
 entries: "WeakKeyDictionary[Legend, Entries]" = WeakKeyDictionary()
 """Legends that are fitted."""
+
+_sizes: "WeakKeyDictionary[Text, tuple[float, float]]" = WeakKeyDictionary()
+"""Size of each fitted text as it was, and as it is drawn."""
 
 
 class FittedLayout(ConstrainedLayoutEngine):
@@ -120,7 +125,12 @@ def _outermost(ax: "Axes") -> tuple[bool, bool, bool, bool]:
 
 
 def _break(text: Text, whole: str, room: float) -> None:
-    """Show a text in lines of at most a length in pixels, as far as its words allow."""
+    """Show a text in lines of at most a length in pixels, in smaller letters if its words are longer than that."""
+    size, drawn = _sizes.get(text, (0.0, -1.0))
+    if text.get_fontsize() != drawn:
+        size = text.get_fontsize()
+    text.set_fontsize(size)
+    _sizes[text] = size, size
     text.set_text(whole)
     if not whole:
         return
@@ -133,6 +143,9 @@ def _break(text: Text, whole: str, room: float) -> None:
     while (found := length()) > room > 0 and longest > _SHORTEST:
         longest = max(_SHORTEST, min(longest - 1, int(longest * room / found)))
         text.set_text("\n".join(wrapped(line, longest) for line in whole.split("\n")))
+    if found > room > 0:
+        text.set_fontsize(size * max(_SMALLEST, room / found))
+        _sizes[text] = size, text.get_fontsize()
 
 
 def fit_legend(legend: "Legend", fig: "Figure") -> bool:

@@ -1,6 +1,9 @@
 """What the commands print, for people and for scripts."""
 
 import json
+import os
+import subprocess
+import sys
 
 import netCDF4
 import numpy as np
@@ -246,6 +249,14 @@ def test_prints_the_page_it_wrote(call, archive, tmp_path):
     # it has no history, of which the picture of convergence is made
     assert [fault.split(":")[0:2] for fault in told["faults"]] == [["spectrum", " convergence"]]
     assert "could not be shown: spectrum: convergence" in answer.err
+
+
+def test_the_backend_of_a_notebook_is_not_loaded(archive):
+    command = [sys.executable, "-m", "chaosdrill", "report", str(archive)]
+    environment = dict(os.environ, MPLBACKEND="module://matplotlib_inline.backend_inline")
+    told = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300).stderr
+    assert "convergence" in told
+    assert "backend" not in told
 
 
 def test_exit_codes(call, archive, tmp_path):

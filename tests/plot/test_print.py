@@ -1,5 +1,7 @@
 """Pictures in a column: axes fill it, nothing is cut, and lines are curves."""
 
+from itertools import pairwise
+
 import matplotlib as mpl
 import numpy as np
 import pytest
@@ -48,6 +50,20 @@ def test_a_column_is_filled_and_nothing_is_cut(request, which, afterwards):
             if afterwards:
                 figure.set_size_inches(COLUMN, 3.6)
             _check(figure)
+
+
+def test_a_long_word_beside_a_low_panel_shrinks_and_grows_back(ball):
+    names = ["penetration of the mass", "penetration of the bit"]
+    figure = cd.plot(ball.assign_coords(state_long_name=("state", names))).figure
+    size, labels = figure.get_size_inches().tolist(), [axes.yaxis.label for axes in figure.axes]
+    letters = [label.get_fontsize() for label in labels]
+    figure.set_size_inches(COLUMN, 2.4)
+    figure.draw_without_rendering()
+    boxes = [label.get_window_extent() for label in labels]
+    assert not any(upper.overlaps(lower) for upper, lower in pairwise(boxes))
+    figure.set_size_inches(size[0], 8.0)
+    figure.draw_without_rendering()
+    assert [label.get_fontsize() for label in labels] == letters
 
 
 def test_a_legend_takes_its_columns_back_where_there_is_room(chart):
