@@ -1,1 +1,1 @@
-"""One analysis a file, named as its function: settings, variables, citations, and how it is run."""
+"""One analysis per file, named like its function: settings, variables, citations, and how it is run."""

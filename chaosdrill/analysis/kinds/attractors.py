@@ -1,4 +1,4 @@
-"""Attractors along a parameter: which there are, and the share of the starts that leads to each."""
+"""Attractors along a parameter, and the share of the starts that leads to each."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -107,15 +107,15 @@ class Attractors(Points):
     cites=(*POINTS, "datseris2023", "stender2022", "menck2013"),
 )
 def attractors(system: "HybridSystem", given: Attractors, job: "Job") -> "xr.Dataset":
-    """Attractors along a parameter: which there are, what share of the starts each has, and where they begin and end.
+    """Attractors along a parameter, the share of the starts that leads to each, and where they begin and end.
 
-    At every value all starts are run, and the attractors told apart as by `basins`. Every attractor that was found is
-    carried to both neighbouring values, as a state is that is followed along a diagram, and what it leads to there is
-    carried on if no start had found it: an attractor whose basin no start lies in is there with the share 0. Two
-    attractors at neighbouring values are one if the motion leads from the first to the second and, back again, to the
-    first. So hysteresis is seen where it is: an attractor ends in a ``jump`` if the motion goes to another one and does
-    not come back. Where several lead to one, motions go back from eight stretches of it: if these reach more than one,
-    the others have merged into it (``merger``; seen from the other side ``split``), and a new one begins there.
+    At every value all starts are run, and the attractors are distinguished as by `basins`. Every attractor is continued
+    to both neighbouring values, like a state followed along a diagram, and the attractor reached there is continued in
+    turn if no start had found it: an attractor whose basin contains no start has the share 0. Two attractors at
+    neighbouring values are the same if the motion leads from the first to the second and back again to the first.
+    Hysteresis thus becomes visible: an attractor ends in a ``jump`` if the motion goes to another one and does not come
+    back. Where several lead to one, motions go back from eight stretches of it: if these reach more than one, the
+    others have merged into it (``merger``; seen from the other side ``split``), and a new one begins there.
     Attractors.jl matches attractors by their distance in state space instead (Datseris, Rossi and Wagemakers 2023,
     doi:10.1063/5.0159675); shares along a parameter are drawn by bSTAB (Stender and Hoffmann 2022,
     doi:10.1007/s11071-021-06786-5).
@@ -125,8 +125,8 @@ def attractors(system: "HybridSystem", given: Attractors, job: "Job") -> "xr.Dat
     system : HybridSystem
         System with its parameters.
     sweep : mapping of one parameter to values
-        ``{"eta": np.linspace(0.4, 0.9, 101)}``. Between two neighbouring values an attractor that takes the place of
-        another, with which it coexists at neither, counts as the same.
+        ``{"eta": np.linspace(0.4, 0.9, 101)}``. An attractor that replaces another between two neighbouring values, and
+        coexists with it at neither, counts as the same.
     periods, duration, transient : int or float
         As in `parameter_chart`; no section is kept.
     at, max_return, exponents, max_period, max_extension : optional
@@ -134,8 +134,8 @@ def attractors(system: "HybridSystem", given: Attractors, job: "Job") -> "xr.Dat
     initial : array, list, mapping, DataFrame or Dataset, optional
         Initial states whose shares are counted, the same at every value, as in `basins`.
     random : mapping, optional
-        ``{"count": 200, "seed": 1, "y": (-1, 1)}``: states drawn uniformly from a box, as in `bifurcation_diagram`.
-        With ``initial`` as well both are counted.
+        ``{"count": 200, "seed": 1, "y": (-1, 1)}``: states drawn uniformly from a box, as in `bifurcation_diagram`. If
+        ``initial`` is also given, both are counted.
     workers, scheduler, store : optional
         As in `bifurcation_diagram`.
     method, tolerance, steps, max_events, max_stalls, progress : optional
@@ -146,15 +146,15 @@ def attractors(system: "HybridSystem", given: Attractors, job: "Job") -> "xr.Dat
     -------
     xarray.Dataset
         Over the parameter and ``attractor``: ``fraction`` and ``fraction_error``, ``attractor_period``,
-        ``attractor_outcome`` (its kind; -1, "none" in words, where it is not), ``attractor_exponent`` and
+        ``attractor_outcome`` (its kind; -1, "none" in words, where it does not exist), ``attractor_exponent`` and
         ``attractor_error`` (exponent), mean rates, ``attractor_state`` (state). Over ``attractor``: ``first_value`` and
         ``last_value`` of the parameter with it, ``end_below`` and ``end_above`` (``limit`` of the sweep, ``jump``,
         ``merger``, ``split`` or ``lost``), ``next_below`` and ``next_above``. Over the parameter ``fraction_none``, and
         with ``run`` ``reached`` (the attractor of every start) and ``outcome``; ``initial_state`` (run, state). Errors
         are those of shares of starts drawn at random (Agresti and Coull 1998, doi:10.1080/00031305.1998.10480550), not
         zero even for the share 0; those of neighbouring values are not independent, since the starts are the same. The
-        share of a grid has another error, of the size of the boundary's part of its cells, mostly a smaller one. At
-        most 16 attractors are told apart at one value.
+        error of a share of a grid is different, of the size of the share of cells on the boundary, and mostly smaller.
+        At most 16 attractors are distinguished at one value.
 
     Raises
     ------

@@ -78,16 +78,16 @@ class BasinMeasures(Basins):
     cites=(*POINTS, "menck2013", "daza2016", "grebogi1983", "daza2018"),
 )
 def basin_measures(system: "HybridSystem", given: BasinMeasures, job: "Job") -> "xr.Dataset":
-    """How the basins of attraction share a grid or a list of starts, and how entangled they are.
+    """Shares of the basins of attraction in a grid or a list of starts, and measures of their entanglement.
 
-    The attractors are those of `basins`; starts that lead to none count as one basin more. The basin entropy is the
+    The attractors are those of `basins`; starts that lead to none count as one further basin. The basin entropy is the
     mean Gibbs entropy of the attractors in boxes of cells, and the boundary basin entropy that of the boxes with more
-    than one: beyond log 2 the boundary is fractal (Daza and others 2016, doi:10.1038/srep31416). The part of the
-    starts that have another attractor within a distance grows with its power, the uncertainty exponent, which is the
-    number of states of the grid less the dimension of the boundary (Grebogi, McDonald, Ott and Yorke 1983,
-    doi:10.1016/0375-9601(83)90945-3). If the boundaries that are left when all basins but one are merged are the same
-    to a few cells, whichever is left out, the basins have the property of Wada to the resolution of the grid (Daza and
-    others 2018, doi:10.1038/s41598-018-28119-0).
+    than one: beyond log 2 the boundary is fractal (Daza and others 2016, doi:10.1038/srep31416). The share of starts
+    with another attractor within a distance grows as a power of the distance, the uncertainty exponent, which is the
+    number of states of the grid minus the dimension of the boundary (Grebogi, McDonald, Ott and Yorke 1983,
+    doi:10.1016/0375-9601(83)90945-3). If merging all basins except one leaves the same boundary to a few cells,
+    whichever basin is excepted, the basins have the Wada property to the resolution of the grid (Daza and others 2018,
+    doi:10.1038/s41598-018-28119-0).
 
     Parameters
     ----------
@@ -100,8 +100,8 @@ def basin_measures(system: "HybridSystem", given: BasinMeasures, job: "Job") -> 
     at, max_return, exponents, max_period, max_extension : optional
         As in `bifurcation_diagram`.
     initial : array, list, mapping, DataFrame or Dataset, optional
-        As in `basins`, in any number of states: they have shares, and no entropies nor an exponent. Beside a grid they
-        count in the shares.
+        As in `basins`, in any number of states: they have shares, but no entropies and no exponent. With a grid they
+        are included in the shares.
     box : int, default 5
         Cells of a box along every state.
     workers, scheduler, store : optional
@@ -116,11 +116,11 @@ def basin_measures(system: "HybridSystem", given: BasinMeasures, job: "Job") -> 
         ``attractor_exponent`` and ``attractor_error`` (exponent), ``attractor_state`` (state), and ``wada_distance``,
         in cells. Of a grid ``basin_entropy``, ``boundary_entropy`` and ``uncertainty_exponent``, each with its
         ``_error``, and ``uncertain_fraction`` over ``distance``, in cells; ``smallest_kick`` (attractor, state) is the
-        change of ``attractor_state``, in the units of each state, to the nearest start with another attractor, where
-        lengths are taken in parts of the grid, NaN for an attractor outside of its plane; the boundary lies up to a
-        cell before. The error of a share of a list is that of
-        random starts (Agresti and Coull 1998, doi:10.1080/00031305.1998.10480550); of a grid that of cells which the
-        boundary cuts, in the worst case all alike, if that is less.
+        change of ``attractor_state``, in the units of each state, to the nearest start with another attractor, with
+        lengths relative to the grid; NaN for an attractor outside its plane. The boundary lies up to one cell closer.
+        The error of a share of a list is that of random starts (Agresti and Coull 1998,
+        doi:10.1080/00031305.1998.10480550); for a grid it is the worst case of the cells cut by the boundary, if that
+        is smaller.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Basins of attraction: which attractor each initial state of a grid leads to."""
+"""Basins of attraction: the attractor of each initial state of a grid."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -81,7 +81,7 @@ class Basins(Points):
 
     @classmethod
     def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
-        """As for every run; and a state that the initial mode holds at one value."""
+        """As for every run, plus a state that the initial mode keeps constant."""
         from chaosdrill.engine.setup import constrained_states
 
         yield from super().misfits(table, system)
@@ -103,14 +103,13 @@ class Basins(Points):
     cites=POINTS,
 )
 def basins(system: "HybridSystem", given: Basins, job: "Job") -> "xr.Dataset":
-    """Attractors reached from a grid or a list of initial states, and the part of these that leads to each.
+    """Attractors reached from a grid or a list of initial states, and the share of these that leads to each.
 
     Two runs are assigned to the same attractor if their kind and period agree and their section points have the same
     moments: for cycles within 2e-5 of their size, at any phase; for other attractors within a fifth of their extent,
-    with leading exponents that agree within eight standard errors. Equilibria are compared as cycles are, since
-    Newton's method refines them to rounding error. Attractors are numbered by the size of their basins. The fractions
-    are those of the starts; their standard error sqrt(p (1 - p) / N) is that of N states drawn at random, from the
-    box of a grid.
+    with leading exponents that agree within eight standard errors. Equilibria are compared like cycles, since Newton's
+    method refines them to rounding error. Attractors are numbered by the size of their basins. The fractions are those
+    of the starts; their standard error sqrt(p (1 - p) / N) is that of N states drawn at random, from the box of a grid.
 
     Parameters
     ----------
@@ -126,8 +125,8 @@ def basins(system: "HybridSystem", given: Basins, job: "Job") -> "xr.Dataset":
     initial : array, list, mapping, DataFrame or Dataset, optional
         Initial states in any number of dimensions: an array (run, state) or a list of rows, in the order of the states;
         a list of mappings; columns by name, in a mapping, a `pandas.DataFrame` or an `xarray.Dataset`; or an
-        `xarray.DataArray` with a dimension ``state``. By name ``mode`` can be given, too, and what is left out is the
-        system's own. Beside a grid they follow its cells, whose last state varies fastest.
+        `xarray.DataArray` with a dimension ``state``. By name ``mode`` can also be given, and omitted states are the
+        system's own. With a grid the list follows its cells, whose last state varies fastest.
     workers, scheduler, store : optional
         As in `bifurcation_diagram`.
     method, tolerance, steps, max_events, max_stalls, progress : optional

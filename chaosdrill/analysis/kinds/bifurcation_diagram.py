@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
 FOLLOW = {"forward": ("forward",), "backward": ("backward",), "both": ("forward", "backward")}
-"""Directions in which a state can be followed along a sweep, by the word that asks for them."""
+"""Directions in which a state can be followed along a sweep, by the value of ``follow``."""
 
 POINTS_OF_TIME = 256
 """Section points that are kept by default where the length is a duration."""
@@ -58,8 +58,8 @@ def bifurcation_diagram(system: "HybridSystem", given: BifurcationDiagram, job: 
     """Poincaré sections along a parameter, with the spectrum and an outcome at every point.
 
     Every point is an independent run from its own initial state, so that results are bit-identical for any number of
-    workers; a state followed along the sweep is a seed of its own. If a run fails, its outcome says how, and the sweep
-    continues.
+    workers; a state followed along the sweep is a seed of its own. If a run fails, its outcome gives the reason, and
+    the sweep continues.
 
     Attractors are classified by exponents and recurrence together (see "Period detection" in the theory). An undecided
     run is extended by up to ``max_extension`` times ``periods``, or until it settles on a cycle; its last record is
@@ -92,7 +92,7 @@ def bifurcation_diagram(system: "HybridSystem", given: BifurcationDiagram, job: 
         How many times ``periods`` an undecided run may be extended by; 0 for no extension.
     seeds : sequence of mappings, optional
         Initial values (and ``mode``) of each fixed seed; default: the system's own initial state, unless other seeds
-        are asked for.
+        are requested.
     random : mapping, optional
         ``{"count": 4, "seed": 1, "y": (-1, 1)}``: ``count`` states drawn uniformly from the box, by a generator with
         this ``seed``; the same states at every point.
@@ -102,7 +102,7 @@ def bifurcation_diagram(system: "HybridSystem", given: BifurcationDiagram, job: 
     section_points : int, optional
         Number of section points to store of every run, the last ones; default ``periods``, or 256 with ``duration``.
     workers : int, default 1
-        Threads; the kernels hold no lock.
+        Threads; the kernels release the interpreter's lock.
     scheduler : str, optional
         Address of a Dask scheduler, whose workers are used instead.
     store : path-like, optional

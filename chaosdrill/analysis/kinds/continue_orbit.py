@@ -1,4 +1,4 @@
-"""Branches of periodic orbits followed in a parameter, and curves of their special points in two."""
+"""Branches of periodic orbits along a parameter, and curves of their special points in two."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -49,7 +49,7 @@ MOST_DOUBLINGS = 12
 """Doubled branches followed in a row: period 4096 times the first."""
 
 STEP = 1 / 200
-"""Part of the parameter's range that is the largest step unless another one is given."""
+"""Default of the largest step, as a fraction of the parameter's range."""
 
 _STABLE = "Whether small deviations die out; on a curve: by all multipliers but those on the unit circle."
 _BORN = "Whether what is born there attracts (supercritical, soft) or repels (subcritical, hard)."
@@ -139,7 +139,7 @@ class Continuation(Orbit):
 
     @classmethod
     def together(cls, table: Mapping[str, Any], known: Known) -> Faults:
-        """A curve without two parameters and something to follow, a branch with them, and too long a step."""
+        """A curve without two parameters and a point to follow, a branch with them, and too long a step."""
         names, follow = list(table["sweep"]), table.get("follow")
         if follow is None and len(names) == 2:
             yield ("follow",), f"missing, though sweep names two parameters; expected one of {list(FOLLOW)}"
@@ -160,7 +160,7 @@ class Continuation(Orbit):
 
     @classmethod
     def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
-        """Functions of what the system does not have."""
+        """Functions of names that the system does not have."""
         yield from super().misfits(table, system)
         yield from misfits_of_functions(table, system)
 
@@ -179,7 +179,7 @@ class Continuation(Orbit):
     cites=(*ORBITS, "keller1977"),
 )
 def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "xr.Dataset":
-    """A branch of periodic orbits along a parameter, stable or not, or a curve of special points in two parameters.
+    """A branch of stable and unstable periodic orbits along a parameter, or a curve of special points in two.
 
     Pseudo-arclength continuation of the segments between events, which passes folds. Multipliers, the event sequence
     and the normal speeds at guards are monitored; folds, period doublings, Neimark-Sacker points, grazing and other
@@ -204,28 +204,29 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
     start : {"attractor", "guess"}
         How the first orbit is found, as in `periodic_orbit`.
     doublings : int, default 0
-        Number of successive branches of doubled period to follow, each from the first period doubling met. Where
-        another branch crosses the first one, as where a symmetric orbit loses its symmetry, it is followed on either
-        side, and so are its doublings.
+        Number of successive branches of doubled period to follow, each from the first period doubling met. A branch
+        that crosses the first one, for example where an orbit loses its symmetry, is followed on either side, and so
+        are its doublings.
     follow : {"fold", "period_doubling", "neimark_sacker", "grazing", "level", "optimum"}, optional
         The special point to follow in two parameters; the last two are those of ``levels`` and ``optima``. Points of
         codimension two on the curve are located: cusps, strong resonances, generalised flips, Chenciner points, and
         where two conditions meet.
     step : float, optional
-        Largest step in the parameter, of two in the first; default 1/200 of its range.
+        Largest step in the parameter, the first of two; default 1/200 of its range.
     max_points : int, default 2000
         Largest number of points of a branch on either side of its start.
     derivatives : bool or list of str, default False
-        Parameters by which the orbit of every point is derived, as in `periodic_orbit`; True for all.
+        Parameters with respect to which the orbit of every point is differentiated, as in `periodic_orbit`; True for
+        all.
     functions : mapping of a name to a table, optional
         Functions of the orbit: ``{"force": {"of": "k*(y - d)", "take": "maximum"}}``. ``of`` is an expression of
-        states, time and parameters, in which a quadrature stands for its rate; ``take`` says what of it over one period
-        of the orbit: "mean", "total", "maximum" or "minimum" (default: "mean"). With ``at``, the name or kind of an
-        event, over the states before these events; with ``modes``, a list, only in these: elsewhere it is zero for a
-        mean or total, and left out of an extreme. ``units`` is kept.
+        states, time and parameters, in which a quadrature stands for its rate; ``take`` is "mean" (default), "total",
+        "maximum" or "minimum" over one period of the orbit. With ``at``, the name or kind of an event, only the states
+        before these events are used; with ``modes``, a list, only these modes: elsewhere the function is zero for a
+        mean or total, and ignored for an extreme. ``units`` is kept.
     levels : mapping of a function to numbers, optional
-        Where it takes one of these is a special point. With ``follow="level"`` one function is held at one value over
-        two parameters.
+        Special points are where the function takes one of these values. With ``follow="level"`` one function is held at
+        one value over two parameters.
     optima : list of str, optional
         Functions whose largest and smallest values along a branch are special points. With ``follow="optimum"`` those
         of one function over the first parameter are followed as the second varies. Along a curve they are optima under
@@ -236,24 +237,23 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
     Returns
     -------
     xarray.Dataset
-        Over ``point``, with all branches one after the other: the parameters under their own names, ``branch``,
-        ``arclength``; ``orbit_state`` (state), ``mode``, ``section`` (iterate, state; NaN beyond the points of an
-        orbit), ``period`` and ``period_time`` as in `periodic_orbit`; ``multiplier_real`` and ``multiplier_imag``
-        (multiplier), ``stable``, ``special_point``, ``sequence``, ``smallest_speed``, ``residual``; ``event_sequence``
-        (sequence_number). Of each branch ``branch_parent``, ``branch_period``,
-        ``branch_start``, ``branch_end`` and ``branch_end_text`` (branch_number). Of each special point
-        ``special_index``, ``special_kind``, ``special_value``, ``special_error``, ``special_multiplicity``,
-        ``special_text`` (special), and ``special_value_2`` on a curve; ``special_criticality`` says whether what is
-        born at a doubling, a pitchfork or a Neimark-Sacker point is soft or hard, by the normal form's
-        ``special_coefficient`` and ``special_coefficient_error``. Of a cascade ``doubling_value``,
-        ``doubling_period``, ``feigenbaum_ratio`` (doubling), ``accumulation`` and ``accumulation_error``. With
-        ``functions``, ``function_value`` and ``function_error`` (point, function). ``outcome``
-        says whether a first orbit was found; the attribute ``message`` explains, and names places where the number of
-        multipliers outside the unit circle changes without a special point.
+        Over ``point``, with all branches in sequence: the parameters under their own names, ``branch``, ``arclength``;
+        ``orbit_state`` (state), ``mode``, ``section`` (iterate, state; NaN beyond the points of an orbit), ``period``
+        and ``period_time`` as in `periodic_orbit`; ``multiplier_real`` and ``multiplier_imag`` (multiplier),
+        ``stable``, ``special_point``, ``sequence``, ``smallest_speed``, ``residual``; ``event_sequence``
+        (sequence_number). Of each branch ``branch_parent``, ``branch_period``, ``branch_start``, ``branch_end`` and
+        ``branch_end_text`` (branch_number). Of each special point ``special_index``, ``special_kind``,
+        ``special_value``, ``special_error``, ``special_multiplicity``, ``special_text`` (special), and
+        ``special_value_2`` on a curve; ``special_criticality`` says whether a doubling, a pitchfork or a Neimark-Sacker
+        point is soft or hard, by the normal form's ``special_coefficient`` and ``special_coefficient_error``. Of a
+        cascade ``doubling_value``, ``doubling_period``, ``feigenbaum_ratio`` (doubling), ``accumulation`` and
+        ``accumulation_error``. With ``functions``, ``function_value`` and ``function_error`` (point, function).
+        ``outcome`` says whether a first orbit was found; the attribute ``message`` explains, and names places where the
+        number of multipliers outside the unit circle changes without a special point.
 
         With ``derivatives`` also the mean rates, such as ``progression_rate``, and over ``point``, .., ``parameter``
-        the derivatives of `periodic_orbit` with their errors but for those of the times of events;
-        ``derivatives_message`` says at how many points there are none, and why.
+        the derivatives of `periodic_orbit` with their errors, except those of the times of events;
+        ``derivatives_message`` says at how many points they are missing, and why.
 
     Raises
     ------

@@ -63,7 +63,7 @@ class CovariantVectors(Record):
 
     @classmethod
     def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
-        """An interval that is neither whole forcing periods nor a whole part of one."""
+        """An interval that is neither a whole number of forcing periods nor one over a whole number."""
         yield from super().misfits(table, system)
         interval = table.get("interval")
         if interval and system.forced:
@@ -84,22 +84,21 @@ def covariant_vectors(system: "HybridSystem", given: CovariantVectors, job: "Job
 
     The tangent map takes each vector to a multiple of itself at the later state: the first grows fastest, and on a
     cycle they are the eigenvectors of the monodromy matrix. A forward pass orthonormalises tangents, which jump by the
-    saltation matrix at every event, and keeps of which tangents each was made; a backward pass turns any vectors by
-    that into covariant ones (Ginelli et al. 2007, doi:10.1103/PhysRevLett.99.130601; 2013,
-    doi:10.1088/1751-8113/46/25/254005). Both converge as neighbouring exponents differ: what their ends may still be
-    of a vector is ``vector_error``, near 1 where exponents are equal, as those of a spiral: then only the subspace
-    that they span has a meaning.
+    saltation matrix at every event, and stores how each is composed of earlier tangents; a backward pass turns
+    arbitrary vectors into covariant ones (Ginelli et al. 2007, doi:10.1103/PhysRevLett.99.130601; 2013,
+    doi:10.1088/1751-8113/46/25/254005). Both converge at the difference of neighbouring exponents: ``vector_error`` is
+    the remaining effect of their ends on a vector, near 1 for equal exponents, such as those of a spiral; then only the
+    subspace of these vectors is meaningful.
 
-    An event may lose rank, as one that sticks does. The direction that it removes then has a vector until that event;
-    after it, it is ``lost``, its vector zero, its growth -inf. The others are vectors of the space that is left; before
-    the event they are known up to the removed direction, and the one without a part in the tangent that it removes is
-    taken.
+    An event may lose rank, as sticking does. The direction that it removes has a vector until that event; afterwards it
+    is ``lost``, its vector zero, its growth -inf. The others are vectors of the remaining space; before the event they
+    are determined up to the removed direction, and the vector without a component along the removed tangent is taken.
 
-    Where the rank is lost before the record begins, all others are unique. Vectors have the Euclidean length 1 in the
+    If the rank is lost before the record begins, all others are unique. Vectors have the Euclidean length 1 in the
     states as they are declared: scaled states give the same directions, but other local growth and other angles, unless
     these are 0.
 
-    Of long records the forward pass is repeated in chunks, so that memory beyond the results does not depend on the
+    For long records the forward pass is repeated in chunks, so that memory beyond the results does not depend on the
     length.
 
     Parameters
@@ -109,7 +108,7 @@ def covariant_vectors(system: "HybridSystem", given: CovariantVectors, job: "Job
     periods, duration : int or float
         Length of the record: points of the section, or time, as in `lyapunov_spectrum`.
     transient : int or float, default 0
-        Points of the section, or time, to run before all else, without tangents.
+        Points of the section, or time, to run first, without tangents.
     at, max_return : optional
         The section that lengths count, as in `poincare_section`.
     interval : float, optional
@@ -136,8 +135,8 @@ def covariant_vectors(system: "HybridSystem", given: CovariantVectors, job: "Job
         ``smallest_angle`` (split), ``angle_histogram`` and ``angle_histogram_error`` (split, bin), ``bin_centre``
         (bin); ``lyapunov_exponent``, the mean of the local growth, ``lyapunov_error`` (vector); ``outcome``, ``ok`` for
         a run that reached its end. Of each vector the largest component is positive where the record begins; from there
-        on its sign is that which the tangent map gives it. NaN if the run ended early, and for angles without vectors
-        on both sides.
+        on the tangent map determines its sign. NaN if the run ended early, and for angles without vectors on both
+        sides.
 
     Raises
     ------

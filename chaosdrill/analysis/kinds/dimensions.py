@@ -54,33 +54,33 @@ class Dimensions(SectionRecord):
     cites=("grassberger1983", "badii1985", "theiler1986"),
 )
 def dimensions(system: "HybridSystem", given: Dimensions, job: "Job") -> "xr.Dataset":
-    """Generalised dimensions of section points, from how points have more neighbours within a larger distance.
+    """Generalised dimensions of section points, from the growth of the number of neighbours with the distance.
 
-    The correlation sum, the part of all pairs of points that are within a distance, grows as the distance to the power
-    of the correlation dimension, order 2, where distances are neither so large that the extent of the attractor tells
-    nor so small that few points are left (Grassberger and Procaccia 1983, doi:10.1103/PhysRevLett.50.346). Order q
-    takes the (q - 1)-th power of the share of points near a point; order 1, the information dimension, its logarithm,
-    by the distances to neighbours (Badii and Politi 1985, doi:10.1007/BF01009897). Order 0 is left out: it depends on
-    the parts of the attractor that a record hardly visits. Points that follow each other within ``window`` steps are no
-    pair (Theiler 1986, doi:10.1103/PhysRevA.34.2427). A distance is the largest over the states, each in units of its
-    standard deviation, so that units do not matter; dimensions are those in any smooth coordinates. At an event of a
-    forced system the phase of the forcing is a coordinate, too. Write an angle by its cosine and sine: what only grows
-    never comes back.
+    The correlation sum, the fraction of all pairs of points within a distance, grows as the distance to the power of
+    the correlation dimension, order 2, at distances well below the extent of the attractor at which enough points are
+    left (Grassberger and Procaccia 1983, doi:10.1103/PhysRevLett.50.346). Order q uses the (q - 1)-th power of the
+    fraction of points near a point; order 1, the information dimension, its logarithm, from the distances to neighbours
+    (Badii and Politi 1985, doi:10.1007/BF01009897). Order 0 is left out: it depends on the parts of the attractor that
+    a record hardly visits. Points within ``window`` steps of each other do not count as a pair (Theiler 1986,
+    doi:10.1103/PhysRevA.34.2427). A distance is the largest over the states, each in units of its standard deviation,
+    so that units do not matter; dimensions are those in any smooth coordinates. At an event of a forced system the
+    phase of the forcing is a coordinate, too. Replace an angle by its cosine and sine: a state that only grows never
+    comes back.
 
-    The dimension is the slope over a range of distances, a factor of 11 at least, with 500 pairs at its smallest one
-    and at most a fifth of all at its largest one. Its error joins that by chance, from 256 blocks of the record; that
-    by which local slopes scatter and drift over the range; the difference of the slope over the finer half; and how far
-    the dimensions over other ranges are off. Of the ranges whose errors are near the least one the longest is taken.
-    Without a range the dimension is NaN, and the attribute ``reason`` tells why; the outcome is ``undecided`` if no
-    order has one. How often twice the error covers is told in docs/howto/dimensions.md. It knows nothing of distances
-    that the record does not reach.
+    The dimension is the slope over a range of distances, a factor of at least 11, with 500 pairs at its smallest one
+    and at most a fifth of all pairs at its largest one. Its error combines the statistical error, from 256 blocks of
+    the record; the scatter and drift of local slopes over the range; the difference of the slope over the finer half;
+    and the differences of the dimensions over other ranges. The longest range with an error close to the smallest is
+    used. Without a range the dimension is NaN, and the attribute ``reason`` says why; the outcome is ``undecided`` if
+    no order has one. The coverage of twice the error is given in docs/howto/dimensions.md. It does not include
+    distances that the record does not resolve.
 
     Parameters
     ----------
     system : HybridSystem
         System with its parameters and initial state.
     periods, duration : int or float
-        Points of the section to record, or time. It takes 500 points at least, and some thousand to say much: ten times
+        Points of the section to record, or time: at least 500 points, and several thousand for useful errors; ten times
         as many for each further dimension.
     transient : int or float, default 0
         Points of the section, or time, to run before the record starts.
@@ -91,7 +91,7 @@ def dimensions(system: "HybridSystem", given: Dimensions, job: "Job") -> "xr.Dat
     orders : list of int, default (1, 2, 3)
         Orders of the dimensions, from 1 to 8.
     window : int, default 10
-        Steps from point to point up to which two points are no pair. Raise it where points follow each other slowly.
+        Number of steps up to which two points do not count as a pair. Raise it where successive points are close.
     method, tolerance, steps, max_events, max_stalls, progress : optional
         As in `trajectory`.
 
@@ -100,7 +100,7 @@ def dimensions(system: "HybridSystem", given: Dimensions, job: "Job") -> "xr.Dat
     xarray.Dataset
         ``dimension`` and ``dimension_error``, dimensionless, ``scale_low`` and ``scale_high``, the ends of the scaling
         region (order); ``correlation_sum``, ``local_slope`` and ``local_slope_error`` (order, scale); ``spread``
-        (state), the standard deviations in whose units distances are; ``period`` and ``outcome``: ``periodic`` on a
+        (state), the standard deviations that are the units of distances; ``period`` and ``outcome``: ``periodic`` on a
         cycle, whose dimensions are 0.
 
     Raises

@@ -54,7 +54,7 @@ class FiniteTimeExponents(Record):
 
     @classmethod
     def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
-        """A window that is no whole number of forcing periods."""
+        """A window that is not a whole number of forcing periods."""
         yield from super().misfits(table, system)
         units = "iterates" if system.discrete else "forcing periods"
         for number, window in enumerate(table.get("windows") or ()):
@@ -72,11 +72,11 @@ class FiniteTimeExponents(Record):
 def finite_time_exponents(system: "HybridSystem", given: FiniteTimeExponents, job: "Job") -> "xr.Dataset":
     """Distributions of Lyapunov exponents over windows of a record, their cumulants, and the correlation time.
 
-    The record of `lyapunov_spectrum` is cut into windows that follow each other, and the growth of the orthonormalised
-    tangents over each, saltation included, gives one value an exponent. The largest is the growth of a tangent that has
-    turned into the fastest direction; the sum of the first two is that of an area, and so on. For long windows the
-    variance falls like one over their length, unless rates are correlated for longer, and the distribution becomes
-    normal, but for its tails.
+    The record of `lyapunov_spectrum` is divided into successive windows, and the growth of the orthonormalised tangents
+    over each, saltation included, gives one value per exponent. The largest is the growth of a tangent that has turned
+    into the fastest direction; the sum of the first two is that of an area, and so on. For long windows the variance
+    falls like the inverse of their length, unless rates are correlated for longer, and the distribution becomes normal
+    except in its tails.
 
     Parameters
     ----------

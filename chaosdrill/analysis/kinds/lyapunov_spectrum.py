@@ -110,7 +110,8 @@ def lyapunov_spectrum(system: "HybridSystem", given: LyapunovSpectrum, job: "Job
         ``lyapunov_exponent``, ``lyapunov_error`` (exponent), ``lyapunov_history`` (block, exponent),
         ``kaplan_yorke_dimension``, ``kaplan_yorke_error``, mean rates, ``event_count`` (transition), ``tie_count``,
         ``closest_grazing``, ``rank`` and ``outcome``; exponents per unit of time, NaN if the run ended early. The
-        dimension's error is NaN where the first exponent is not told from zero, at which the dimension jumps.
+        dimension's error is NaN where the first exponent cannot be distinguished from zero, at which the dimension
+        jumps.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Charts over two parameters: period, exponents, rates, outcome, and how many attractors there are."""
+"""Charts over two parameters: period, exponents, rates, outcome, and number of attractors."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -53,13 +53,13 @@ def parameter_chart(system: "HybridSystem", given: ParameterChart, job: "Job") -
     sweep : mapping of two parameters to values
         ``{"eta": np.linspace(0.4, 0.9, 500), "b": np.linspace(0.5, 0.9, 400)}``.
     periods, duration, transient : int or float
-        As in `bifurcation_diagram`. Without forcing a ``duration`` needs no section; there is no period then.
+        As in `bifurcation_diagram`. Without forcing a ``duration`` needs no section; no period is then detected.
     at, max_return, exponents, max_period, max_extension : optional
         As in `bifurcation_diagram`.
     seeds, random : optional
         As in `bifurcation_diagram`.
     section_points : int, default 0
-        Number of section points to store of every run, the last ones; a report shows them at a click.
+        Number of section points to store of every run, the last ones; a report shows them on a click.
     workers, scheduler, store : optional
         As in `bifurcation_diagram`.
     method, tolerance, steps, max_events, max_stalls, progress : optional

@@ -111,7 +111,7 @@ class PeriodicOrbit(Orbit):
 
     @classmethod
     def together(cls, table: Mapping[str, Any], known: Known) -> Faults:
-        """What only a search takes, or does not take, and one that is not told how far to look."""
+        """Settings that only a search takes, or does not take, and a search without a longest period."""
         searches = table.get("start") == "search"
         if searches and "max_period" not in table:
             yield ("max_period",), 'missing; start = "search" needs the longest period to look for'
@@ -142,10 +142,10 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
         System with its parameters and initial state.
     period : int, default 1
         Period in forcing periods; without forcing in points of the section ``at``, and 1, one revolution, if none is
-        named. An orbit whose least period divides it is reported with its least period.
+        named. An orbit whose least period divides this number is reported with its least period.
     at : str, optional
         Of a system without forcing: the section whose points ``period`` and ``transient`` count, as in
-        `poincare_section`. Newton's method then starts at the closest return after this many.
+        `poincare_section`. Newton's method then starts at the closest return after this number of points.
     max_return : float, optional
         As in `poincare_section`.
     transient : int or float, default 200
@@ -159,10 +159,11 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
         may occur in one revolution; without events, how many maxima it may have.
     seeds, random : optional
         Initial states of the runs whose close returns start a search, as in `bifurcation_diagram`; default: the
-        system's own. Runs from a box around them are added. Where motions escape, rounds are also made of pieces of
-        several of them; a seed has to meet an event before it escapes.
+        system's own. Runs from a box around them are added. If motions escape, loops are also composed of pieces of
+        several of them; a seed must meet an event before it escapes.
     derivatives : bool or list of str, default False
-        Parameters by which start, times, mean rates, multipliers and exponents are derived; True for all.
+        Parameters with respect to which start, times, mean rates, multipliers and exponents are differentiated; True
+        for all.
     functions : mapping of a name to a table, optional
         Functions of the orbit, as in `continue_orbit`.
     method, tolerance, steps, max_events, max_stalls, progress : optional
@@ -171,30 +172,29 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
     Returns
     -------
     xarray.Dataset
-        ``orbit_state`` (state) and ``mode`` at phase 0, without forcing behind an event, if there are any, so that a
+        ``orbit_state`` (state) and ``mode`` at phase 0 or, without forcing, after an event, if there are any, so that a
         run can start there; ``section`` (iterate, state), the points of one period at the strobes or before the events
-        of ``at``, as in `poincare_section`; ``period`` (0: there is none) and ``period_time``; ``multiplier_real`` and
+        of ``at``, as in `poincare_section`; ``period`` (0: no orbit) and ``period_time``; ``multiplier_real`` and
         ``multiplier_imag`` (multiplier), those of lost rank exactly 0, ``rank``, ``stable``; ``event_time``,
         ``event_kind``, ``event_speed`` (event), ``event_state_before`` and ``event_state_after`` (event, state),
-        ``smallest_speed``; the whole path as points that straight lines may join,
-        ``path_time`` (path_point) and ``path_state`` (path_point, state), with both sides of an event at one time; mean
-        rates over the period, such as ``progression_rate`` and ``impacts_per_period``; with ``functions``,
-        ``function_value`` and ``function_error`` (function); ``residual``, and
-        ``newton_residual`` (iteration);
-        ``lyapunov_exponent`` (multiplier) and the discrepancies found by the checks: ``exponent_difference``,
-        ``determinant_difference``, ``recurrence_difference``, ``consistent``; ``neutral``, how many multipliers are 1
-        by the structure of the system, in words in the attribute ``structure``, or by what was found to be conserved,
-        in words in the ``message``; ``outcome``, in words in the attributes
-        ``message`` and ``disagreement``. A search adds the dimension ``orbit`` in front of all.
+        ``smallest_speed``; the whole path as points that straight lines may join, ``path_time`` (path_point) and
+        ``path_state`` (path_point, state), with both sides of an event at one time; mean rates over the period, such as
+        ``progression_rate`` and ``impacts_per_period``; with ``functions``, ``function_value`` and ``function_error``
+        (function); ``residual``, and ``newton_residual`` (iteration); ``lyapunov_exponent`` (multiplier) and the
+        discrepancies found by the checks: ``exponent_difference``, ``determinant_difference``,
+        ``recurrence_difference``, ``consistent``; ``neutral``, the number of multipliers that are 1 by the structure of
+        the system (described in the attribute ``structure``) or by a quantity found to be conserved (described in the
+        ``message``); ``outcome``, in words in the attributes ``message`` and ``disagreement``. A search adds the
+        leading dimension ``orbit``.
 
         With ``derivatives``, over the last dimension ``parameter`` (values in ``parameter_value``), each with its
         ``.._error``, a bound: ``orbit_state_derivative``, ``period_time_derivative``, ``event_time_derivative``,
         ``multiplier_real_derivative``, ``multiplier_imag_derivative``, ``lyapunov_exponent_derivative``, and that of
         the mean rate of every quadrature, such as ``progression_rate_derivative``. They are exact: the linearised
         equations of all segments are solved for the change of the orbit, and carried tangents give second variations
-        across events. NaN, with the reason in the attribute ``derivatives_message``, where there are none: at grazing,
-        at a fold, and where a conserved quantity makes the orbit one of a family. Means of a chaotic motion have none,
-        only orbits do.
+        across events. NaN, with the reason in the attribute ``derivatives_message``, where they do not exist: at
+        grazing, at a fold, and where a conserved quantity makes the orbit one of a family. Only orbits have
+        derivatives, not means of a chaotic motion.
 
     Raises
     ------

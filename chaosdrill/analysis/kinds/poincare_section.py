@@ -74,8 +74,7 @@ def poincare_section(system: "HybridSystem", given: PoincareSection, job: "Job")
     duration : float
         Time to record instead; for systems without a forcing period.
     transient : int or float, default 0
-        Points of the section, or time, to run before the record starts, in the unit in which the length of the record
-        is given.
+        Points of the section, or time, to run before the record starts, in the unit of the length of the record.
     at : str, optional
         The section: the name or kind of a transition; ``"strobe"``, forcing phase zero, by default; or a comparison
         such as ``"x > 0"``, which marks the surface on which it becomes true. Required without forcing. At an event the

@@ -1,4 +1,4 @@
-"""Smooth averages of section points with the digits that they reach, and the rotation number."""
+"""Smooth averages of section points with their number of digits, and the rotation number."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -56,13 +56,13 @@ class Regularity(SweptRecord):
     cites=("das2017",),
 )
 def regularity(system: "HybridSystem", given: Regularity, job: "Job") -> "xr.Dataset":
-    """Weighted Birkhoff averages of section points, the digits that they reach, and the rotation number.
+    """Weighted Birkhoff averages of section points, their number of digits, and the rotation number.
 
     The weight exp(-1/(t(1-t))) fades the average in and out, so that on a torus or a cycle it converges faster than any
-    power of the record's length, and in chaos like one over its root (Das, Saiki, Sander and Yorke 2017,
+    power of the record's length, and in chaos like the inverse of its square root (Das, Saiki, Sander and Yorke 2017,
     doi:10.1088/1361-6544/aa84c2). The averages over both halves of the record agree to ``digits`` digits: ten or more
     with 2000 points on a smooth torus, one or two in chaos, whatever the length. Where jumps cut a torus, as at the
-    strobe of an integrate-and-fire cell, averages converge slowly, and points at its events do better.
+    strobe of an integrate-and-fire cell, averages converge slowly; use points at its events instead.
 
     The rotation number is the smooth average of the angle by which a point turns about the average of all, seen in a
     plane of two states. On a closed curve about that centre it is the ratio of two frequencies, up to whole numbers;
@@ -75,7 +75,7 @@ def regularity(system: "HybridSystem", given: Regularity, job: "Job") -> "xr.Dat
     sweep : mapping of one parameter to values, optional
         ``{"eta": np.linspace(0.4, 0.9, 501)}``: a record at every value, each from the system's own initial state.
     periods, duration : int or float
-        Points of the section to record, 40 at least, or time.
+        Points of the section to record, at least 40, or time.
     transient : int or float, default 0
         Points of the section, or time, to run before the record starts.
     at, max_return : optional
@@ -83,10 +83,10 @@ def regularity(system: "HybridSystem", given: Regularity, job: "Job") -> "xr.Dat
     max_period : int, default 64
         Longest period to detect.
     plane : pair of str, optional
-        States in whose plane points turn, from the first towards the second; default: the first two that move on the
-        section, or, where only one does, this state and its next value.
+        States of the plane in which points turn, from the first towards the second; default: the first two that move on
+        the section or, if only one does, this state and its next value.
     workers : int, default 1
-        Threads among which the values of a sweep are shared; the kernels hold no lock.
+        Threads among which the values of a sweep are shared; the kernels release the interpreter's lock.
     scheduler : str, optional
         Address of a Dask scheduler, whose workers are used instead.
     store : path-like, optional
@@ -100,9 +100,10 @@ def regularity(system: "HybridSystem", given: Regularity, job: "Job") -> "xr.Dat
         Over the swept parameter, if there is one: ``average``, ``average_error`` (in the unit of the state), ``digits``
         and ``digits_error`` (state); ``rotation_number`` in turns, from 0 to 1, and ``rotation_number_error``;
         ``period`` and ``outcome``. NaN for states that do not move on the section, and if the run ended early or has
-        fewer than 40 points. Where averages converge as on a torus errors are what both halves of the record differ by,
-        elsewhere at least those of means of correlated values, and never less than the tolerance allows. That of the
-        digits is what those of parts of the record scatter by, at least 0.48, as of normal quantities.
+        fewer than 40 points. Where averages converge as on a torus, errors are the differences between both halves of
+        the record; elsewhere they are at least those of means of correlated values, and never less than the tolerance
+        allows. The error of the digits is their scatter over parts of the record, at least 0.48, as for normal
+        quantities.
 
     Raises
     ------

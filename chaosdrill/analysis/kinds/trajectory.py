@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 _EITHER = "times are given, at which states are recorded instead of samples"
 
 _SHORTEST = 1e-12
-"""Duration of a run whose only time of output is its start."""
+"""Duration of a run whose only output time is its start."""
 
 VARIABLES = table(
     axis("time", "time", "f8", "model time", "Dimensionless time of each sample.", True),
@@ -94,7 +94,7 @@ class Trajectory(Record):
 
     @classmethod
     def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
-        """As for every run; and times, or several runs, in a run that is counted in something else."""
+        """As for every run, plus times, or several runs, together with a section at events or on a surface."""
         yield from super().misfits(table, system)
         if table.get("at") in (None, "strobe"):
             return
@@ -104,11 +104,11 @@ class Trajectory(Record):
                 yield ("at",), told(f"{name} and at exclude each other: {words}", table["at"])
 
     def counts(self, system: "HybridSystem") -> str:
-        """What lengths count, of which the last of given times is one."""
+        """Lengths and their unit; the last of the given times is a length."""
         return Record.counts(self._told(system), system)
 
     def span(self, system: "HybridSystem", numerics: Any, *, units: int = 1) -> Span:
-        """How long to run: the given length, or up to the last of the given times."""
+        """Length of the run: the given one, or up to the last of the given times."""
         return Record.span(self._told(system), system, numerics, units=units)
 
     def _told(self, system: "HybridSystem") -> Self:
@@ -131,7 +131,7 @@ def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dat
         System with its parameters and initial state.
     periods : int
         Points of the section to record: forcing periods, or, with ``at``, events or crossings of a surface; the record
-        then goes on from the point at which the transient ends to the last one, with its event.
+        then extends from the point at which the transient ends to the last one, including its event.
     duration : float
         Time to record instead; for systems without a forcing period.
     transient : int or float, default 0
@@ -149,10 +149,10 @@ def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dat
         Initial states of many runs on the same times, as in `basins`. A run that ends early has its outcome, and NaN
         from there on. Not with a section by events or a surface.
     tangents : bool or array of shape (tangent, state), optional
-        Initial tangents, one a row, no more than states and linearly independent, that are followed over the record,
-        with saltation at every event; True: the unit vectors, of which the j-th becomes the j-th column of the
-        state-transition matrix, the derivatives of the state at the end (the last of ``times``) by the state at the
-        start of the record.
+        Initial tangents, one per row, linearly independent and no more than states, that are followed over the record,
+        with saltation at every event; True: the unit vectors, the j-th of which becomes the j-th column of the
+        state-transition matrix: the derivatives of the state at the end (the last of ``times``) with respect to the
+        state at the start of the record.
     method : {"taylor", "dop853", "radau", "rk4"}
         Numerical method.
     tolerance : float, default 1e-12
@@ -176,11 +176,11 @@ def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dat
     xarray.Dataset
         ``states`` (time, state), ``mode`` (time), each quadrature (time), and over the dimension event: ``event_time``,
         ``event_kind``, ``event_speed``, ``event_mode_before``, ``event_mode_after``, ``event_state_before``,
-        ``event_state_after``; ``outcome``. If a run ends early, the dataset contains the part before.
-        A system that completes rebounds has ``event_time_error`` (event), the error of the time at which they are over.
-        With ``initial`` all but events have the leading dimension ``run``; events stand run by run, ``event_count``
-        (run) of each, as after `join`, and there are ``initial_state`` (run, state) and ``initial_mode`` (run). With
-        ``tangents`` there are ``initial_tangent`` and ``final_tangent`` (tangent, state), NaN where a run ended early.
+        ``event_state_after``; ``outcome``. If a run ends early, the dataset contains the part before. A system that
+        completes rebounds has ``event_time_error`` (event), the error of the time at which they end. With ``initial``
+        all but events have the leading dimension ``run``; events stand run by run, ``event_count`` (run) of each, as
+        after `join`, and there are ``initial_state`` (run, state) and ``initial_mode`` (run). With ``tangents`` there
+        are ``initial_tangent`` and ``final_tangent`` (tangent, state), NaN where a run ended early.
 
     Raises
     ------

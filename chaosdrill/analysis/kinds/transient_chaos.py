@@ -1,4 +1,4 @@
-"""Chaos that does not last: lifetimes, escape rate, and the chaotic saddle."""
+"""Transient chaos: lifetimes, escape rate, and the chaotic saddle."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -66,7 +66,7 @@ class TransientChaos(AnalysisSettings):
 
     @classmethod
     def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
-        """A length that the system does not count, and an end of life that it does not have."""
+        """A length in a unit that the system lacks, and an end of lifetimes that it does not have."""
         until = table.get("until")
         if until == "strobe":
             yield ("until",), told("expected an event, or a comparison of states", until)
@@ -91,35 +91,36 @@ class TransientChaos(AnalysisSettings):
     cites=("kantz1985", "lai2011"),
 )
 def transient_chaos(system: "HybridSystem", given: TransientChaos, job: "Job") -> "xr.Dataset":
-    """Lifetimes of runs from many starts, the rate at which they leave, and the chaotic saddle that they leave from.
+    """Lifetimes of runs from many starts, the rate at which they leave, and the chaotic saddle.
 
-    A run leaves where it escapes from the bounds of the system's states, or meets ``until`` for the first time. Lives
-    are counted in forcing periods, or in parts of half a median life. Where they end by chance alone, those beyond the
-    transient are distributed exponentially; the rate is the one of greatest likelihood, and runs that have not left
-    count as long as they were watched. Its standard error is that of independent starts. ``drift`` compares the later
-    half of the escapes with the earlier one: beyond 3 lives are not exponential, and a longer transient is needed.
+    A run leaves when it escapes from the bounds of the system's states, or meets ``until`` for the first time.
+    Lifetimes are counted in forcing periods, or in fractions of half the median lifetime. If they end at random, those
+    beyond the transient are distributed exponentially; the rate is the maximum-likelihood estimate, in which runs that
+    have not left count with the length of the record. Its standard error is that of independent starts. ``drift``
+    compares the later half of the escapes with the earlier one: beyond 3, lifetimes are not exponential, and a longer
+    transient is needed.
 
-    Points on the saddle are up to ten states of each run in the middle of a long life (the sprinkler method: Kantz and
-    Grassberger 1985, doi:10.1016/0167-2789(85)90135-6; Lai and Tel 2011, doi:10.1007/978-1-4419-6987-3): of those that
-    reach the greatest age that 100 runs reach. A quarter of this age, and at least the transient, is left out at both
-    ends; over the rest their tangents grow at the exponents of the saddle. Their error is that of independent runs, and
-    by how much the mean over all of this age differs from that over its first half.
+    Points on the saddle are up to ten states of each run in the middle of a long lifetime (the sprinkler method: Kantz
+    and Grassberger 1985, doi:10.1016/0167-2789(85)90135-6; Lai and Tel 2011, doi:10.1007/978-1-4419-6987-3): of those
+    that reach the greatest age that 100 runs reach. A quarter of this age, and at least the transient, is left out at
+    both ends; over the rest their tangents grow at the exponents of the saddle. Their error is that of independent
+    runs, plus the difference between the mean over all of this age and that over its first half.
 
     Parameters
     ----------
     system : HybridSystem
-        System with its parameters; its initial state gives what the starts do not name.
+        System with its parameters; its initial state supplies the states that the starts do not name.
     periods, duration : int or float
-        Longest time for which a run is watched: forcing periods, or time for systems without.
+        Longest time for which a run is followed: forcing periods, or time for systems without forcing.
     transient : int or float, optional
-        Age from which lives count: forcing periods, or time; before it runs come to the saddle, or are on their way
-        out when they start. Default: the median life, or a quarter of the longest time if that is less.
+        Age from which lifetimes count: forcing periods, or time; before it runs are still approaching the saddle, or
+        leave directly from their start. Default: the median lifetime, or a quarter of the longest time if that is less.
     random : mapping, optional
         Starts drawn from a box, as in `bifurcation_diagram`: ``{"count": 5000, "seed": 1, "x": (0, 1)}``.
     initial : array, list, mapping, DataFrame or Dataset, optional
         Starts, as in `basins`, in place of ``random``.
     until : str, optional
-        What ends a life beside an escape from the bounds: the name or kind of an event, or a comparison such as
+        What ends a lifetime besides an escape from the bounds: the name or kind of an event, or a comparison such as
         ``"x > 2"``, met where it becomes true.
     method, tolerance, steps, max_events, max_stalls, progress : optional
         As in `trajectory`.
@@ -131,7 +132,8 @@ def transient_chaos(system: "HybridSystem", given: TransientChaos, job: "Job") -
         ``initial_state`` (start, state); ``surviving`` (age); ``escape_rate`` and ``escape_rate_error``, per unit of
         time, ``escapes``, ``least_age`` and ``drift``, NaN with fewer than 40 escapes; ``saddle_state`` (point, state),
         ``lyapunov_exponent`` and ``lyapunov_error`` (exponent), NaN where fewer than 100 runs live long. Without an
-        escape the rate is 0, and twice its error is the greatest rate that would have shown none in 5 % of all cases.
+        escape the rate is 0, and twice its error is the largest rate that would have shown no escape in 5 % of all
+        cases.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What accuracy costs: errors against time, over methods and tolerances."""
+"""Cost of accuracy: errors against time, over methods and tolerances."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -70,7 +70,7 @@ class WorkPrecision(Record):
 
     @classmethod
     def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
-        """As for every run; and a map, which no method solves."""
+        """As for every run, plus a map, for which there are no methods."""
         yield from super().misfits(table, system)
         if system.discrete:
             yield (), f"{system.name} is a map: it has no steps, and so methods have nothing to differ in"
@@ -89,10 +89,10 @@ def work_precision(system: "HybridSystem", given: WorkPrecision, job: "Job") -> 
     After the transient the run looks for a cycle. If it has settled on one, the methods are compared over that cycle;
     otherwise over the surveyed period with the most kinds of events. Errors are measured against a 60-digit reference:
     extrapolation between events (Bulirsch and Stoer 1966, doi:10.1007/BF02165234), Newton's method for the events,
-    finite differences of the flow for the tangents. The reference shares no formula with the methods. Where it says
-    nothing, of the exponent and of trusted times, every method is held against another one at the tightest tolerance,
-    which the attribute ``reference_methods`` names. Where a method stays off its reference however tight its tolerance
-    is, the methods disagree, and none is recommended.
+    finite differences of the flow for the tangents. The reference shares no formula with the methods. For the exponent
+    and for trusted times, which it does not give, every method is compared with another one at the tightest tolerance,
+    named by the attribute ``reference_methods``. If a method does not approach its reference however tight its
+    tolerance is, the methods disagree, and none is recommended.
 
     Parameters
     ----------
@@ -107,11 +107,11 @@ def work_precision(system: "HybridSystem", given: WorkPrecision, job: "Job") -> 
     at, max_return : optional
         The section, as in `poincare_section`.
     methods : sequence of str, optional
-        Default: all there are.
+        Default: all methods.
     tolerances : sequence of float, optional
         Default 1e-4, 1e-6, ..., 1e-14.
     steps : sequence of int, optional
-        Steps a period for methods with fixed steps, one for each tolerance. Default 20 tolerance^(-1/4): with order 4
+        Steps per period for methods with fixed steps, one for each tolerance. Default 20 tolerance^(-1/4): with order 4
         their error then falls as the tolerance does.
     repeats : int, default 5
         Rounds in which all cells are timed in turn; the medians are reported.
@@ -130,7 +130,7 @@ def work_precision(system: "HybridSystem", given: WorkPrecision, job: "Job") -> 
         of the period, infinite where events differ; ``tangent``, the tangent map; ``multiplier``, its eigenvalues on a
         cycle; ``flow_direction``, the identity by which tangents map F at the start to F at the end; ``exponent``, the
         numerical part of the leading exponent's error, from restarts at the same states. NaN where a quantity is
-        undefined or has no reference. As xarray's ``sel`` has keywords ``method`` and ``tolerance`` of its own, select
+        undefined or has no reference. Since ``sel`` of xarray has its own keywords ``method`` and ``tolerance``, select
         with a mapping: ``ds["error"].sel({"quantity": "multiplier", "method": "taylor"})``.
 
     Raises

@@ -43,14 +43,13 @@ class ZeroOneTest(SweptRecord):
     cites=("gottwald2009",),
 )
 def zero_one_test(system: "HybridSystem", given: ZeroOneTest, job: "Job") -> "xr.Dataset":
-    """The 0-1 test of each state, from section points alone: no tangents, and no equations but those of the run.
+    """The 0-1 test of each state, from section points alone, without tangents.
 
     The values of a state drive a point in a plane that turns by a fixed angle at every iterate. If the motion is
-    regular the point stays bounded, and in chaos it wanders like a random walk. K is the correlation of its mean square
-    displacement, without the part that oscillates, with time, the median over 24 angles (Gottwald and Melbourne 2009,
-    doi:10.1137/080718851). Near 0 and near 1 K decides; between them the record is too short, or the chaos has many
-    bands. Noise of the measurement, slow drift, and strange attractors that are not chaotic give values between as
-    well.
+    regular the point stays bounded, and in chaos it wanders like a random walk. K is the correlation with time of its
+    mean square displacement, without the oscillating part; the median over 24 angles is taken (Gottwald and Melbourne
+    2009, doi:10.1137/080718851). K near 0 or 1 is conclusive; between them the record is too short, or the chaos has
+    many bands. Measurement noise, slow drift, and strange nonchaotic attractors also give intermediate values.
 
     Parameters
     ----------
@@ -59,7 +58,7 @@ def zero_one_test(system: "HybridSystem", given: ZeroOneTest, job: "Job") -> "xr
     sweep : mapping of one parameter to values, optional
         ``{"eta": np.linspace(0.4, 0.9, 501)}``: a record at every value, each from the system's own initial state.
     periods, duration : int or float
-        Points of the section to record, or time; 40 points at least, several hundred to decide anything.
+        Points of the section to record, or time; at least 40 points, and several hundred for a conclusive result.
     transient : int or float, default 0
         Points of the section, or time, to run before the record starts.
     at, max_return : optional
@@ -67,7 +66,7 @@ def zero_one_test(system: "HybridSystem", given: ZeroOneTest, job: "Job") -> "xr
     max_period : int, default 64
         Longest period to detect.
     workers : int, default 1
-        Threads among which the values of a sweep are shared; the kernels hold no lock.
+        Threads among which the values of a sweep are shared; the kernels release the interpreter's lock.
     scheduler : str, optional
         Address of a Dask scheduler, whose workers are used instead.
     store : path-like, optional
@@ -80,9 +79,9 @@ def zero_one_test(system: "HybridSystem", given: ZeroOneTest, job: "Job") -> "xr
     xarray.Dataset
         Over the swept parameter, if there is one: ``k``, ``k_error`` (state), dimensionless, NaN for a state that does
         not move on the section and if the run ended early or has fewer than 40 points; ``k_by_turn`` (state, turn) with
-        ``turn_angle`` (turn) in radians; ``period`` and ``outcome``. The error joins the spread over the angles with
-        that between four parts of the record. It is that of K of records of this length, whose mean is somewhat less
-        than 1 in chaos.
+        ``turn_angle`` (turn) in radians; ``period`` and ``outcome``. The error combines the spread over the angles with
+        that between four parts of the record. It is the error of K for records of this length, whose mean is somewhat
+        less than 1 in chaos.
 
     Raises
     ------
