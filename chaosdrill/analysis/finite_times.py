@@ -6,23 +6,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from chaosdrill.analysis.arguments import SLICE, Span, tangent_count
+from chaosdrill.analysis.arguments import Span, tangent_count
+from chaosdrill.analysis.blocks import Blocks
 from chaosdrill.analysis.spectra import computed_exponents, run_with_tangents
 from chaosdrill.analysis.statistics import in_blocks, standard_error
-from chaosdrill.codegen import kernels_of
-from chaosdrill.codegen.kinds import Pointer, int64
-from chaosdrill.codegen.signatures import matrix
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.build import dataset
-from chaosdrill.engine.flow import flow
-from chaosdrill.engine.jit import compiled
-from chaosdrill.engine.layout import DONE, EVENT_COLUMNS
-from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.run import Run
-from chaosdrill.engine.setup import scratch_of
-from chaosdrill.engine.stepper import machine
 from chaosdrill.engine.structure import examine
-from chaosdrill.engine.tangents import log_growth
 from chaosdrill.errors import SettingsError
 from chaosdrill.model import HybridSystem
 
@@ -82,7 +73,8 @@ def finite_times(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     m = computed_exponents(structure, count)
     run = run_with_tangents(system, structure, m, plan.unit, job.numerics)
     outcome, sums = _sums(run, plan, m, job)
-    rates = np.diff(sums, axis=0) / plan.unit if outcome == Outcome.OK else np.full((plan.count, m), np.nan)
+    with np.errstate(invalid="ignore"):
+        rates = np.diff(sums, axis=0) / plan.unit
     rates[:, run.lost[:m] == 1] = -np.inf if outcome == Outcome.OK else np.nan
     mean = rates.mean(axis=0)
     order = np.argsort(-mean, kind="stable")[:count]
@@ -148,38 +140,11 @@ def _divided(plan: Span, wanted: Any) -> _Windows:
 
 def _sums(run: Run, plan: Span, m: int, job: "Job") -> tuple[Outcome, np.ndarray]:
     """Logarithms of the tangents' growth at the beginning and after every unit, shape (count + 1, m)."""
-    outcome = plan.settle(run)
-    sums, report = np.zeros((plan.count + 1, m)), job.report(plan.count)
+    outcome, report, first = plan.settle(run), job.report(plan.count), run.strobes
+    units = Blocks(run, np.arange(1, plan.count + 1), m, all_of=False)
     if outcome == Outcome.OK:
-        # the strobe that the transient was to reach may be one of the record by its number
-        run.settings["target"] = run.strobes
-        outcome, _ = run.advance(0)
-    kernels, scratch = kernels_of(run.system), scratch_of(run.system, len(run.vectors), run.method)
-    place = machine(kernels.functions, run.method, run.settings, run.tables, run.states, scratch)
-    samples = np.zeros((0, len(run.x) + len(run.system.quadratures) + 1))
-    events = np.zeros((0, EVENT_COLUMNS + 2 * len(run.x)))
-    for first in range(0, plan.count, SLICE):
-        if outcome == Outcome.OK:
-            code = _keep_growth(flow, place, samples, events, sums[first + 1 : first + 1 + SLICE])
-            outcome = Outcome.OK if code == DONE else Outcome(code)
-        if report:
-            report(min(first + SLICE, plan.count))
-    return outcome, sums
-
-
-@compiled(int64(Pointer("Flow", flow.signature), int64, matrix, matrix, matrix))
-def _keep_growth(go_on, place, samples, events, sums):
-    """Continue the only run of a machine unit by unit, as ``flow`` does, which is given by its address."""
-    settings = machine_at(place).settings[0]
-    state = state_of(machine_at(place).states, 0)
-    for unit in range(sums.shape[0]):
-        settings.target += 1
-        code = go_on(place, 0, samples, events)
-        if code != DONE:
-            return code
-        for i in range(sums.shape[1]):
-            sums[unit, i] = log_growth(state, i)
-    return DONE
+        outcome = units.go_on(plan.count, report=report and (lambda: report(run.strobes - first)))
+    return outcome, np.concatenate([np.zeros((1, m)), units.sums()])
 
 
 def cumulants(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -8,6 +8,7 @@ import xarray as xr
 
 from chaosdrill.analysis.arguments import Span, tangent_count
 from chaosdrill.analysis.base import Job
+from chaosdrill.analysis.blocks import Blocks
 from chaosdrill.analysis.classification import Averages, evidence_of_records
 from chaosdrill.analysis.recording import flow_of, time_of_motion
 from chaosdrill.analysis.statistics import (
@@ -44,22 +45,10 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
     run = run_with_tangents(system, structure, m, plan.unit, job.numerics, samples)
     outcome = plan.settle(run)
     ends = block_ends(plan.count, blocks)
-    sums = np.full((len(ends), m), np.nan)
-    drilled = np.full((len(ends), len(system.quadratures)), np.nan)
-    sums[0], drilled[0] = 0.0, 0.0
-    path, begin = _Path(run, passed=not plan.periodic and system.autonomous), run.x.copy()
-    coarse = np.full((len(ends), len(system.state_names)), np.nan)
-    coarse[0] = begin
-    for block, length in enumerate(np.diff(ends), start=1):
-        if outcome != Outcome.OK:
-            break
-        kept = m and (plan.count - ends[block]) * samples < LENGTH
-        outcome = path.advance(int(length)) if kept else run.advance(int(length))[0]
-        if outcome == Outcome.OK:
-            sums[block] = np.where(run.lost[:m] == 1, -np.inf, run.logs[:m])
-            drilled[block], coarse[block] = run.integrals(), run.x
-        if job.progress:
-            job.progress(run.strobes, run.strobes + int(ends[-1] - ends[block]), None)
+    path = _Path(run, ends, m, passed=not plan.periodic and system.autonomous)
+    if outcome == Outcome.OK:
+        outcome = path.follow(job)
+    sums, drilled, coarse = path.sums, path.drilled, path.states
     complete, why, dimension_error = outcome == Outcome.OK, "", float("nan")
     values = errors = np.full(m, np.nan)
     history = np.full((len(ends) - 1, m), np.nan)
@@ -148,44 +137,78 @@ def computed_exponents(structure: Structure, count: int) -> int:
 
 
 class _Path:
-    """The last samples of a run with their modes, and, if asked for, the last events that moved its states."""
+    """A run over its blocks, with its last samples and modes, and, if asked for, the last events that moved its states.
 
-    def __init__(self, run: Run, *, passed: bool) -> None:
-        self._run = run
+    Parameters
+    ----------
+    run : Run
+        The run, at the beginning of the record.
+    ends : ndarray of int, shape (B + 1,)
+        Where blocks begin and end.
+    exponents : int
+        Tangents whose growth is kept; without any there are no samples.
+    passed : bool
+        Whether events are kept.
+    """
+
+    def __init__(self, run: Run, ends: np.ndarray, exponents: int, *, passed: bool) -> None:
+        self._run, n = run, len(run.system.state_names)
         self._moves = np.array([not t.marks_only() for t in run.system.transitions], dtype=bool)
-        n = len(run.system.state_names)
-        self._row = n + len(run.system.quadratures) + 1
-        self._samples = [np.zeros((0, n + 1))]
+        # only the last of all is sampled, of a long block its end
+        late = int(((ends[-1] - ends[1:]) * run.samples >= LENGTH).sum()) if exponents else len(ends) - 1
+        self._before, begin = late, int(ends[late])
+        self._ends = ends[1:]
+        if late < len(ends) - 1 and ends[late + 1] - begin > LENGTH:
+            begin = int(ends[late + 1]) - LENGTH
+            self._ends, self._before = np.insert(self._ends, late, begin), late + 1
+        self._wanted = np.searchsorted(self._ends, ends[1:])
+        self._blocks, self._start = Blocks(run, self._ends, exponents), run.x.copy()
+        rows = (int(ends[-1]) - begin + 1) * run.samples + 2 if late < len(ends) - 1 else 0
+        self._rows = np.zeros((rows, n + len(run.system.quadratures) + 1))
         self._buffer = np.zeros((AT_ONCE if passed and self._moves.any() else 0, EVENT_COLUMNS + 2 * n))
         self._events: list[np.ndarray] = []
         self.met = 0
 
     @property
+    def sums(self) -> np.ndarray:
+        """Logarithms of growth at the beginning and at the end of each block, shape (B + 1, m)."""
+        sums = self._blocks.sums()[self._wanted]
+        return np.concatenate([np.zeros_like(sums[:1]), sums])
+
+    @property
+    def drilled(self) -> np.ndarray:
+        """Quadratures there, shape (B + 1, q)."""
+        integrals = self._blocks.integrals[self._wanted]
+        return np.concatenate([np.zeros_like(integrals[:1]), integrals])
+
+    @property
+    def states(self) -> np.ndarray:
+        """States there, shape (B + 1, n)."""
+        return np.concatenate([self._start[np.newaxis], self._blocks.states[self._wanted]])
+
+    @property
     def samples(self) -> np.ndarray:
         """The last samples with their modes."""
-        return np.concatenate(self._samples)[-LENGTH:]
+        n, filled = len(self._run.system.state_names), self._run.filled()[0]
+        return np.delete(self._rows[:filled], np.s_[n:-1], axis=1)[-LENGTH:]
 
-    def advance(self, periods: int) -> Outcome:
-        """Let the run go on."""
-        run, n, outcome = self._run, len(self._run.system.state_names), Outcome.OK
-        if periods > LENGTH:
-            outcome, periods = run.advance(periods - LENGTH)[0], LENGTH
+    def follow(self, job: Job) -> Outcome:
+        """Let the run go on to its end."""
+        blocks, progress = self._blocks, job.progress
+        total = self._run.strobes + int(self._ends[-1])
+        report = (lambda: progress(self._run.strobes, total, None)) if progress else None
+        outcome = blocks.go_on(self._before, report=report)
         if outcome != Outcome.OK:
             return outcome
-        rows = np.zeros(((periods + 1) * int(run.samples) + 2, self._row))
-        filled, full = 0, True
-        while full and outcome == Outcome.OK:
-            outcome, full = run.advance(periods, rows[filled:], self._buffer)
-            periods, (samples, met) = 0, run.filled()
-            filled += samples
-            if met:
-                events = self._buffer[:met]
-                self._events.append(events[self._moves[events[:, EVENT_KIND].astype(int)]])
-                self.met += len(self._events[-1])
-            if self.met > 2 * EVENTS:
-                self._events, self.met = [np.concatenate(self._events)[-EVENTS:]], EVENTS
-        self._samples.append(np.delete(rows[:filled], np.s_[n:-1], axis=1)[-LENGTH:])
-        return outcome
+        return blocks.go_on(len(self._ends), self._rows, self._buffer, drain=self._drain, report=report)
+
+    def _drain(self) -> None:
+        if met := self._run.filled()[1]:
+            events = self._buffer[:met]
+            self._events.append(events[self._moves[events[:, EVENT_KIND].astype(int)]])
+            self.met += len(self._events[-1])
+        if self.met > 2 * EVENTS:
+            self._events, self.met = [np.concatenate(self._events)[-EVENTS:]], EVENTS
 
     def passages(self) -> np.ndarray:
         """States after the last events of the transition that moved them most often, and the modes before."""

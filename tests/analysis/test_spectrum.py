@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
+from chaosdrill.analysis import blocks
 
 
 @pytest.fixture(scope="module")
@@ -92,8 +93,17 @@ def test_systems_without_a_period_count_by_time(bouncer):
     assert float(spectrum["events_per_time"]) == pytest.approx(hits / 10, rel=1e-12)
 
 
-def test_progress_is_called_once_a_block(duffing):
+def test_progress_is_told_at_ends_of_blocks(duffing):
     seen = []
     cd.lyapunov_spectrum(duffing, periods=20, blocks=5, progress=lambda *call: seen.append(call))
-    assert [done for done, _, _ in seen] == [4, 8, 12, 16, 20]
+    done = [now for now, _, _ in seen]
+    assert done == sorted({*done, 20})
+    assert {*done} <= {4, 8, 12, 16, 20}
     assert {total for _, total, _ in seen} == {20}
+
+
+def test_no_bit_depends_on_how_many_blocks_a_call_goes_on(bouncer, monkeypatch):
+    at_once = cd.lyapunov_spectrum(bouncer, duration=30.0)
+    monkeypatch.setattr(blocks, "HEARD", 0.0)
+    one_by_one = cd.lyapunov_spectrum(bouncer, duration=30.0)
+    assert one_by_one.equals(at_once)

@@ -70,6 +70,8 @@ def test_an_installation_that_cannot_be_written_brings_its_engine(tmp_path):
     assert f"in {tmp_path / 'warm'}" in made.stdout
     # what systems call by name
     assert list((tmp_path / "warm").glob("special.positive_power.*"))
+    compiled = {file.stem for file in PACKAGE.rglob("*.py") if "\n@compiled(" in file.read_text()}
+    assert compiled <= {file.name.split(".")[0] for file in (tmp_path / "warm").iterdir()}
     packed = tmp_path / "packed.zip"
     with zipfile.ZipFile(packed, "w") as archive:
         for file in PACKAGE.rglob("*"):

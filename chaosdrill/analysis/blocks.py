@@ -1,0 +1,152 @@
+"""A run over the blocks of its record: growth, integrals and states at their ends, in few calls."""
+
+import math
+from collections.abc import Callable
+from time import perf_counter
+
+import numpy as np
+
+from chaosdrill.codegen import kernels_of
+from chaosdrill.codegen.kinds import Pointer, int64
+from chaosdrill.codegen.signatures import matrix
+from chaosdrill.dataset import Outcome
+from chaosdrill.engine.flow import flow
+from chaosdrill.engine.jit import Record, compiled
+from chaosdrill.engine.layout import DONE, EVENLY, EVENT_COLUMNS, FULL
+from chaosdrill.engine.records import integers, machine_at, state_of
+from chaosdrill.engine.run import Run
+from chaosdrill.engine.setup import scratch_of
+from chaosdrill.engine.stepper import machine
+
+HEARD = 0.05
+"""Seconds that a call may take before the next ones are longer no more: an interruption is heard between calls."""
+
+
+class Blocks:
+    """The blocks of a record, and what is kept at their ends; what the run does not reach stays NaN.
+
+    Parameters
+    ----------
+    run : Run
+        The run, at the beginning of the record.
+    ends : ndarray of int, shape (B,)
+        Ends of the blocks, in periods from there.
+    exponents : int
+        Of so many tangents growth is kept.
+    all_of : bool
+        Whether integrals and states are kept, too.
+    """
+
+    def __init__(self, run: Run, ends: np.ndarray, exponents: int, *, all_of: bool = True) -> None:
+        self._run = run
+        self._targets = (run.strobes + ends).astype(np.int64)
+        n, q = (len(run.x), len(run.system.quadratures)) if all_of else (0, 0)
+        self._logs, self._grown = np.full((2, len(ends), exponents), np.nan)
+        self.integrals, self.states = np.full((len(ends), q), np.nan), np.full((len(ends), n), np.nan)
+        self._done = np.zeros(1, dtype=np.int64)
+        self._machine: Record | None = None
+        self._no_samples = np.zeros((0, len(run.x) + len(run.system.quadratures) + 1))
+        self._no_events = np.zeros((0, EVENT_COLUMNS + 2 * len(run.x)))
+
+    def sums(self) -> np.ndarray:
+        """Logarithms of growth up to the end of each block, -inf for what was lost; shape (B, m)."""
+        return np.asarray(self._logs + np.log(self._grown))
+
+    def go_on(
+        self,
+        last: int,
+        samples: np.ndarray | None = None,
+        events: np.ndarray | None = None,
+        *,
+        drain: Callable[[], None] | None = None,
+        report: Callable[[], None] | None = None,
+    ) -> Outcome:
+        """Go on until so many blocks are done.
+
+        Parameters
+        ----------
+        samples, events : ndarray, optional
+            Buffers as in `Run.advance`, the first with room for all samples.
+        drain : callable, optional
+            Takes what is in the buffer of events, whenever it is full and at the end.
+        report : callable, optional
+            Called now and then.
+        """
+        outcome, several = Outcome.OK, 1
+        self._run.states.run["sample_rows"] = 0
+        while self._done[0] < last and outcome == Outcome.OK:
+            begin = perf_counter()
+            outcome = self._call(min(self._done[0] + several, last), samples, events)
+            several = several * 2 if perf_counter() - begin < HEARD else max(several // 2, 1)
+            if drain:
+                drain()
+            if report:
+                report()
+        return outcome
+
+    def _call(self, last: int, samples: np.ndarray | None, events: np.ndarray | None) -> Outcome:
+        run = self._run
+        if self._machine is None:
+            # where a run may not begin, or the engine is not yet compiled, it says so
+            outcome, full = run.advance(int(self._targets[0]) - run.strobes, samples, events)
+            scratch = scratch_of(run.system, len(run.vectors), run.method)
+            functions = kernels_of(run.system).functions
+            self._machine = machine(functions, run.method, run.settings, run.tables, run.states, scratch)
+            if outcome == Outcome.OK and not full:
+                self._logs[0] = np.where(run.lost == 1, -np.inf, run.states.logs[0])[: self._logs.shape[1]]
+                self._grown[0] = run.states.grown[0, : self._logs.shape[1]]
+                if self.states.size:
+                    self.integrals[0], self.states[0] = run.integrals(), run.x
+                self._done[0] = 1
+            return outcome
+        run.settings["recording"] = 0 if samples is None else EVENLY
+        run.states.run["event_rows"] = 0
+        code = _through(
+            flow,
+            self._machine,
+            last,
+            self._targets,
+            self._done,
+            self._no_samples if samples is None else samples,
+            self._no_events if events is None else events,
+            self._logs,
+            self._grown,
+            self.integrals,
+            self.states,
+        )
+        return Outcome.OK if code in (DONE, FULL) else Outcome(code)
+
+
+@compiled(
+    int64(
+        Pointer("Flow", flow.signature),
+        int64,
+        int64,
+        integers,
+        integers,
+        matrix,
+        matrix,
+        matrix,
+        matrix,
+        matrix,
+        matrix,
+    )
+)
+def _through(go_on, place, last, targets, done, samples, events, logs, grown, integrals, states):
+    """Continue the only run of a machine, which is given by its address, block by block, as ``flow`` does."""
+    settings = machine_at(place).settings[0]
+    state = state_of(machine_at(place).states, 0)
+    for block in range(done[0], last):
+        settings.target = targets[block]
+        code = go_on(place, 0, samples, events)
+        if code != DONE:
+            return code
+        for i in range(logs.shape[1]):
+            logs[block, i] = -math.inf if state.lost[i] == 1 else state.logs[i]
+            grown[block, i] = state.grown[i]
+        for i in range(integrals.shape[1]):
+            integrals[block, i] = state.sums[0, i] + state.sums[1, i]
+        for i in range(states.shape[1]):
+            states[block, i] = state.x[i]
+        done[0] = block + 1
+    return DONE
