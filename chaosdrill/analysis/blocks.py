@@ -8,7 +8,7 @@ import numpy as np
 
 from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.kinds import Pointer, int64
-from chaosdrill.codegen.signatures import matrix
+from chaosdrill.codegen.signatures import block, matrix
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.flow import flow
 from chaosdrill.engine.jit import Record, compiled
@@ -43,14 +43,37 @@ class Blocks:
         n, q = (len(run.x), len(run.system.quadratures)) if all_of else (0, 0)
         self._logs, self._grown = np.full((2, len(ends), exponents), np.nan)
         self.integrals, self.states = np.full((len(ends), q), np.nan), np.full((len(ends), n), np.nan)
+        # of the beginning of the record, too; rows of lost tangents are 0
+        self._vectors = np.zeros((len(ends) + 1, exponents if all_of else 0, n))
+        self._exponent_of = np.zeros(self._vectors.shape[:2], dtype=np.int64)
+        self._keep_vectors(0)
         self._done = np.zeros(1, dtype=np.int64)
         self._machine: Record | None = None
         self._no_samples = np.zeros((0, len(run.x) + len(run.system.quadratures) + 1))
         self._no_events = np.zeros((0, EVENT_COLUMNS + 2 * len(run.x)))
 
     def sums(self) -> np.ndarray:
-        """Logarithms of growth up to the end of each block, -inf for what was lost; shape (B, m)."""
-        return np.asarray(self._logs + np.log(self._grown))
+        """Logarithms of growth at the beginning and at the end of each block, -inf for what was lost; (B + 1, m)."""
+        return np.concatenate([np.zeros_like(self._logs[:1]), self._logs + np.log(self._grown)])
+
+    def sums_by_size(self) -> np.ndarray:
+        """The same of lengths in parts of the sizes of the states, which do not depend on units, nor on that of time.
+
+        In others states of different units are added, and so a length may fall at certain ends of blocks: that of the
+        flow at the apex of a flight, where nothing but the speed changes.
+        """
+        found, size = self.sums(), self._run.sizes
+        scaled = self._vectors / np.where(size > 0, size, 1.0)
+        rows = np.arange(len(found))
+        for i in range(scaled.shape[1]):
+            row = scaled[:, i]
+            for before in scaled[:, :i].swapaxes(0, 1):
+                row -= np.einsum("bn,bn->b", row, before)[:, np.newaxis] * before
+            length = np.sqrt(np.einsum("bn,bn->b", row, row))
+            length[~(length > 0)] = 1.0
+            row /= length[:, np.newaxis]
+            found[rows, self._exponent_of[:, i]] += np.log(length)
+        return found
 
     def go_on(
         self,
@@ -84,6 +107,12 @@ class Blocks:
                 report()
         return outcome
 
+    def _keep_vectors(self, k: int) -> None:
+        live = min(self._run.live, self._vectors.shape[1])
+        if self.states.size:
+            self._vectors[k, :live] = self._run.vectors[:live]
+            self._exponent_of[k, :live] = self._run.states.exponent_of[0, :live]
+
     def _call(self, last: int, samples: np.ndarray | None, events: np.ndarray | None) -> Outcome:
         run = self._run
         if self._machine is None:
@@ -97,6 +126,7 @@ class Blocks:
                 self._grown[0] = run.states.grown[0, : self._logs.shape[1]]
                 if self.states.size:
                     self.integrals[0], self.states[0] = run.integrals(), run.x
+                    self._keep_vectors(1)
                 self._done[0] = 1
             return outcome
         run.settings["recording"] = 0 if samples is None else EVENLY
@@ -113,40 +143,39 @@ class Blocks:
             self._grown,
             self.integrals,
             self.states,
+            self._vectors,
+            self._exponent_of,
         )
         return Outcome.OK if code in (DONE, FULL) else Outcome(code)
 
 
 @compiled(
     int64(
-        Pointer("Flow", flow.signature),
-        int64,
-        int64,
-        integers,
-        integers,
-        matrix,
-        matrix,
-        matrix,
-        matrix,
-        matrix,
-        matrix,
+        *(Pointer("Flow", flow.signature), int64, int64, integers, integers),
+        *(matrix, matrix, matrix, matrix, matrix, matrix, block, int64[:, ::1]),
     )
 )
-def _through(go_on, place, last, targets, done, samples, events, logs, grown, integrals, states):
+def _through(
+    go_on, place, last, targets, done, samples, events, logs, grown, integrals, states, vectors, exponent_of
+):  # fmt: skip
     """Continue the only run of a machine, which is given by its address, block by block, as ``flow`` does."""
     settings = machine_at(place).settings[0]
     state = state_of(machine_at(place).states, 0)
-    for block in range(done[0], last):
-        settings.target = targets[block]
+    for k in range(done[0], last):
+        settings.target = targets[k]
         code = go_on(place, 0, samples, events)
         if code != DONE:
             return code
         for i in range(logs.shape[1]):
-            logs[block, i] = -math.inf if state.lost[i] == 1 else state.logs[i]
-            grown[block, i] = state.grown[i]
+            logs[k, i] = -math.inf if state.lost[i] == 1 else state.logs[i]
+            grown[k, i] = state.grown[i]
         for i in range(integrals.shape[1]):
-            integrals[block, i] = state.sums[0, i] + state.sums[1, i]
+            integrals[k, i] = state.sums[0, i] + state.sums[1, i]
         for i in range(states.shape[1]):
-            states[block, i] = state.x[i]
-        done[0] = block + 1
+            states[k, i] = state.x[i]
+        for i in range(min(vectors.shape[1], state.run[0].live)):
+            exponent_of[k + 1, i] = state.exponent_of[i]
+            for a in range(vectors.shape[2]):
+                vectors[k + 1, i, a] = state.vectors[i, a]
+        done[0] = k + 1
     return DONE

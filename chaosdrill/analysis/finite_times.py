@@ -144,7 +144,7 @@ def _sums(run: Run, plan: Span, m: int, job: "Job") -> tuple[Outcome, np.ndarray
     units = Blocks(run, np.arange(1, plan.count + 1), m, all_of=False)
     if outcome == Outcome.OK:
         outcome = units.go_on(plan.count, report=report and (lambda: report(run.strobes - first)))
-    return outcome, np.concatenate([np.zeros((1, m)), units.sums()])
+    return outcome, units.sums()
 
 
 def cumulants(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

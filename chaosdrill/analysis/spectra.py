@@ -53,10 +53,10 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
     values = errors = np.full(m, np.nan)
     history = np.full((len(ends) - 1, m), np.nan)
     if complete and m:
-        values, errors, history, late = mean_exponents(sums, ends, plan.unit, job.numerics, run.steps)
-        dimension_error = _dimension_error(
-            values, history, ends * plan.unit, job.numerics.step_error * run.steps, system
-        )
+        by_size = path.sums_by_size
+        values, errors, history, late, rates = mean_exponents(sums, by_size, ends, plan.unit, job.numerics, run.steps)
+        of_method = job.numerics.step_error * run.steps / plan.length
+        dimension_error = kaplan_yorke_error(values, rates, of_method, plan.length, system.free)
         neutral = int(structure.neutral(flow_of(run)))
         averages = Averages(
             exponents=values[np.newaxis],
@@ -82,15 +82,6 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
     message = run.stopped(outcome)
     told = {"message": message, "reason": why}
     return dataset(variables, ["block_time"], {name: text for name, text in told.items() if text})
-
-
-def _dimension_error(
-    values: np.ndarray, history: np.ndarray, times: np.ndarray, of_method: float, system: HybridSystem
-) -> float:
-    """Error of the Kaplan-Yorke dimension; ``of_method`` is that of the sums of logarithms over all blocks."""
-    sums = np.vstack([np.zeros(len(values)), np.where(np.isfinite(values), history * times[1:, np.newaxis], 0.0)])
-    rates = np.diff(sums, axis=0) / np.diff(times)[:, np.newaxis]
-    return kaplan_yorke_error(values, rates, of_method / times[-1], times[-1], system.free)
 
 
 def _evidence(
@@ -161,7 +152,7 @@ class _Path:
         if late < len(ends) - 1 and ends[late + 1] - begin > LENGTH:
             begin = int(ends[late + 1]) - LENGTH
             self._ends, self._before = np.insert(self._ends, late, begin), late + 1
-        self._wanted = np.searchsorted(self._ends, ends[1:])
+        self._wanted = np.append(0, np.searchsorted(self._ends, ends[1:]) + 1)
         self._blocks, self._start = Blocks(run, self._ends, exponents), run.x.copy()
         rows = (int(ends[-1]) - begin + 1) * run.samples + 2 if late < len(ends) - 1 else 0
         self._rows = np.zeros((rows, n + len(run.system.quadratures) + 1))
@@ -172,19 +163,22 @@ class _Path:
     @property
     def sums(self) -> np.ndarray:
         """Logarithms of growth at the beginning and at the end of each block, shape (B + 1, m)."""
-        sums = self._blocks.sums()[self._wanted]
-        return np.concatenate([np.zeros_like(sums[:1]), sums])
+        return self._blocks.sums()[self._wanted]
+
+    @property
+    def sums_by_size(self) -> np.ndarray:
+        """The same of lengths that no unit changes, see `Blocks`."""
+        return self._blocks.sums_by_size()[self._wanted]
 
     @property
     def drilled(self) -> np.ndarray:
         """Quadratures there, shape (B + 1, q)."""
-        integrals = self._blocks.integrals[self._wanted]
-        return np.concatenate([np.zeros_like(integrals[:1]), integrals])
+        return np.concatenate([np.zeros_like(self._blocks.integrals[:1]), self._blocks.integrals])[self._wanted]
 
     @property
     def states(self) -> np.ndarray:
         """States there, shape (B + 1, n)."""
-        return np.concatenate([self._start[np.newaxis], self._blocks.states[self._wanted]])
+        return np.concatenate([self._start[np.newaxis], self._blocks.states])[self._wanted]
 
     @property
     def samples(self) -> np.ndarray:
@@ -220,16 +214,17 @@ class _Path:
 
 
 def mean_exponents(
-    sums: np.ndarray, ends: np.ndarray, unit: float, numerics: Numerics, steps: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Exponents, their errors, history and late values in order, from logarithms summed up to the end of each block.
+    sums: np.ndarray, by_size: np.ndarray, ends: np.ndarray, unit: float, numerics: Numerics, steps: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Exponents, errors, history, late values and rates in order, from logarithms summed up to the end of each block.
 
-    The exponents descend, and the late values are those over the later half of the record.
+    The exponents descend, and the late values are those over the later half of the record. Errors come from the rates,
+    those of lengths which no unit changes, 0 where a tangent was lost.
 
     Parameters
     ----------
-    sums : ndarray, shape (blocks + 1, m)
-        Sums of logarithms, -inf from the block in which a tangent was lost.
+    sums, by_size : ndarray, shape (blocks + 1, m)
+        Sums of logarithms, -inf from the block in which a tangent was lost, of lengths as they are and by sizes.
     ends : ndarray, shape (blocks + 1,)
         Ends of the blocks in units.
     unit : float
@@ -242,14 +237,15 @@ def mean_exponents(
     history = sums[1:] / times
     finite = np.isfinite(sums[-1])
     errors = np.full(sums.shape[1], np.nan)
-    rates = np.diff(sums[:, finite], axis=0) / (np.diff(ends)[:, np.newaxis] * unit)
-    errors[finite] = error_of_exponents(rates, numerics, steps, times[-1, 0])
+    rates = np.zeros_like(history)
+    rates[:, finite] = np.diff(by_size[:, finite], axis=0) / (np.diff(ends)[:, np.newaxis] * unit)
+    errors[finite] = error_of_exponents(rates[:, finite], numerics, steps, times[-1, 0])
     half = (len(ends) - 1) // 2
     with np.errstate(invalid="ignore"):
         late = (sums[-1] - sums[half]) / ((ends[-1] - ends[half]) * unit)
     late = np.where(finite, late, -np.inf)
     order = np.argsort(-history[-1], kind="stable")
-    return history[-1, order], errors[order], history[:, order], late[order]
+    return history[-1, order], errors[order], history[:, order], late[order], rates[:, order]
 
 
 def _averages(

@@ -74,3 +74,28 @@ def test_a_map_of_the_circle_is_not_chaotic():
     for at in ("strobe", "spike"):
         found = cd.bifurcation_diagram(cell, {"I": np.linspace(1.25, 2.0, 16)}, at=at, transient=400, periods=64)
         assert (found["outcome"] != cd.Outcome.CHAOTIC).all()
+
+
+@pytest.fixture(scope="module")
+def noisy_ball():
+    """A ball with random restitution, whose lengths are in units of L, and times in units of T."""
+    return cd.HybridSystem(
+        name="noisy ball",
+        states="x v",
+        parameters={"e": 0.8, "L": 1.0, "T": 1.0},
+        modes={"flight": {"x": "v", "v": "-L/T**2"}},
+        transitions=[cd.Transition("impact", "flight", "flight", "x", -1, reset={"v": "L/T - e*v"})],
+    ).with_noise({"e": cd.Uniform(0.7, 0.9)}, at="impact", seed=1)
+
+
+@pytest.mark.parametrize(("length", "time"), [(1.0, 1e4), (1e3, 1e-2), (1e-9, 1e6)])
+def test_errors_of_exponents_do_not_depend_on_units(noisy_ball, length, time):
+    """A record ends at the apex, where the flow changes the speed alone: its length there is that of a speed."""
+
+    def errors(length, time):
+        ball = noisy_ball.with_parameters(L=length, T=time).with_initial(x=length)
+        found = cd.lyapunov_spectrum(ball, at="impact", transient=50, periods=2000)
+        return found["lyapunov_error"].values * time, float(found["kaplan_yorke_error"])
+
+    for here, other in zip(errors(1.0, 1.0), errors(length, time), strict=True):
+        np.testing.assert_allclose(other, here, rtol=1e-6)
