@@ -69,16 +69,14 @@ def _of_full(points: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndar
     parts = scaled.reshape(len(points), PARTS, length, -1)
     spread = parts.std(axis=2)
     moves = spread.max(axis=1) > ROUND_OFF * np.maximum(1, known / size)
-    up, down = _ordered(spread)
-    leaving = (up & moves).any(axis=1)
-    settling = (down | ~moves).all(axis=1) & moves.any(axis=1)
-    for lag in range(1, min(LAGS, length // 2) + 1):
-        lacks = np.abs(parts[:, :, lag:] - parts[:, :, :-lag]).max(axis=(2, 3))
-        tells = lacks.max(axis=1) > CLOSE
-        up, down = _ordered(lacks[:, :, np.newaxis])
-        leaving |= up[:, 0] & tells
-        settling |= down[:, 0] & tells
-    return leaving, settling
+    lags = range(1, min(LAGS, length // 2) + 1)
+    lacks = [np.abs(parts[:, :, lag:] - parts[:, :, :-lag]).max(axis=(2, 3)) for lag in lags]
+    told = np.concatenate([spread, np.stack(lacks, axis=2)], axis=2)
+    up, down = (_grow(one) for one in (told, told[:, ::-1]))
+    states, tells = spread.shape[2], told[:, :, spread.shape[2] :].max(axis=1) > CLOSE
+    leaving = (up[:, :states] & moves).any(axis=1) | (up[:, states:] & tells).any(axis=1)
+    settling = (down[:, :states] | ~moves).all(axis=1) & moves.any(axis=1)
+    return leaving, settling | (down[:, states:] & tells).any(axis=1)
 
 
 def departs(paths: np.ndarray, drifts: np.ndarray, growth: np.ndarray) -> np.ndarray:
@@ -117,12 +115,8 @@ def departs(paths: np.ndarray, drifts: np.ndarray, growth: np.ndarray) -> np.nda
     return found
 
 
-def _ordered(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Whether values (P, PARTS, ...) grow from part to part, or had to grow first; and the same backward."""
-    return _grow(values), _grow(values[:, ::-1])
-
-
 def _grow(values: np.ndarray) -> np.ndarray:
+    """Whether values (P, PARTS, n) grow from part to part, or had to grow first."""
     steps = np.diff(values, axis=1) > 0
     throughout = steps.all(axis=1) & (values[:, -1] >= FACTOR * values[:, 0])
     first = (values[:, :ENDS] <= SMALL * values.max(axis=1, keepdims=True)).all(axis=1)

@@ -243,8 +243,14 @@ RULES = (
 
 def rule_of(evidence: Evidence) -> np.ndarray:
     """Number of the first rule that holds; shape (P,)."""
+    found, open_ = np.zeros(len(evidence.lead), dtype=np.int64), np.ones(len(evidence.lead), dtype=bool)
     with np.errstate(invalid="ignore"):
-        return np.argmax([rule.holds(evidence) for rule in RULES], axis=0)
+        for number, rule in enumerate(RULES):
+            holds = open_ & rule.holds(evidence)
+            found[holds], open_[holds] = number, False
+            if not open_.any():
+                break
+    return found
 
 
 def words(evidence: Evidence) -> np.ndarray:
