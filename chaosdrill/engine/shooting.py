@@ -25,6 +25,9 @@ from chaosdrill.engine.tangents import normals_of
 
 cube = float64[:, :, ::1]
 
+# rows of what an orbit begins on and ends at; after them the directions along which it need not close
+START, NORMAL, DRIFT, GAP, LINES = range(5)
+
 # what is fixed of an orbit: numbers of states and free parameters, periods that it takes, the mode that tells the
 # period, -1 where it is constant, and whether there is a period at all
 STATES, FREE, PERIODS, CLOCK, FORCED = range(5)
@@ -53,6 +56,15 @@ times of crossings since the start of the segment"""
 SIGNATURE = Tuple((int64, float64))(
     *(int64, int64, integers, vector, integer_matrix, matrix, matrix, float64, vector, int64, FOUND, ROOM)
 )
+
+
+@inner
+def pivot(direction):
+    """Index of the first entry of a direction that is not zero."""
+    first = 0
+    while direction[first] == 0.0:
+        first += 1
+    return first
 
 
 @inner
@@ -148,14 +160,13 @@ def _guard_equation(functions, mode, end, te, state, extent, clock_row, moved, g
 
 
 @inner
-def _cross(event, jump, speed, following, state, extent, clock_row, moved, step, stretch):
-    """Across an event: the next start by the unknowns in ``step``, tangents in ``stretch``; how far the start is off.
+def _cross(event, jump, speed, following, state, clock_row, moved, step, stretch, gap):
+    """Across an event: the next start by the unknowns in ``step``, tangents in ``stretch``, how far it is off in ``gap``.
 
     Row 0 of ``step`` is the state on the guard at which the event was taken.
     """
     x, vectors, n = state.x, state.vectors, state.x.size
     place = event_places(n)
-    off = 0.0
     for r in range(n):
         row = place.jacobian + r * (n + 1)
         for u in range(clock_row.size):
@@ -176,9 +187,8 @@ def _cross(event, jump, speed, following, state, extent, clock_row, moved, step,
                 across += event[place.gradient + k] * vectors[v, k]
                 reset += event[row + k] * vectors[v, k]
             stretch[r, v] = reset + (jump[r] * across / speed if jump[r] != 0.0 and across != 0.0 else 0.0)
-        if r < extent.size:
-            off = max(off, abs(shift) / max(extent[r], abs(x[r])))
-    return off
+        if r < gap.size:
+            gap[r] = shift
 
 
 @inner
@@ -203,19 +213,48 @@ def _eliminate_duration(row, steep, period, extent, own, clock_row, step):
 
 
 @inner
-def _go_on(following, state, extent, moved, step, stretch):
+def _go_on(following, state, moved, step, stretch, gap):
     """As `_cross` where no event ends the segment."""
     x, vectors, n = state.x, state.vectors, state.x.size
-    off = 0.0
     for r in range(n):
         for u in range(moved.shape[1]):
             step[1 + r, u] = moved[r, u]
-        step[1 + r, moved.shape[1] - 1] += x[r] - following[r]
+        shift = x[r] - following[r]
+        step[1 + r, moved.shape[1] - 1] += shift
         for v in range(n):
             stretch[r, v] = vectors[v, r]
-        if r < extent.size:
-            off = max(off, abs(x[r] - following[r]) / max(extent[r], abs(x[r])))
+        if r < gap.size:
+            gap[r] = shift
+
+
+@inner
+def _largest(gap, x, extent):
+    """The largest of the distances between an end and the next start, relative to the sizes of the states."""
+    off = 0.0
+    for r in range(gap.size):
+        off = max(off, abs(gap[r]) / max(extent[r], abs(x[r])))
     return off
+
+
+@inner
+def _shift_along(plane):
+    """Take as shifted what does not close along the directions in which an orbit need not."""
+    for k in range(LINES, plane.shape[0]):
+        drift = plane[GAP, pivot(plane[k])]
+        for r in range(plane.shape[1]):
+            plane[DRIFT, r] += plane[k, r] * drift
+            plane[GAP, r] -= plane[k, r] * drift
+
+
+@inner
+def _close_beside(count, direction, equations):
+    """Of what is shifted along a direction only the rest has to close."""
+    first = pivot(direction)
+    for r in range(direction.size):
+        for u in range(equations.shape[1] if r != first else 0):
+            equations[count + r, u] -= direction[r] * equations[count + first, u]
+    for u in range(equations.shape[1]):
+        equations[count + first, u] = 0.0
 
 
 @inner
@@ -235,9 +274,9 @@ def _on_plane(plane, start, x, extent, row):
     size = 0.0
     away = 0.0
     for r in range(extent.size):
-        row[r] = plane[1, r]
-        away += plane[1, r] * (start[r] - plane[0, r])
-        size = max(size, abs(plane[1, r]) * max(extent[r], abs(x[r])))
+        row[r] = plane[NORMAL, r]
+        away += plane[NORMAL, r] * (start[r] - plane[START, r])
+        size = max(size, abs(plane[NORMAL, r]) * max(extent[r], abs(x[r])))
     row[row.size - 1] = away
     return abs(away) / size
 
@@ -268,11 +307,13 @@ def _close(count, d, step, equations):
 
 
 @inner
-def _stay_put(count, d, monodromy, equations):
+def _stay_put(count, d, plane, monodromy, equations):
     """States that come back whatever they are, as those that a mode leads along a function of time, stay put."""
     n, columns = monodromy.shape[0], equations.shape[1] - 1
     for r in range(d):
         held = True
+        for k in range(LINES, plane.shape[0]):
+            held = held and plane[k, r] == 0.0
         for v in range(n):
             held = held and monodromy[r, v] == (1.0 if r == v else 0.0)
         if held:
@@ -318,8 +359,11 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
         See the names above; ``segments`` has shape (N, 3).
     extent : ndarray, shape (d,)
         What distances between states are relative to at least, above zero; else it is the state where a segment ends.
-    plane : ndarray, shape (2, d)
-        State and normal of the plane on which an orbit without events and without a period begins.
+    plane : ndarray, shape (4 + m, d)
+        State and normal of the plane on which an orbit without events and without a period begins (`START`, `NORMAL`);
+        by how much the end may be shifted against the start (`DRIFT`), to which is added what it is shifted beyond that
+        along the m directions in the last rows; room. Each direction has 1 where the others have 0, its first entry
+        that is not zero.
     starts : ndarray, shape (N, d + q)
         States at the starts of the segments; the parameters behind them.
     phase : float
@@ -328,9 +372,9 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
     watched : int
         Whether to look for other guards on the way.
     found : tuple of ndarray
-        Filled: equations (N + d + 1 + .., columns + 1), sensitivities (N, d + q, columns), monodromy (d + q, d + q),
-        its factors (N, d + q, d + q), one a segment, speeds (N,), positive in the guard's direction, crossings and
-        outcomes (N, 2), times of crossings (N,).
+        Filled: equations (N + d + 1 + .., columns + 1), where that of the first entry of a direction in ``plane`` is
+        zero, sensitivities (N, d + q, columns), monodromy (d + q, d + q), its factors (N, d + q, d + q), one a segment,
+        speeds (N,), positive in the guard's direction, crossings and outcomes (N, 2), times of crossings (N,).
 
     The residual is the largest violation of an equation: distances relative to ``extent``, time to the period.
     """
@@ -345,7 +389,8 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
     count, n = starts.shape
     d, forced = sizes[STATES], sizes[FORCED] == 1
     _, lasting, free = _columns(sizes, count)
-    event, jump, rates = scratch.event, scratch.jump, scratch.before
+    event, jump, rates, following = scratch.event, scratch.jump, scratch.before, scratch.after
+    gap = plane[GAP]
     slope = stretch[n]
     period = _forcing(functions, c, run, sizes, starts[0], rates, slope)
     surfaces = 0
@@ -362,7 +407,6 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
     t = phase
     for i in range(count):
         mode, end, own = segments[i, SEGMENT_MODE], segments[i, SEGMENT_END], lasting + i
-        following = starts[i + 1] if i + 1 < count else starts[0]
         _begin_segment(functions, segments, i, starts[i], t, tables, state, rates)
         for r in range(n):
             stretch[r, 0] = rates[r]
@@ -378,6 +422,10 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
         total += durations[i]
         functions.field(mode, te, c, x, rates)
         _end_by_unknowns(state, stretch, rates, sensitivity[i], clock_row, own, moved)
+        for r in range(n):
+            following[r] = starts[i + 1, r] if i + 1 < count else starts[0, r]
+            if i + 1 == count and r < d:
+                following[r] += plane[DRIFT, r]
         if end >= 0:
             events += 1
             off, steep = _guard_equation(
@@ -398,17 +446,19 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
             direction = tables.active[mode, 1 + end]
             speeds[i] = speed * direction if direction != 0 else abs(speed)
             saltation_jump(event, jump)
-            off = _cross(event, jump, speed, following, state, extent, clock_row, moved, step, stretch)
+            _cross(event, jump, speed, following, state, clock_row, moved, step, stretch, gap)
             _eliminate_duration(equations[i], steep, period, extent, own, clock_row, step)
         else:
             speeds[i] = math.inf
-            off = _go_on(following, state, extent, moved, step, stretch)
+            _go_on(following, state, moved, step, stretch, gap)
             if end == SHARE:
                 missed = _lasts(1.0, durations[i], period, own, own + 1, free, slope, equations[i])
             else:
                 missed = _on_plane(plane, starts[0], x, extent, equations[i])
             residual = max(residual, missed)
-        residual = max(residual, off)
+        if i + 1 == count:
+            _shift_along(plane)
+        residual = max(residual, _largest(gap, x, extent))
         _multiply(factors[i], stretch, product, monodromy)
         if i + 1 < count:
             for r in range(n):
@@ -422,9 +472,11 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
                 clock_row[free + j] -= whole * slope[j]
     _close(count, d, step, equations)
     if events == 0 and sizes[FREE] == 0:
-        _stay_put(count, d, monodromy, equations)
+        _stay_put(count, d, plane, monodromy, equations)
     for j in range(surfaces):
         residual = max(residual, _on_surface(count, scratch.normals[j], starts[0], extent, equations))
+    for k in range(LINES, plane.shape[0]):
+        _close_beside(count, plane[k], equations)
     final = equations[count + d]
     if forced and events > 0:
         missed = _lasts(sizes[PERIODS], total, period, lasting, free, free, slope, final)

@@ -354,6 +354,16 @@ def symmetries_of(system: "HybridSystem") -> list[list[float]]:
     return found
 
 
+def turns_of(system: "HybridSystem") -> list[list[float]]:
+    """Shifts of angles by their periods, n numbers each; derived once for all values of the parameters."""
+    if "turns" not in system.shared:
+        from chaosdrill.model.derive import turns
+
+        system.shared["turns"] = turns(system.placed)
+    found: list[list[float]] = system.shared["turns"]
+    return found
+
+
 def _is_regular(matrix: np.ndarray) -> bool:
     weights = np.linalg.svd(matrix, compute_uv=False)
     return bool(weights[-1] > _REGULAR * weights[0])

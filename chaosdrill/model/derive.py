@@ -191,6 +191,47 @@ def shift_directions(system: "HybridSystem") -> list[list[float]]:
     return _null_directions(rows, n)
 
 
+def turns(system: "HybridSystem") -> list[list[float]]:
+    """Shifts by which nothing ever changes though the states enter sines or cosines: n numbers each.
+
+    An angle may be shifted by its period where fields and guards come back, and the resets to what is shifted as well;
+    angles that resets carry over to others are shifted together with them. Angles enter with coefficients that are
+    numbers; such a shift is proved by putting it in.
+    """
+    found: list[list[float]] = []
+    wholes = [e for mode in system.modes for e in system.modes[mode].values()]
+    resets = [dict(zip(system.states, reset_map(system, t), strict=True)) for t in system.transitions]
+    wholes += [t.guard for t in system.transitions]
+    entries = [sympy.sympify(e) for e in (*wholes, *(e for reset in resets for e in reset.values()))]
+    waves = {wave for e in entries for wave in e.atoms(sympy.sin, sympy.cos, sympy.tan, sympy.cot)}
+    for state in system.states[: system.free]:
+        slopes = {sympy.nsimplify(abs(sympy.diff(w.args[0], state)), rational=True) for w in waves}
+        slopes -= {sympy.Integer(0)}
+        if not slopes or not all(slope.is_Rational for slope in slopes):
+            continue
+        length = 2 * sympy.pi / sympy.gcd_list(list(slopes))
+        together = {state}
+        while True:
+            shifted = {x: x + length for x in together}
+            carried = set()
+            for reset in resets:
+                for x, e in reset.items():
+                    change = sympy.sympify(e).xreplace(shifted) - e
+                    if x not in together and _vanishes(change - length):
+                        carried.add(x)
+            if not carried:
+                break
+            together |= carried
+        if all(_vanishes(sympy.sympify(e).xreplace(shifted) - e) for e in wholes) and all(
+            _vanishes(sympy.sympify(e).xreplace(shifted) - e - (length if x in together else 0))
+            for reset in resets
+            for x, e in reset.items()
+        ):
+            row = [float(length) if x in together else 0.0 for x in system.states]
+            found += [] if row in found else [row]
+    return found
+
+
 def conserved_combinations(system: "HybridSystem") -> list[list[float]]:
     """Linear combinations of the states whose tangents nothing ever changes: n numbers each, linearly independent.
 

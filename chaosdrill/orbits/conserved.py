@@ -35,14 +35,14 @@ def conserved_at(problem: "Problem", orbit: "Orbit", shot: "Shot") -> np.ndarray
         tell already leaves a family.
     """
     d, count = problem.states, len(orbit)
-    nothing = np.zeros((0, d))
-    if problem.neutral.held.size or (problem.forced and problem.neutral.flow):
+    nothing, known = np.zeros((0, d)), problem.neutral
+    if known.conserved.size or (problem.forced and known.flow):
         return nothing
     weights = problem.weights(orbit)
     left = _dependencies(problem, orbit, shot, weights)
     if not len(left):
         return nothing
-    fixed = np.eye(problem.columns(orbit))[d + 1 + count :] / weights
+    fixed = np.vstack([np.eye(problem.columns(orbit))[d + 1 + count :], problem.held(orbit)]) / weights
     _, _, right = np.linalg.svd(np.vstack([_scaled(problem, orbit, shot, weights)[0], fixed]))
     beside = problem.moved(orbit, shot, SETTINGS.beside_family * right[-1] / weights)
     code, other, seen, _ = problem.newton(beside, weights=weights)
@@ -59,13 +59,13 @@ def likely_at(problem: "Problem", guess: "Orbit") -> np.ndarray:
     There the equations depend on each other only as nearly as the guess closes, and Newton's method leaps to and fro
     in the family: it is kept on a level.
     """
-    if problem.neutral.held.size or problem.forced:
+    if problem.neutral.conserved.size or problem.forced:
         return np.zeros((0, problem.states))
     shot, weights = problem.shoot(guess, watched=False), problem.weights(guess)
     matrix, scale = _scaled(problem, guess, shot, weights)
     if not np.isfinite(matrix).all():
         return np.zeros((0, problem.states))
-    vectors, sizes, _ = np.linalg.svd(matrix)
+    vectors, sizes = _from_the_left(problem, guess, matrix)
     return _gradients(problem, guess, (vectors[:, len(sizes) - 1] / scale)[np.newaxis], weights)
 
 
@@ -95,9 +95,19 @@ def family_words(rows: np.ndarray, names: tuple[str, ...]) -> str:
 def _dependencies(problem: "Problem", orbit: "Orbit", shot: "Shot", weights: np.ndarray) -> np.ndarray:
     """Combinations of the linearised equations that vanish, shape (m, rows)."""
     matrix, scale = _scaled(problem, orbit, shot, weights)
-    vectors, sizes, _ = np.linalg.svd(matrix)
+    vectors, sizes = _from_the_left(problem, orbit, matrix)
     small = sizes <= SETTINGS.smallest_singular_value * sizes[0]
     return np.asarray(vectors[:, : len(sizes)][:, small].T / scale)
+
+
+def _from_the_left(problem: "Problem", orbit: "Orbit", matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Left singular vectors of the equations that say something, and singular values; 0 for the others."""
+    kept = np.ones(len(matrix), dtype=bool)
+    kept[len(orbit) : len(orbit) + problem.states] = problem.closes
+    vectors, sizes, _ = np.linalg.svd(matrix[kept])
+    whole = np.zeros((len(matrix), vectors.shape[1]))
+    whole[kept] = vectors
+    return whole, sizes
 
 
 def _scaled(problem: "Problem", orbit: "Orbit", shot: "Shot", weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -134,9 +134,10 @@ def _cut(problem: "Problem", orbit: Orbit) -> Orbit:
     return Orbit(
         np.vstack([turned.segments, share]),
         orbit.periods,
-        np.vstack([middle, turned.starts[1:], turned.starts[:1]]),
+        np.vstack([middle, turned.starts[1:], turned.starts[:1] + turned.moved_on()]),
         phase % period if period else phase,
         np.concatenate([[half], turned.durations[1:], [half]]),
+        turned.drift,
     )
 
 

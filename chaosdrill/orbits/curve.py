@@ -85,13 +85,14 @@ class Curve:
             return None
         period = self.problem.period_at(one)
         nearest = None
-        apart = np.abs((one.starts - other.starts[0])[:, : self.problem.states] * self.whole(weights).starts).max(
-            axis=1
-        )
+        away = self.problem.shifts.across((one.starts - other.starts[0])[:, : self.problem.states])
+        apart = np.abs(away * self.whole(weights).starts).max(axis=1)
         for first in np.flatnonzero(apart <= within).tolist():
             if not np.array_equal(np.roll(one.segments, -first, axis=0), other.segments):
                 continue
             turned = one.rotated(first, None)
+            if self.problem.shifts:
+                turned = turned.shifted(self.problem.shifts.part((other.starts - turned.starts)[0, : self.problem.states]))
             if period:
                 turned = replace(turned, phase=turned.phase + period * round((other.phase - turned.phase) / period))
             gap = self.gap(other, turned, weights)

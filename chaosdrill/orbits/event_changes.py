@@ -318,7 +318,8 @@ def without_events(problem: Problem, orbit: Orbit) -> Iterator[Orbit]:
         total = float(orbit.durations.sum())
         state = problem.at([orbit], np.array([[0.5 * float(orbit.durations[0])]]))[0][0, 0]
         segments = np.array([[orbit.segments[0, at.SEGMENT_MODE], at.PLANE, -1]], dtype=np.int64)
-        yield Orbit(segments, orbit.periods, np.concatenate([state, values])[np.newaxis], 0.0, np.array([total]))
+        starts = np.concatenate([state, values])[np.newaxis]
+        yield Orbit(segments, orbit.periods, starts, 0.0, np.array([total]), orbit.drift)
 
 
 def _own_path(problem: Problem, orbit: Orbit, values: np.ndarray) -> Orbit | None:
@@ -386,7 +387,7 @@ def _branch_from(curve: Curve, guess: Orbit, border: Border, further: list[Orbit
         code, orbit, seen, _ = problem.newton(start, conditions, SETTINGS.reach_beside)
         if code != CONVERGED or distance(problem, orbit, border.good, weights) > SETTINGS.border_near:
             continue
-        if orbit.repeats(problem.sizes) or at_rest(problem, orbit):
+        if orbit.repeats(problem) or at_rest(problem, orbit):
             continue
         if not admissible(orbit, seen):
             if length and admissible(orbit, replace(seen, crossed=np.full(len(orbit), -1))):
@@ -430,7 +431,10 @@ def distance(problem: Problem, orbit: Orbit, other: Orbit, weights: np.ndarray) 
     here, there = (problem.strobes([o])[0][0] for o in (orbit, other))
     if len(here) != len(there):
         return np.inf
-    return apart + min(float((np.abs(np.roll(here, k, axis=0) - there) * weights[:d]).max()) for k in range(len(here)))
+    return apart + min(
+        float((np.abs(problem.shifts.across(np.roll(here, k, axis=0) - there)) * weights[:d]).max())
+        for k in range(len(here))
+    )
 
 
 def passing(problem: Problem, orbit: Orbit, other: Orbit, weights: np.ndarray) -> float:
@@ -440,7 +444,8 @@ def passing(problem: Problem, orbit: Orbit, other: Orbit, weights: np.ndarray) -
     first, width, closest = 0.0, total, np.inf
     for _ in range(SETTINGS.passing_samples[1]):
         instants = np.unique(np.linspace(first, first + width, SETTINGS.passing_samples[0] + 1) % total)
-        away = (np.abs(problem.at([orbit], instants[np.newaxis])[0][0] - state) * weights).max(axis=1)
+        away = problem.shifts.across(problem.at([orbit], instants[np.newaxis])[0][0] - state)
+        away = (np.abs(away) * weights).max(axis=1)
         closest = min(closest, float(away.min()))
         width *= 2 / SETTINGS.passing_samples[0]
         first = float(instants[away.argmin()]) - width / 2

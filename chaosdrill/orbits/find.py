@@ -82,7 +82,7 @@ def at_rest(problem: Problem, orbit: Orbit) -> bool:
     if not orbit.eventless and orbit.durations.min() > SETTINGS.slip_at_rest * orbit.durations.sum():
         return False
     total = float(orbit.durations.sum())
-    path = problem.at([orbit], np.linspace(0, total, 33)[np.newaxis, :-1])[0][0]
+    path = problem.shifts.still(problem.at([orbit], np.linspace(0, total, 33)[np.newaxis, :-1])[0][0])
     return bool((np.ptp(path, axis=0) <= SETTINGS.at_rest * np.maximum(problem.sizes, np.abs(path).max(axis=0))).all())
 
 
@@ -344,13 +344,14 @@ def least_period(problem: Problem, orbit: Orbit) -> tuple[Orbit, str]:
         if count % times or (problem.forced and periods % times):
             continue
         step = count // times
-        if orbit.comes_again(step, SETTINGS.same_point, problem.sizes):
+        if orbit.comes_again(step, SETTINGS.same_point, problem):
             least = replace(
                 orbit,
                 segments=orbit.segments[:step],
                 periods=periods // times if problem.forced else periods,
                 starts=orbit.starts[:step],
                 durations=orbit.durations[:step],
+                drift=_drift_within(problem, orbit, orbit.starts[step, : problem.states]),
             )
             return least, f"its period is {least.periods}, not {periods}" if problem.forced else ""
     return orbit, ""
@@ -363,5 +364,13 @@ def _one_turn(problem: Problem, orbit: Orbit) -> Orbit:
     ends = float(orbit.durations[0]) / turns
     states = problem.at([orbit], ends[np.newaxis])[0][0]
     size = np.maximum(np.abs(orbit.starts[0, :d]), 1e-6 * problem.sizes)
-    back = np.flatnonzero((np.abs(states - orbit.starts[0, :d]) / size).max(axis=1) < SETTINGS.same_point)
-    return replace(orbit, durations=ends[back[:1]]) if len(back) else orbit
+    away = np.abs(problem.shifts.across(states - orbit.starts[0, :d])) / size
+    back = np.flatnonzero(away.max(axis=1) < SETTINGS.same_point)
+    if not len(back):
+        return orbit
+    return replace(orbit, durations=ends[back[:1]], drift=_drift_within(problem, orbit, states[back[0]]))
+
+
+def _drift_within(problem: Problem, orbit: Orbit, state: np.ndarray) -> np.ndarray | None:
+    """The drift of an orbit that is back in a state before the whole of it was gone through."""
+    return None if orbit.drift is None else problem.shifts.part(state - orbit.starts[0, : problem.states])

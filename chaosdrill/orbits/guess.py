@@ -276,7 +276,7 @@ def guess_of_forced(problem: "Problem", place: Place, periods: int, values: np.n
     outcome, events = _events(run, periods)
     if outcome != Outcome.OK:
         return outcome, None
-    return outcome, _round(problem, events, place.phase, state, mode, periods, values, period)
+    return outcome, _round(problem, events, place.phase, state, mode, periods, values, period, run.x - state)
 
 
 def _round(
@@ -288,8 +288,9 @@ def _round(
     periods: int,
     values: np.ndarray,
     period: float,
+    moved: np.ndarray,
 ) -> Orbit | None:
-    """The path from a state and phase over ``periods`` periods, with its events."""
+    """The path from a state and phase over ``periods`` periods, with its events, by which the state has ``moved``."""
     if not len(events):
         if phase > 0:
             rest = np.array([period - phase])
@@ -299,7 +300,7 @@ def _round(
         return eventless(problem, state, mode, periods, values, period)
     times = events[:, layout.EVENT_STROBES] * period + events[:, layout.EVENT_TIME]
     durations = np.diff(times, prepend=times[-1] - periods * period)
-    orbit = orbit_of_events(problem, events, durations, periods, values, float((phase + times[-1]) % period))
+    orbit = orbit_of_events(problem, events, durations, periods, values, float((phase + times[-1]) % period), moved)
     return orbit if _connected(problem, orbit) else None
 
 
@@ -319,11 +320,12 @@ def returns(problem: "Problem", run: Run, periods: int) -> list[InitialGuess]:
     states = record.states
     if len(states) <= periods:
         return [lambda: (record.outcome, None)]
-    spread = np.maximum(np.ptp(states, axis=0), 1e-9 * np.maximum(np.abs(states).max(axis=0), problem.sizes))
+    spread = np.maximum(problem.shifts.extent(states), 1e-9 * np.maximum(np.abs(states).max(axis=0), problem.sizes))
     last = len(states) - periods
 
     def away(steps: int) -> np.ndarray:
-        return np.asarray((np.abs(states[steps : steps + last] - states[:last]) / spread).max(axis=1))
+        moved = problem.shifts.across(states[steps : steps + last] - states[:last])
+        return np.asarray((np.abs(moved) / spread).max(axis=1))
 
     whole, parts = away(periods), [q for q in range(1, periods) if periods % q == 0]
     # what is back sooner leads to an orbit of a shorter period
@@ -350,7 +352,8 @@ class Strobed:
         events[:, layout.EVENT_STROBES] -= j
         values = np.array([problem.plain.parameters[name] for name in problem.free])
         mode = problem.plain.mode_names[self.modes[j]]
-        return Outcome.OK, _round(problem, events, 0.0, self.states[j], mode, periods, values, problem.period)
+        state, moved = self.states[j], self.states[j + periods] - self.states[j]
+        return Outcome.OK, _round(problem, events, 0.0, state, mode, periods, values, problem.period, moved)
 
 
 def strobed(run: Run, length: int) -> Strobed:
@@ -416,7 +419,8 @@ def guess_of_autonomous(
     whole = int(np.ceil(duration / unit))
     samples = np.zeros(((whole + 2) * SETTINGS.return_samples, len(state) + len(system.quadratures) + 1))
     outcome, events = _events(run, whole, samples)
-    d, ended = len(state), outcome != Outcome.OK
+    d, ended, shifts = len(state), outcome != Outcome.OK, problem.shifts
+    path = np.vstack([state, samples[: run.filled()[0], :d]])
     if ended:
         events = _within_bounds(system, events)
         if expected is not None and run.elapsed < expected:
@@ -425,32 +429,38 @@ def guess_of_autonomous(
         times = events[:, layout.EVENT_STROBES] * unit + events[:, layout.EVENT_TIME]
         if expected is None:
             states, kinds = events[:, layout.EVENT_COLUMNS + d :], events[:, layout.EVENT_KIND]
-            last = _shortest_return(states, kinds, problem.sizes)
+            last = _shortest_return(shifts.across(states - states[0]), states, kinds, problem.sizes)
             if last is None:
                 return outcome, None
-            durations, events = np.diff(times)[:last], events[1 : last + 1]
+            durations, events, moved = np.diff(times)[:last], events[1 : last + 1], states[last] - states[0]
         else:
             times = times[times < expected]
             events, durations = events[: len(times)], np.diff(times, prepend=times[-1:] - expected)
+            moved = path[min(round(expected / unit * SETTINGS.return_samples), len(path) - 1)] - state
         if not len(events):
             return outcome, None
-        orbit = orbit_of_events(problem, events, durations, 1, values, 0.0)
+        orbit = orbit_of_events(problem, events, durations, 1, values, 0.0, moved)
         return (Outcome.OK, orbit) if _connected(problem, orbit) else (outcome, None)
-    path = np.vstack([state, samples[: run.filled()[0], :d]])
     segments = np.array([[problem.system.mode_names.index(mode), at.PLANE, -1]], dtype=np.int64)
     starts = np.concatenate([state, values])[np.newaxis]
-    extent = np.ptp(path, axis=0)
+    resting = shifts.still(path)
+    extent = np.ptp(resting, axis=0)
     if (extent <= 1e-9 * np.maximum(problem.sizes, np.abs(path).max(axis=0))).all():
         return outcome, None
     if expected is not None:
-        return Outcome.OK, Orbit(segments, 1, starts, 0.0, np.array([expected]))
+        drift = drift_in(problem, path[min(round(expected / unit * SETTINGS.return_samples), len(path) - 1)] - state)
+        return Outcome.OK, Orbit(segments, 1, starts, 0.0, np.array([expected]), drift)
     if ended:
         # as far as it had gone until then: what escapes is farther than anything that came back
-        extent = np.maximum.accumulate(path) - np.minimum.accumulate(path)
-    back = _first_return(np.abs(path - state) / np.where(extent > 0, extent, 1.0), near or ended)
+        extent = np.maximum.accumulate(resting) - np.minimum.accumulate(resting)
+    away = shifts.across(path - state)
+    if len(shifts.turns) and not ended:
+        extent = np.ptp(away, axis=0)
+    back = _first_return(np.abs(away) / np.where(extent > 0, extent, 1.0), near or ended)
     if back is None:
         return outcome, None
-    return Outcome.OK, Orbit(segments, 1, starts, 0.0, np.array([back * unit / SETTINGS.return_samples]))
+    duration = np.array([back * unit / SETTINGS.return_samples])
+    return Outcome.OK, Orbit(segments, 1, starts, 0.0, duration, drift_in(problem, path[back] - state))
 
 
 def _within_bounds(system: "HybridSystem", events: np.ndarray) -> np.ndarray:
@@ -505,16 +515,22 @@ def _first_return(away: np.ndarray, near: bool) -> int | None:
     return int(inner[distance[inner] <= max(2 * distance[inner].min(), SETTINGS.back)][0])
 
 
-def _shortest_return(states: np.ndarray, kinds: np.ndarray, sizes: np.ndarray) -> int | None:
+def drift_in(problem: "Problem", moved: np.ndarray) -> np.ndarray | None:
+    """The shift in what a state has moved by, None for none."""
+    drift = problem.shifts.part(moved) if problem.shifts else np.zeros(0)
+    return drift if drift.any() else None
+
+
+def _shortest_return(away: np.ndarray, states: np.ndarray, kinds: np.ndarray, sizes: np.ndarray) -> int | None:
     """Number of events after which the first one recurs most closely; None if its kind never recurs.
 
-    ``sizes`` are those of the states.
+    ``away`` is the way from the first of the states to each, without shifts; ``sizes`` are those of the states.
     """
     same = np.flatnonzero(kinds[1:] == kinds[0]) + 1
     if not len(same):
         return None
-    spread = np.maximum(np.ptp(states, axis=0), 1e-12 * np.maximum(np.abs(states).max(axis=0), sizes))
-    away = (np.abs(states[same] - states[0]) / spread).max(axis=1)
+    spread = np.maximum(np.ptp(away, axis=0), 1e-12 * np.maximum(np.abs(states).max(axis=0), sizes))
+    away = (np.abs(away[same]) / spread).max(axis=1)
     good = same[away <= max(2 * away.min(), SETTINGS.back)]
     return int(good[0])
 
@@ -538,7 +554,9 @@ def orbit_of_events(
     periods: int,
     values: np.ndarray,
     phase: float,
+    moved: np.ndarray,
 ) -> Orbit:
+    """The round that ends with the last of the events; in it the state has ``moved`` by that, shape (d,)."""
     d = problem.states
     guards = kernels_of(problem.system).events
     segments = np.zeros((len(events), 3), dtype=np.int64)
@@ -547,7 +565,11 @@ def orbit_of_events(
         segment[:] = mode, next(j for j, e in enumerate(guards[mode]) if kind in e.outcomes), kind
     after = np.roll(events[:, layout.EVENT_COLUMNS + d : layout.EVENT_COLUMNS + 2 * d], 1, axis=0)
     starts = np.column_stack([after, np.tile(values, (len(events), 1))])
-    return Orbit(segments, periods, starts, phase, durations)
+    orbit = Orbit(segments, periods, starts, phase, durations, drift_in(problem, moved))
+    if orbit.drift is not None:
+        # it begins where the last event led, a drift further
+        starts[1:] += orbit.moved_on()
+    return orbit
 
 
 def _connected(problem: "Problem", orbit: Orbit) -> bool:
@@ -564,8 +586,9 @@ def eventless(
     whole = np.full(periods, period)
     one = Orbit(segments[:1], 1, np.concatenate([state, values])[np.newaxis], 0.0, whole[:1])
     long = Orbit(one.segments, 1, one.starts, 0.0, np.array([periods * period]))
-    path = problem.at([long], np.arange(periods)[np.newaxis] * period)[0][0]
-    return Orbit(segments, periods, np.column_stack([path, np.tile(values, (periods, 1))]), 0.0, whole)
+    path = problem.at([long], np.arange(periods + 1)[np.newaxis] * period)[0][0]
+    starts = np.column_stack([path[:-1], np.tile(values, (periods, 1))])
+    return Orbit(segments, periods, starts, 0.0, whole, drift_in(problem, path[-1] - path[0]))
 
 
 def with_values(problem: "Problem", values: np.ndarray) -> "HybridSystem":

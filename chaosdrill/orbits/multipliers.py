@@ -43,8 +43,14 @@ class Neutral:
 
     @cached_property
     def held(self) -> np.ndarray:
-        """Combinations of states, shape (m, n), that distinguish orbits of a family: conserved sums, or shifts."""
-        return self.conserved if self.paired == len(self.symmetries) else self.symmetries
+        """Combinations of states, shape (m, n), that distinguish orbits of a family: conserved sums, and shifts.
+
+        A shift that changes a conserved sum is told by it.
+        """
+        if not self.paired:
+            return np.vstack([self.conserved, self.symmetries])
+        shared = self.conserved @ self.symmetries.T
+        return np.vstack([self.conserved, np.linalg.svd(shared)[2][self.paired :] @ self.symmetries])
 
     def words(self, system: "HybridSystem") -> str:
         """The neutral directions besides that of the flow, in words; empty without any."""

@@ -27,6 +27,8 @@ class Orbit:
     it."""
     phase: float  # time in the period at which the first segment begins
     durations: np.ndarray  # (N,): durations of the segments
+    drift: np.ndarray | None = None
+    """(d,): by how much its end is shifted against its start, as `chaosdrill.orbits.shifts` has it; None: not at all"""
 
     def __len__(self) -> int:
         return len(self.segments)
@@ -57,42 +59,66 @@ class Orbit:
             starts=self.starts + part * (other.starts - self.starts),
             phase=self.phase + part * (other.phase - self.phase),
             durations=self.durations + part * (other.durations - self.durations),
+            drift=_between(self.drift, other.drift, part),
         )
+
+    def moved_on(self, part: float = 1.0) -> np.ndarray:
+        """What is added to a start, shape (d + q,), when the orbit was gone through once, or a part of its drift."""
+        added = np.zeros(self.starts.shape[1])
+        if self.drift is not None:
+            added[: len(self.drift)] = part * self.drift
+        return added
+
+    def shifted(self, by: np.ndarray) -> "Orbit":
+        """The same path with all states, shape (d,), shifted."""
+        starts = self.starts.copy()
+        starts[:, : len(by)] += by
+        return replace(self, starts=starts)
 
     def repeated(self, times: int) -> "Orbit":
         """The same path, gone through several times."""
         if (self.segments[:, at.SEGMENT_END] == at.PLANE).all():
-            return replace(self, periods=self.periods * times, durations=self.durations * times)
+            drift = None if self.drift is None else times * self.drift
+            return replace(self, periods=self.periods * times, durations=self.durations * times, drift=drift)
+        starts = np.tile(self.starts, (times, 1))
+        if self.drift is not None:
+            starts += np.repeat(np.arange(times), len(self))[:, np.newaxis] * self.moved_on()
         return Orbit(
             np.tile(self.segments, (times, 1)),
             self.periods * times,
-            np.tile(self.starts, (times, 1)),
+            starts,
             self.phase,
             np.tile(self.durations, times),
+            None if self.drift is None else times * self.drift,
         )
 
-    def comes_again(self, step: int, within: float, sizes: np.ndarray) -> bool:
+    def comes_again(self, step: int, within: float, problem: "Problem") -> bool:
         """Whether the path repeats after this number of segments, within a part of the sizes of the states."""
+        sizes = problem.sizes
         starts = self.starts[:, : len(sizes)]
         size = np.maximum(np.abs(starts).max(axis=0), 1e-6 * sizes)
-        turned = np.abs(np.roll(starts, step, axis=0) - starts) / size
+        turned = np.abs(problem.shifts.across(np.roll(starts, step, axis=0) - starts)) / size
         return bool(np.array_equal(np.roll(self.segments, step, axis=0), self.segments) and turned.max() < within)
 
-    def repeats(self, sizes: np.ndarray) -> bool:
+    def repeats(self, problem: "Problem") -> bool:
         """Whether it goes through the same path several times; states are compared by their sizes."""
         count, periods = len(self), self.periods
         parts = [times for times in range(2, periods + 1) if count % times == 0 and periods % times == 0]
-        return any(self.comes_again(count // times, SETTINGS.repeated, sizes) for times in parts)
+        return any(self.comes_again(count // times, SETTINGS.repeated, problem) for times in parts)
 
     def rotated(self, first: int, period: float | None) -> "Orbit":
         """The same path, starting from another segment."""
         phase = self.phase + float(self.durations[:first].sum())
+        starts = np.roll(self.starts, -first, axis=0)
+        if self.drift is not None and first % len(self):
+            starts[-(first % len(self)) :] += self.moved_on()
         return Orbit(
             np.roll(self.segments, -first, axis=0),
             self.periods,
-            np.roll(self.starts, -first, axis=0),
+            starts,
             phase % period if period else phase,
             np.roll(self.durations, -first),
+            self.drift,
         )
 
     def events(self, system: "HybridSystem") -> str:
@@ -100,6 +126,10 @@ class Orbit:
         return " ".join(
             system.transitions[k].name for k in self.segments[self.segments[:, at.SEGMENT_END] >= 0, at.SEGMENT_OUTCOME]
         )
+
+
+def _between(one: np.ndarray | None, other: np.ndarray | None, part: float) -> np.ndarray | None:
+    return one if one is None or other is None else one + part * (other - one)
 
 
 def segment_by_segment(problem: "Problem", orbit: Orbit) -> Iterator[tuple[Orbit, np.ndarray]]:

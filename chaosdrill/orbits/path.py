@@ -50,7 +50,8 @@ def path(problem: "Problem", orbit: "Orbit") -> tuple[np.ndarray, np.ndarray]:
     first = int(np.flatnonzero(np.abs(clock - strobe) <= SETTINGS.same_instant * begin)[-1]) if strobe else 0
     last = first + 1 if strobe or orbit.segments[-1, at.SEGMENT_END] >= 0 else 0
     clock = np.concatenate([clock[first:], clock[:last] + begin]) - strobe
-    return clock, np.concatenate([found[first:], found[:last]])
+    again = found[:last] if orbit.drift is None else found[:last] + orbit.drift
+    return clock, np.concatenate([found[first:], again])
 
 
 def _refined(

@@ -26,6 +26,7 @@ from chaosdrill.orbits.guess import Place, events_until_escape
 from chaosdrill.orbits.multipliers import Neutral, neutral_of
 from chaosdrill.orbits.orbit import Orbit, segment_by_segment
 from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.shifts import shifts_of
 
 CLOCK = "forcing period"
 """A mode that no transition enters; its rates are the period and its derivatives by the free parameters."""
@@ -55,6 +56,7 @@ class Shot:
     crossed: np.ndarray  # int (N,): guard crossed on the way, -1 for none
     came: np.ndarray  # int (N,): the transition that the end of the segment took
     met: np.ndarray  # (N,): time since the start of the segment at which that guard is crossed
+    drift: np.ndarray | None = None  # (d,): as of `Orbit`, with what it is shifted along lines
 
     def sharp(self, orbit: Orbit) -> bool:
         """Whether all events are met at their times, not only near their guards: late rebounds of chatter are low."""
@@ -89,6 +91,7 @@ class _Step:
             old.starts + part * (self.sensitivity @ np.append(self.correction, 1.0)),
             old.phase + part * float(self.correction[d]),
             old.durations + part * self.correction[d + 1 : d + 1 + len(old)],
+            old.drift,
         )
 
     def foresaw(self, reach: float, weights: np.ndarray, following: np.ndarray) -> bool:
@@ -140,7 +143,9 @@ class Problem:
             machine(functions, self.numerics.method, settings, watching, self._states, scratch, search=first_event)
             for watching in (tables, tables._replace(active=np.zeros_like(tables.active)))
         )
-        self._no_plane = np.zeros((2, self.states))
+        self.shifts = shifts_of(self.plain)
+        """Shifts of the states that the system does not notice."""
+        self._ends = np.vstack([np.zeros((at.LINES, self.states)), self.shifts.lines])
         self._rooms: dict[int, tuple[Any, Any]] = {}
         self.carriers: dict[tuple[str, ...], Any] = {}
         """What derives its orbits by parameters (`chaosdrill.orbits.derivatives`), by their names."""
@@ -176,6 +181,13 @@ class Problem:
         """What the structure of the system leaves neutral on every orbit, and what was found to be conserved."""
         known = neutral_of(self.plain)
         return replace(known, conserved=np.vstack([known.conserved, self.conserved])) if len(self.conserved) else known
+
+    @cached_property
+    def closes(self) -> np.ndarray:
+        """Which of the equations of closing count, bool of shape (d,): one is given up for every line of shifts."""
+        found = np.ones(self.states, dtype=bool)
+        found[self.shifts.firsts] = False
+        return found
 
     @property
     def period(self) -> float | None:
@@ -227,15 +239,21 @@ class Problem:
         # the starts of segments are solutions, as exact as the equations are
         self._slack[:d] = SETTINGS.residual * np.maximum(self.sizes, np.abs(orbit.starts[:, :d]).max(axis=0))
         found, room = self._room(len(orbit))
+        plane = self._plane(section or orbit)
+        if orbit.drift is not None:
+            plane[at.DRIFT] = orbit.drift
         outcome, residual = at.shooting_residual(
-            *self._machines, self._counts(orbit), self.sizes, orbit.segments, self._plane(section or orbit),
+            *self._machines, self._counts(orbit), self.sizes, orbit.segments, plane,
             np.ascontiguousarray(orbit.starts), orbit.phase, orbit.durations, int(watched), found, room,
         )  # fmt: skip
         equations, sensitivity, monodromy, factors, speeds, seen, met = (a.copy() for a in found)
         # in units of powers of two no digit is lost
         units = 2.0 ** np.round(np.log2(self.sizes))
         monodromy, factors = (a[..., :d, :d] * units / units[:, np.newaxis] for a in (monodromy, factors))
-        return Shot(outcome, residual, equations, sensitivity, monodromy, factors, speeds, seen[:, 0], seen[:, 1], met)
+        drift = plane[at.DRIFT] if self.shifts else None
+        return Shot(
+            outcome, residual, equations, sensitivity, monodromy, factors, speeds, seen[:, 0], seen[:, 1], met, drift
+        )
 
     def newton(
         self,
@@ -311,15 +329,19 @@ class Problem:
                 reach *= 2
             step = _Step(orbit, d, shot.sensitivity, correction, length)
             orbit = step.taken(reach)
+        if shot.drift is not None and shot.outcome == DONE:
+            orbit = replace(orbit, drift=shot.drift if shot.drift.any() else None)
         return code, orbit, shot, np.array(residuals)
 
     def _independent(self, rows: np.ndarray, count: int, weights: np.ndarray) -> np.ndarray:
-        """The equations without those that what is conserved makes superfluous, of which only round-off is left."""
-        if not len(self.conserved):
+        """The equations without those that nothing is left of: those along shifts, and what is conserved gives."""
+        if not len(self.conserved) and not len(self.shifts.lines):
             return rows
-        d = self.states
-        across = np.linalg.svd(self.conserved / weights[:d])[2][len(self.conserved) :]
-        closing = across @ (rows[count : count + d] * weights[:d, np.newaxis])
+        kept, d = self.closes, self.states
+        closing = rows[count : count + d][kept]
+        if len(self.conserved):
+            across = np.linalg.svd(self.conserved[:, kept] / weights[:d][kept])[2][len(self.conserved) :]
+            closing = across @ (closing * weights[:d][kept, np.newaxis])
         return np.vstack([rows[:count], closing, rows[count + d :]])
 
     def weights(self, orbit: Orbit, spans: np.ndarray | None = None) -> np.ndarray:
@@ -514,20 +536,25 @@ class Problem:
             return np.zeros(0)
         if len(orbit) == 1:
             states = self.at([orbit], np.array([[0.0, 0.5 * float(orbit.durations[0])]]))[0][0]
-            return np.asarray((states[0] - states[1]) * weights[:d])
+            return np.asarray(self.shifts.across(states[0] - states[1]) * weights[:d])
         if len(orbit) % 2 or (orbit.segments[:half] != orbit.segments[half:]).any():
             return np.zeros(0)
-        moved = (orbit.starts[:half, :d] - orbit.starts[half:, :d]) * weights[:d]
+        moved = self.shifts.across(orbit.starts[:half, :d] - orbit.starts[half:, :d]) * weights[:d]
         return np.concatenate([moved.ravel(), (orbit.durations[:half] - orbit.durations[half:]) * weights[d + 1]])
 
     def _plane(self, orbit: Orbit) -> np.ndarray:
-        """State and normal of the plane on which an orbit without events and period starts: across the flow."""
+        """What shooting takes an orbit to begin on and to close but for, shape (4 + m, d).
+
+        An orbit without events and period starts on a plane across the flow.
+        """
         mode, end, _ = orbit.segments[0].tolist()
+        plane = self._ends.copy()
         if end != at.PLANE:
-            return self._no_plane
+            return plane
         rate = np.zeros(len(self.system.state_names) + len(self.system.quadratures))
         kernels_of(self.system).functions[3](mode, orbit.phase, self._states.c[0], orbit.starts[0].copy(), rate)
-        return np.array([orbit.starts[0, : self.states], rate[: self.states]])
+        plane[at.START], plane[at.NORMAL] = orbit.starts[0, : self.states], rate[: self.states]
+        return plane
 
     def _counts(self, orbit: Orbit) -> np.ndarray:
         return np.array([self.states, len(self.free), orbit.periods, self._clock, self.forced], dtype=np.int64)

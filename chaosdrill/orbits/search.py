@@ -15,7 +15,7 @@ from chaosdrill.engine.setup import bounds_of, constrained_states
 from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.derivatives import derived_of
 from chaosdrill.orbits.find import NoOrbitError, admissible, least_period, orbit_read, solved
-from chaosdrill.orbits.guess import Place, Strobed, orbit_of_events, started, strobed, unit_of
+from chaosdrill.orbits.guess import Place, Strobed, drift_in, orbit_of_events, started, strobed, unit_of
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.pieces import Pieces
 from chaosdrill.orbits.problem import Problem, Shot
@@ -90,7 +90,7 @@ class CloseReturns:
     def _measured(self) -> np.ndarray:
         """All recorded states, whose extent is that of the motion."""
         known = np.vstack([record.states for record in self.records])
-        spread = np.ptp(known, axis=0) if len(known) else 0.0
+        spread = self.problem.shifts.extent(known) if len(known) else 0.0
         self.extent = np.maximum(spread, 1e-9 * np.maximum(np.abs(known).max(axis=0, initial=0), self.problem.sizes))
         return known
 
@@ -109,7 +109,8 @@ class CloseReturns:
                 same = record.kinds[steps:] == record.kinds[:last]
                 if not self.problem.forced and self.eventful:
                     same &= _busiest(record.kinds, steps) == period
-                away = (np.abs(record.states[steps:] - record.states[:last]) / self.extent).max(axis=1)
+                moved = self.problem.shifts.across(record.states[steps:] - record.states[:last])
+                away = (np.abs(moved) / self.extent).max(axis=1)
                 for j in np.flatnonzero(same).tolist():
                     sequence = _least_turn(record.sequences[j + 1 : j + steps + 1].tolist())
                     found.setdefault(sequence, []).append((float(away[j]), number, j, steps))
@@ -168,12 +169,14 @@ class CloseReturns:
         if problem.forced:
             strobes = Strobed(Outcome.OK, record.states, record.kinds, record.sequences, record.rows)
             return orbit_read(problem, partial(strobes.guess, problem, j, period), period)
-        durations = np.diff(record.times[j : j + steps + 1])
+        durations, moved = np.diff(record.times[j : j + steps + 1]), record.states[j + steps] - record.states[j]
         if self.eventful:
-            guess = orbit_of_events(problem, record.rows[j + 1 : j + steps + 1], durations, 1, np.zeros(0), 0.0)
+            rows = record.rows[j + 1 : j + steps + 1]
+            guess = orbit_of_events(problem, rows, durations, 1, np.zeros(0), 0.0, moved)
         else:
             segments = np.array([[record.kinds[j], at.PLANE, -1]], dtype=np.int64)
-            guess = Orbit(segments, 1, record.states[j : j + 1], 0.0, durations.sum(keepdims=True))
+            drift = drift_in(problem, moved)
+            guess = Orbit(segments, 1, record.states[j : j + 1], 0.0, durations.sum(keepdims=True), drift)
         return solved(problem, guess)
 
     def _scattered(self, known: np.ndarray, span: np.ndarray) -> Iterator[HybridSystem]:
@@ -405,7 +408,8 @@ class Known:
 
     def distance(self, place: np.ndarray) -> float:
         """Distance of the nearest point of a known orbit, relative to the extent."""
-        return float((np.abs(self._points - place) / self.extent).max(axis=1).min(initial=np.inf))
+        away = np.abs(self.problem.shifts.across(self._points - place))
+        return float((away / self.extent).max(axis=1).min(initial=np.inf))
 
     def add(self, candidate: Return) -> bool:
         """Look for the orbit near a return; whether it is a new one."""
@@ -446,7 +450,8 @@ class Known:
             return False
         if a.eventless:
             return self._on_path(a, b)
-        away = (np.abs(b.starts - a.starts[0]) / self.extent).max(axis=1)
+        across = self.problem.shifts.across
+        away = (np.abs(across(b.starts - a.starts[0])) / self.extent).max(axis=1)
         period = self.problem.period
         if period:
             late = (b.phase + np.cumsum(b.durations) - b.durations - a.phase) / period
@@ -455,20 +460,20 @@ class Known:
 
     def _on_path(self, a: Orbit, b: Orbit) -> bool:
         """Whether an orbit without events passes the start of another one, as near as it is sampled."""
-        start = a.starts[0] / self.extent
+        across = self.problem.shifts.across
         if self.problem.forced:
-            strobes = self.problem.strobes([b])[0][0] / self.extent
-            return bool(np.abs(strobes - start).max(axis=1).min() <= SETTINGS.same_orbit)
+            away = np.abs(across(self.problem.strobes([b])[0][0] - a.starts[0])) / self.extent
+            return bool(away.max(axis=1).min() <= SETTINGS.same_orbit)
         if id(b) not in self._paths:
             instants = np.linspace(0, float(b.durations.sum()), SETTINGS.path_samples, endpoint=False)
-            self._paths[id(b)] = self.problem.at([b], instants[np.newaxis])[0][0] / self.extent
+            self._paths[id(b)] = self.problem.at([b], instants[np.newaxis])[0][0]
         total = float(b.durations.sum())
-        away = np.linalg.norm(self._paths[id(b)] - start, axis=1)
+        away = np.linalg.norm(across(self._paths[id(b)] - a.starts[0]) / self.extent, axis=1)
         time, width = int(away.argmin()) * total / SETTINGS.path_samples, total / SETTINGS.path_samples
         for _ in range(SETTINGS.path_closer):
             # the path may turn sharply between two samples
             instants = np.sort(np.linspace(time - width, time + width, 65) % total)
-            near = self.problem.at([b], instants[np.newaxis])[0][0] / self.extent
-            away = np.linalg.norm(near - start, axis=1)
+            near = self.problem.at([b], instants[np.newaxis])[0][0]
+            away = np.linalg.norm(across(near - a.starts[0]) / self.extent, axis=1)
             time, width = float(instants[away.argmin()]), width / 32
         return bool(away.min() <= SETTINGS.path_distance)

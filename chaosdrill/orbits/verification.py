@@ -145,6 +145,7 @@ def _repeated(problem: "Problem", orbit: "Orbit", parts: int) -> Repeated:
     ends = np.zeros((parts, d))
     ends[order] = problem.at([orbit], instants[np.newaxis, order])[0][0]
     ends[-1] = state
+    laps = np.diff(np.floor((time + np.arange(parts + 1) / parts * total) / total))
     sizes = np.maximum(problem.sizes, np.abs(ends).max(axis=0))
     units = orbit.periods if forcing and parts == 1 else 1
     buffer = np.zeros((8 * len(orbit) + 64, layout.EVENT_COLUMNS + 2 * d))
@@ -158,7 +159,10 @@ def _repeated(problem: "Problem", orbit: "Orbit", parts: int) -> Repeated:
             if full:
                 return Repeated(outcome, np.inf, np.inf, np.inf, "many more events than the orbit has")
             rows.append(buffer[: run.filled()[1]].copy())
-            differences[turn, part] = (np.abs(run.x - ends[part]) / sizes).max()
+            away = run.x - ends[part]
+            if orbit.drift is not None:
+                away -= (laps[part] if parts > 1 else turn + 1) * orbit.drift
+            differences[turn, part] = (np.abs(away) / sizes).max()
             if turn == 0:
                 growth = max(growth, float(np.linalg.norm(run.vectors * sizes[:, np.newaxis] / sizes, 2)))
             if parts > 1:
@@ -420,10 +424,15 @@ def _events(problem: "Problem", orbit: "Orbit") -> dict[str, Any]:
     times = (ends - problem.first_strobe(orbit)) % ends[-1] if problem.forced else ends
     kinds = np.flatnonzero(orbit.segments[:, at.SEGMENT_END] >= 0)
     order = kinds[np.argsort(times[kinds], kind="stable")]
+    after = np.roll(orbit.starts[:, :d], -1, axis=0)
+    if orbit.drift is not None:
+        after[-1] += orbit.drift
+        again = np.rint((times - ends + problem.first_strobe(orbit)) / ends[-1])[:, np.newaxis]
+        before, after = before + again * orbit.drift, after + again * orbit.drift
     return {
         "event_times": times[order],
         "event_speeds": speeds[order],
         "event_transitions": orbit.segments[order, at.SEGMENT_OUTCOME],
         "event_states_before": before[order],
-        "event_states_after": orbit.starts[(order + 1) % count, :d],
+        "event_states_after": after[order],
     }
