@@ -16,6 +16,7 @@ from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.derivatives import derived_of
 from chaosdrill.orbits.multipliers import is_stable
 from chaosdrill.orbits.results import BranchResult, Derived, FoundOrbit
+from chaosdrill.orbits.shifts import drift_of, shifts_of
 
 
 def orbits_dataset(system: HybridSystem, orbits: Sequence[FoundOrbit]) -> xr.Dataset:
@@ -74,12 +75,22 @@ def orbits_dataset(system: HybridSystem, orbits: Sequence[FoundOrbit]) -> xr.Dat
     }
     if system.forced:
         variables["forcing_period"] = ((), system.forcing_period())
+    if shifts_of(system):
+        none = np.full((2, n), np.nan)
+        drifts = [none if o.solved is None else drift_of(*o.solved[:2], o.residual) for o in orbits]
+        variables |= _drifts("orbit", n, drifts)
     sizes = {"iterate": section.shape[1], "iteration": variables["newton_residual"][1].shape[1]}
     numbers: dict[str, Any] = {name: np.arange(size, dtype=np.int32) for name, size in sizes.items()}
     numbers |= {
         name: np.arange(1, size + 1, dtype=np.int32) for name, size in (("orbit", len(orbits)), ("multiplier", n))
     }
     return dataset({**variables, "state": list(system.state_names), **numbers})
+
+
+def _drifts(over: str, n: int, rows: Sequence[np.ndarray]) -> dict[str, Any]:
+    """By how much orbits are shifted in one period, with errors, from rows of shape (2, n)."""
+    table = np.array(rows).reshape(-1, 2, n)
+    return {name: ((over, "state"), table[:, k]) for k, name in enumerate(("drift", "drift_error"))}
 
 
 NOT_OF_CHAOS = (
@@ -209,6 +220,9 @@ def branches_dataset(system: HybridSystem, result: BranchResult) -> xr.Dataset:
     }
     for i, name in enumerate(("special_value", "special_value_2")[: len(result.parameters)]):
         variables[name] = ("special", values[:, i].astype(float))
+    if result.orbits and shifts_of(system):
+        pairs = zip(result.orbits, result.residual.tolist(), strict=True)
+        variables |= _drifts("point", n, [drift_of(problem, orbit, left) for (problem, orbit, _), left in pairs])
     if result.cascade is not None:
         cascade = result.cascade
         variables |= {

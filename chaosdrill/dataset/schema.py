@@ -184,6 +184,14 @@ def grazing(dims: str, name: str = "closest_grazing", *, required: bool = False)
     return may(name, dims, "f8", "smallest normal speed", _GRAZING, required=required, rule="sampled")
 
 
+def drifts(dims: str) -> Table:
+    """By how much orbits are shifted in one period, where the system does not notice shifts."""
+    return (
+        may("drift", f"{dims} state", "f8", "shift in one period", "Of a state that need not return; whole turns."),
+        may("drift_error", f"{dims} state", "f8", "error of the shift", "Estimated; 0 where nothing is shifted."),
+    )
+
+
 def names_of_rate(quadrature: str, of: str = "") -> tuple[str, str]:
     """Names of the mean rate of a quadrature and of its standard error; ``of`` is "attractor" for an attractor."""
     if quadrature == PENETRATION:

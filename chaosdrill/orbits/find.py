@@ -102,7 +102,7 @@ def understood(problem: Problem, place: Place, failure: NoOrbitError) -> NoOrbit
         points.append(run.x.copy())
     if not problem.forced and _rests(problem, run):
         return NoOrbitError(Outcome.EQUILIBRIUM, "the motion from the start comes to rest", failure.residuals)
-    growing = _growing(np.array(points), problem.sizes)
+    growing = _growing(np.array(points), problem.sizes) & ~problem.shifts.moves
     if not growing.any():
         return failure
     each = "a period" if problem.forced else "a unit of time"
@@ -122,7 +122,7 @@ def _rests(problem: Problem, run: Run) -> bool:
     rates = np.zeros(len(run.x) + len(system.quadratures))
     mode = system.mode_names.index(run.mode)
     kernels_of(system).functions[3](mode, run.elapsed, run.c, run.x, rates)
-    moved = np.abs(rates[: len(run.x)]) * run.period
+    moved = np.abs(problem.shifts.beside(rates[: len(run.x)])) * run.period
     return bool((moved <= SETTINGS.at_rest * np.maximum(problem.sizes, np.abs(run.x))).all())
 
 

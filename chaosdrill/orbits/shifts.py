@@ -17,6 +17,8 @@ from chaosdrill.engine.structure import symmetries_of, turns_of
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
+    from chaosdrill.orbits.orbit import Orbit
+    from chaosdrill.orbits.problem import Problem
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,11 @@ class Shifts:
         return np.array([int(np.flatnonzero(line)[0]) for line in self.lines], dtype=np.int64)
 
     @cached_property
+    def moves(self) -> np.ndarray:
+        """bool (d,): which states are shifted."""
+        return np.asarray((self.lines != 0).any(axis=0) | (self.turns != 0).any(axis=0))
+
+    @cached_property
     def _rows(self) -> np.ndarray:
         """(k, d): products with them are parts of a turn."""
         return self.turns / (self.turns**2).sum(axis=1, keepdims=True)
@@ -54,12 +61,28 @@ class Shifts:
 
     def still(self, path: np.ndarray) -> np.ndarray:
         """States along a path, shape (T, d), without how far they are along lines from its first."""
-        return path - (path - path[0])[:, self.firsts] @ self.lines if len(self.lines) else path
+        return self.beside(path - path[0]) + path[0] if len(self.lines) else path
+
+    def beside(self, change: np.ndarray) -> np.ndarray:
+        """Changes of states, shape (..., d), without what of them is along lines."""
+        return np.asarray(change - change[..., self.firsts] @ self.lines)
 
 
     def extent(self, states: np.ndarray) -> np.ndarray:
         """Extent of every state among states, shape (m, d), without shifts, shape (d,)."""
         return np.asarray(np.ptp(self.across(states - states[0]) if self else states, axis=0))
+
+
+def drift_of(problem: "Problem", orbit: "Orbit", residual: float) -> np.ndarray:
+    """By how much an orbit is shifted in one period, and the error of that, shape (2, d).
+
+    The error is that of the method and of the closing of the orbit, relative to the sizes of the states.
+    """
+    d = problem.states
+    drift = np.zeros(d) if orbit.drift is None else orbit.drift
+    size = np.maximum(problem.sizes, np.abs(orbit.starts[:, :d]).max(axis=0) + np.abs(drift))
+    along = (problem.shifts.lines != 0).any(axis=0)
+    return np.array([drift, np.where(along, (residual + problem.accuracy) * size, 0.0)])
 
 
 def shifts_of(system: "HybridSystem") -> Shifts:
@@ -69,10 +92,9 @@ def shifts_of(system: "HybridSystem") -> Shifts:
         d = len(system.states)
         lines = np.reshape(np.array(symmetries_of(system), dtype=float), (-1, d))
         turns = np.reshape(np.array(turns_of(system), dtype=float), (-1, d))
-        left = []
-        for turn in sorted(turns, key=np.count_nonzero):
-            rest = turn - turn[[int(np.flatnonzero(line)[0]) for line in lines]] @ lines if len(lines) else turn
-            if rest.any() and not any((rest != 0)[other != 0].any() for other in left):
-                left.append(rest)
-        known = system.shared["shifts"] = Shifts(lines, np.reshape(np.array(left), (-1, d)))
+        kept: list[np.ndarray] = []
+        for rest in sorted(Shifts(lines, turns).beside(turns), key=np.count_nonzero):
+            if rest.any() and not any(rest[other != 0].any() for other in kept):
+                kept.append(rest)
+        known = system.shared["shifts"] = Shifts(lines, np.reshape(np.array(kept), (-1, d)))
     return known

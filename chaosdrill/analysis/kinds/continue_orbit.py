@@ -28,6 +28,7 @@ from chaosdrill.dataset.schema import (
     SWEEP,
     axis,
     derivatives,
+    drifts,
     grazing,
     may,
     mean_rate,
@@ -107,6 +108,7 @@ VARIABLES = table(
     may("feigenbaum_ratio", "doubling", "f8", "ratio of distances", "Tends to 4.669; NaN for the first two."),
     may("accumulation", "", "f8", "accumulation point", "Where the period doublings lead."),
     may("accumulation_error", "", "f8", "error of the accumulation point", "Estimated from the last ratios."),
+    *drifts("point"),
     may("neutral", "", "i4", "neutral multipliers", "How many are 1 by the structure of the system."),
     *function_columns("point"),
     need("outcome", "", "i1", "outcome", "Of the search for the orbit from which the branch starts.", flags="outcome"),
@@ -116,6 +118,7 @@ VARIABLES = table(
         "special_coefficient": "special_coefficient_error",
         "accumulation": "accumulation_error",
         "function_value": "function_error",
+        "drift": "drift_error",
     },
 )
 

@@ -24,6 +24,7 @@ from chaosdrill.dataset.schema import (
     STATES,
     axis,
     derivatives,
+    drifts,
     forcing,
     grazing,
     may,
@@ -83,12 +84,13 @@ VARIABLES = table(
     need("determinant_difference", ORBIT, "f8", "sum rule", "Relative: multipliers against contractions on the way."),
     need("recurrence_difference", ORBIT, "f8", "recurrence", "Distance after one more period, as the residual."),
     need("consistent", ORBIT, "i1", "agrees with itself", "Whether these differences are explained.", flags="truth"),
+    *drifts(ORBIT),
     may("neutral", "", "i4", "neutral multipliers", "How many are 1 by the structure of the system."),
     outcome(ORBIT),
     *forcing(),
     may("period_time_si", ORBIT, "f8", "duration of one period", SI, "s"),
     magnitude=("residual", "newton_residual", "exponent_difference", "determinant_difference", "recurrence_difference"),
-    bars={"function_value": "function_error"},
+    bars={"function_value": "function_error", "drift": "drift_error"},
 )
 
 
@@ -182,8 +184,9 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
         ``progression_rate`` and ``impacts_per_period``; with ``functions``, ``function_value`` and ``function_error``
         (function); ``residual``, and ``newton_residual`` (iteration); ``lyapunov_exponent`` (multiplier) and the
         discrepancies found by the checks: ``exponent_difference``, ``determinant_difference``,
-        ``recurrence_difference``, ``consistent``; ``neutral``, the number of multipliers that are 1 by the structure of
-        the system (described in the attribute ``structure``) or by a quantity found to be conserved (described in the
+        ``recurrence_difference``, ``consistent``; ``drift`` and ``drift_error`` (state), the shift of the end against
+        the start where the system is invariant under shifts, as in the position of a runner, or whole turns of an
+        angle; ``neutral``, the number of multipliers that are 1 by the structure of the system (described in the attribute ``structure``) or by a quantity found to be conserved (described in the
         ``message``); ``outcome``, in words in the attributes ``message`` and ``disagreement``. A search adds the
         leading dimension ``orbit``.
 
