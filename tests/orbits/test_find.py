@@ -346,12 +346,22 @@ def test_a_sum_that_is_kept_is_that_of_the_start():
     assert found.neutral == 1
 
 
-def test_a_state_that_drifts_has_no_orbit(carried):
+def test_a_state_that_drifts(carried):
+    """z grows by the mean square of x, and else is what it was; where x depends on it, nothing closes."""
     drifting = cd.HybridSystem(
         name="drifting", states=(x, v, z), time=t, parameters={"c": 0.2, "w": 1.7}, period=2 * sympy.pi / w,
         modes={"on": {x: v, v: -c * v - x + sympy.cos(w * t) / 10, z: v + x**2}}, initial={"mode": "on", z: 3.0},
     )  # fmt: skip
-    assert find_orbit(drifting, 1, "attractor", 200, FINE).outcome.meaning == "open"
+    found, same = (find_orbit(system, 1, "attractor", 200, FINE) for system in (drifting, carried))
+    amplitude = abs(complex(*(response(0.2)[0] * [1, -1 / 1.7])))
+    np.testing.assert_allclose(found.solved[1].drift, [0, 0, amplitude**2 / 2 * 2 * pi / 1.7], atol=1e-13)
+    np.testing.assert_allclose(found.multipliers, same.multipliers, atol=1e-13)
+    np.testing.assert_allclose(found.states[0, :2], same.states[0, :2], atol=1e-13)
+    growing = cd.HybridSystem(
+        name="growing", states=(x, v, z), time=t, parameters={"c": 0.2, "w": 1.7}, period=2 * sympy.pi / w,
+        modes={"on": {x: v, v: -c * v - x + sympy.cos(w * t) / 10 + sympy.exp(-z) / 9, z: v + x**2}},
+    )  # fmt: skip
+    assert find_orbit(growing, 1, "attractor", 200, FINE).outcome.meaning == "open"
 
 
 # Where the equations close but the system goes otherwise, no orbit is reported.
