@@ -186,9 +186,9 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
         discrepancies found by the checks: ``exponent_difference``, ``determinant_difference``,
         ``recurrence_difference``, ``consistent``; ``drift`` and ``drift_error`` (state), the shift of the end against
         the start where the system is invariant under shifts, as in the position of a runner, or whole turns of an
-        angle; ``neutral``, the number of multipliers that are 1 by the structure of the system (described in the attribute ``structure``) or by a quantity found to be conserved (described in the
-        ``message``); ``outcome``, in words in the attributes ``message`` and ``disagreement``. A search adds the
-        leading dimension ``orbit``.
+        angle; ``neutral``, the number of multipliers that are 1 by the structure of the system (described in the
+        attribute ``structure``) or by a quantity found to be conserved (described in the ``message``); ``outcome``, in
+        words in the attributes ``message`` and ``disagreement``. A search adds the leading dimension ``orbit``.
 
         With ``derivatives``, over the last dimension ``parameter`` (values in ``parameter_value``), each with its
         ``.._error``, a bound: ``orbit_state_derivative``, ``period_time_derivative``, ``event_time_derivative``,
