@@ -9,6 +9,7 @@ from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.dataset.branches import AttractorEnd, BranchEnd, Criticality, Special
+from chaosdrill.dataset.equilibria import Admissibility, Beyond, EquilibriumType, SpecialEquilibrium
 from chaosdrill.dataset.outcomes import Outcome, holds_codes
 from chaosdrill.dataset.provenance import provenance
 from chaosdrill.dataset.schema import ORBIT, PENETRATION, QUADRATURE, RUN, SCHEMA, STARTS_OF_RUNS, SWEEP, Variable
@@ -220,6 +221,10 @@ def _attributes(variable: Variable, system: Any) -> dict[str, Any]:
             "criticality": [criticality.meaning for criticality in Criticality],
             "branch_end": [end.meaning for end in BranchEnd],
             "attractor_end": [end.meaning for end in AttractorEnd],
+            "equilibrium": [one.meaning for one in EquilibriumType],
+            "admissibility": [one.meaning for one in Admissibility],
+            "special_equilibrium": [one.meaning for one in SpecialEquilibrium],
+            "beyond": [one.meaning for one in Beyond],
             "truth": ["no", "yes"],
         }[variable.flags]
         # CF separates the meanings by blanks and allows only these characters in one. A system without transitions

@@ -37,6 +37,7 @@ class Outcome(Code):
     SINGULAR = 18
     TRANSIENT = 19
     CONTRACTING = 20
+    NO_EQUILIBRIUM = 21
 
     @property
     def advice(self) -> str:
@@ -136,7 +137,8 @@ _ADVICE = {
         'or let a search look for it (start = "search").'
     ),
     Outcome.EQUILIBRIUM: (
-        "The system comes to rest at a point, which is an attractor but not an orbit; start elsewhere to find another."
+        "The system has a point at rest, which is no orbit; where a motion came to rest there, start elsewhere to find "
+        "another one."
     ),
     Outcome.INADMISSIBLE: (
         "The equations of the orbit close, but another guard is crossed on the way or an event has another outcome, so "
@@ -166,5 +168,9 @@ _ADVICE = {
     Outcome.NO_SPECIAL_POINT: (
         "The branch along the first parameter has no such point from which to start a curve; widen the range "
         "of that parameter, follow another kind of point, or start from another orbit."
+    ),
+    Outcome.NO_EQUILIBRIUM: (
+        "Newton's method found no equilibrium from any start; the message says which modes cannot have one. For others "
+        "widen the region or take more starts."
     ),
 }

@@ -256,6 +256,21 @@ def conserved_combinations(system: "HybridSystem") -> list[list[float]]:
     return _null_directions(rows, n)
 
 
+def conserved_by(system: "HybridSystem", mode: str, states: list[int]) -> list[list[float]]:
+    """Linear combinations of some states that the flow of one mode changes evenly or not at all: n numbers each."""
+    lines: dict[int, Sparse] = {}
+    for (i, j), e in jacobian_entries(system, mode).items():
+        if i in states:
+            lines.setdefault(j, {})[states.index(i)] = e
+    found = []
+    for row in _null_directions(list(lines.values()), len(states)):
+        whole = [0.0] * len(system.states)
+        for i, c in zip(states, row, strict=True):
+            whole[i] = c
+        found.append(whole)
+    return found
+
+
 def _moved(system: "HybridSystem", transition: "Transition") -> dict[tuple[int, int], Any]:
     """The reset's derivatives by the states, less the identity, without those that are zero everywhere."""
     n = len(system.states)

@@ -92,7 +92,7 @@ def settings(dataset: "xr.Dataset") -> dict[str, Any]:
 
 SINGLE = ("trajectory", "poincare-section", "lyapunov-spectrum")
 """Kinds of single runs, or of several joined runs."""
-_IN_SI = ("trajectory", "poincare-section", "bifurcation-diagram", "periodic-orbit", "continuation")
+_IN_SI = ("trajectory", "poincare-section", "bifurcation-diagram", "periodic-orbit", "continuation", "equilibria")
 """Kinds whose states and times are shown in SI units; charts and basins show only their results so."""
 _TIMES = ("time", "event_time", "path_time", "forcing_period", "period_time")
 

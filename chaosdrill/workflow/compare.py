@@ -40,7 +40,7 @@ LEADERS = {"time": "states", "iterate": "section", "event": "event_state_before"
 """Dimensions along which a run is recorded, and the variable that shows where two runs diverge."""
 
 _UNDECIDED = (Outcome.OK, Outcome.QUASIPERIODIC, Outcome.CHAOTIC, Outcome.UNDECIDED, Outcome.CONTRACTING)
-_ORBITS = ("periodic-orbit", "continuation")
+_ORBITS = ("periodic-orbit", "continuation", "equilibria")
 _ROUND_OFF = 1e-9
 _GROWTH = 1e4
 _LEAST = 1e-15

@@ -1,0 +1,425 @@
+"""Branches of equilibria over a parameter with what happens on them, from all equilibria at its own value.
+
+Special points are told by what changes between neighbours: the number of eigenvalues with a positive real part, the
+direction of the parameter, and the sides of guards. A step in which several things happen is halved until they come one
+by one, and each is located as the zero of what changes there, by Brent's method.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.optimize import brentq
+
+from chaosdrill.codegen.rounding import UNIT
+from chaosdrill.dataset.branches import BranchEnd, Criticality
+from chaosdrill.dataset.equilibria import Beyond, SpecialEquilibrium
+from chaosdrill.equilibrium.curve import Curve, LostError, Point, followed
+from chaosdrill.equilibrium.forms import HopfForm, beyond, branch_point, crossing, hopf_form
+from chaosdrill.equilibrium.points import Equilibrium
+from chaosdrill.equilibrium.settings import SETTINGS
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A special point of a branch."""
+
+    point: int  # its number on the branch
+    kind: SpecialEquilibrium
+    error: float  # of the parameter
+    multiplicity: int  # eigenvalues on the imaginary axis; 0 where a guard is met
+    text: str
+    form: HopfForm | None = None
+    beyond: Beyond = Beyond.NONE
+    side: int = -1  # guard that is met
+
+
+@dataclass
+class Branch:
+    """A branch of equilibria of one mode."""
+
+    curve: Curve
+    points: list[Point]
+    start: str  # in words
+    ends: tuple[BranchEnd, BranchEnd]
+    parent: int = -1
+    marks: list[Mark] = field(default_factory=list)
+
+    @property
+    def end(self) -> BranchEnd:
+        """The end that tells most: that which is not the parameter's limit, if there is one."""
+        return next((one for one in self.ends if one != BranchEnd.LIMIT), BranchEnd.LIMIT)
+
+
+ENDS = {
+    BranchEnd.LIMIT: "the parameter reached its limit",
+    BranchEnd.CLOSED: "the branch returned to its start: it is a closed loop",
+    BranchEnd.MOST_POINTS: "the maximum number of points was reached; raise max_points, or allow a larger step",
+    BranchEnd.ESCAPED: "a state left its bounds; widen them if larger states are meant",
+    BranchEnd.NO_CONVERGENCE: "Newton's method found no equilibrium at the smallest step; the rates end there, or turn",
+}
+
+
+@dataclass(frozen=True)
+class Task:
+    """What branches are followed over."""
+
+    system: "HybridSystem"
+    parameter: str
+    limits: tuple[float, float]
+    sizes: np.ndarray  # (n,)
+    step: float  # longest step, as a part of the range
+    most: int  # points on either side
+
+    def curve(self, one: Equilibrium) -> Curve:
+        """The curve that an equilibrium lies on."""
+        bounds = np.array([self.system.bounds[name] for name in self.system.state_names], dtype=float)
+        which = list(self.system.parameters).index(self.parameter)
+        return Curve(one.field, which, self.limits, self.sizes[list(one.field.free)], bounds, self.step)
+
+
+def branches(task: Task, starts: Sequence[Equilibrium], report: Callable[[int], None] | None = None) -> list[Branch]:
+    """All branches that start at equilibria, cross these, or go on at guards."""
+    found: list[Branch] = []
+    own = task.system.parameters[task.parameter]
+    for one in starts:
+        mode = task.system.mode_names[one.field.mode]
+        _enter(task, found, one, f"an equilibrium of mode {mode!r} at {task.parameter} = {own:g}", -1)
+    number = 0
+    while number < len(found) and len(found) < SETTINGS.most_branches:
+        branch = found[number]
+        _mark(task, found, number)
+        if report is not None:
+            report(number + 1)
+        for mark in branch.marks:
+            if mark.kind == SpecialEquilibrium.BRANCH_POINT and mark.multiplicity == 1:
+                _switch(task, found, number, mark)
+        number += 1
+    for branch in found[number:]:
+        branch.marks = []
+    return found
+
+
+def _enter(task: Task, found: list[Branch], one: Equilibrium, words: str, parent: int) -> None:
+    """Follow the branch through an equilibrium, unless it is known."""
+    curve = task.curve(one)
+    if any(b.curve.field is one.field and b.curve.holds(b.points, one) for b in found):
+        return
+    try:
+        first = curve.first(one)
+    except LostError:
+        return
+    found.append(_both_ways(curve, first, task.most, words, parent))
+
+
+def _both_ways(curve: Curve, first: Point, most: int, words: str, parent: int) -> Branch:
+    ahead, end = followed(curve, first, most)
+    if end == BranchEnd.CLOSED:
+        return Branch(curve, ahead, words, (end, end), parent)
+    back, start = followed(curve, first.turned(), most)
+    return Branch(curve, [*(p.turned() for p in reversed(back[1:])), *ahead], words, (start, end), parent)
+
+
+def _switch(task: Task, found: list[Branch], parent: int, mark: Mark) -> None:
+    """Follow the branch that crosses at a branch point, unless it is known."""
+    branch = found[parent]
+    curve, here = branch.curve, branch.points[mark.point]
+    if curve.field.system.sources:
+        return
+    weights = curve.weights(here.at)
+    ways = sorted(crossing(curve, here), key=lambda way: abs(float(way @ here.tangent)))
+    if not ways:
+        return
+    way = ways[0]
+    step = min(SETTINGS.along, curve.step)
+    sides = []
+    for sign in (1, -1):
+        start = Point(here.at, sign * way, here.arclength)
+        try:
+            one = curve.corrected(curve.unknowns(here.at) + step * weights * start.tangent, start)
+            tangent = curve.tangent(one, start.tangent)
+        except LostError:
+            return
+        if any(b.curve.field is one.field and b.curve.holds(b.points, one) for b in found):
+            return
+        sides.append(followed(curve, Point(one, tangent, step), task.most))
+    (ahead, end), (back, start_end) = sides
+    points = [*(p.turned() for p in reversed(back)), Point(here.at, way), *ahead]
+    value = curve.value(here.at)
+    words = f"the branch point at {task.parameter} = {value:.12g}"
+    found.append(Branch(curve, points, words, (start_end, end), parent))
+
+
+@dataclass(frozen=True)
+class _State:
+    """What is told of a point by which special points are seen; entries that are 0 are undecided."""
+
+    unstable: tuple[int, int]
+    way: int
+    sides: tuple[int, ...]
+
+
+def _state(point: Point) -> _State:
+    one = point.at
+    doubt = UNIT * 64
+    way = 0 if abs(point.tangent[-1]) <= doubt else int(np.sign(point.tangent[-1]))
+    sides = np.where(np.abs(one.heights) <= one.height_errors, 0, np.sign(one.heights)).astype(int)
+    return _State(one.spectrum.unstable, way, tuple(sides.tolist()))
+
+
+def _mark(task: Task, found: list[Branch], number: int) -> None:
+    """Locate the special points of a branch and put them among its points; branches that go on at guards are added."""
+    branch = found[number]
+    places = []
+    for first, last in _intervals(branch.points):
+        places += _events(branch.curve, first, last)
+    places.sort(key=lambda place: place[0].arclength)
+    points = branch.points
+    for point, kind, error, multiplicity, detail in places:
+        k = int(np.searchsorted([p.arclength for p in points], point.arclength))
+        if k < len(points) and points[k].arclength == point.arclength:
+            points[k] = point
+        else:
+            points.insert(k, point)
+        branch.marks.append(Mark(k, kind, error, multiplicity, "", side=int(detail)))
+    # later points have moved the earlier ones on
+    at = {id(point): k for k, point in enumerate(points)}
+    for k, (place, mark) in enumerate(zip(places, branch.marks, strict=True)):
+        branch.marks[k] = _told(task, found, number, replace(mark, point=at[id(place[0])]), place[4])
+
+
+def _intervals(points: list[Point]) -> list[tuple[Point, Point]]:
+    """Neighbours between which something changes: of what is undecided at some points, the last and next decided."""
+    found: dict[tuple[int, int], tuple[Point, Point]] = {}
+    states = [_state(p) for p in points]
+
+    def seen(decided: Callable[[_State], int | None]) -> None:
+        last = None
+        for k, state in enumerate(states):
+            value = decided(state)
+            if value is None:
+                continue
+            if last is not None and decided(states[last]) != value:
+                found.setdefault((last, k), (points[last], points[k]))
+            last = k
+
+    seen(lambda s: s.unstable[0] if s.unstable[0] == s.unstable[1] else None)
+    seen(lambda s: s.way or None)
+    for side in range(len(states[0].sides)):
+        seen(lambda s, side=side: s.sides[side] or None)  # type: ignore[misc]
+    # one interval within another tells the same
+    kept = [key for key in found if not any(o != key and o[0] >= key[0] and o[1] <= key[1] for o in found)]
+    return [found[key] for key in sorted(kept)]
+
+
+Place = tuple[Point, SpecialEquilibrium, float, int, float]
+
+
+def _events(curve: Curve, first: Point, last: Point) -> list[Place]:
+    """The special points between two neighbours."""
+    found: list[Place] = []
+    for low, high in _one_by_one(curve, first, last, SETTINGS.halvings):
+        a, b = _state(low), _state(high)
+        for side, (one, other) in enumerate(zip(a.sides, b.sides, strict=True)):
+            if one * other < 0:
+                found += _boundary(curve, low, high, side)
+        changed = b.unstable[0] - a.unstable[0]
+        if a.way * b.way < 0:
+            found += _turning(curve, low, high, changed)
+            changed = int(np.sign(changed)) * max(abs(changed) - 1, 0)
+        if changed:
+            found += _crossings(curve, low, high, changed)
+    return found
+
+
+def _one_by_one(curve: Curve, first: Point, last: Point, halvings: int) -> list[tuple[Point, Point]]:
+    """Parts of a stretch in each of which one thing happens, or several at one place."""
+    a, b = _state(first), _state(last)
+    if a == b:
+        return []
+    things = abs(b.unstable[0] - a.unstable[0]) + (a.way != b.way) + sum(np.not_equal(a.sides, b.sides))
+    if halvings == 0 or things == 1:
+        return [(first, last)]
+    for part in (0.5, 0.4142, 0.6180):
+        try:
+            middle = curve.between(first, last, part)
+        except LostError:
+            continue
+        state = _state(middle)
+        if state.unstable[0] == state.unstable[1] and state.way and all(state.sides):
+            left = _one_by_one(curve, first, middle, halvings - 1)
+            return left + _one_by_one(curve, middle, last, halvings - 1)
+    return [(first, last)]
+
+
+def _zero(
+    curve: Curve, first: Point, last: Point, value: Callable[[Point], float]
+) -> tuple[Point, float] | None:
+    """Where a function of the points vanishes, and its slope over the part of the way; None where it does not."""
+    ends = value(first), value(last)
+    if not ends[0] * ends[1] < 0:
+        return None
+
+    def at(part: float) -> float:
+        return ends[0] if part == 0 else ends[1] if part == 1 else value(curve.between(first, last, part))
+
+    try:
+        part = float(brentq(at, 0.0, 1.0, xtol=1e-15, rtol=4 * np.finfo(float).eps, maxiter=100))
+        return curve.between(first, last, part), ends[1] - ends[0]
+    except (LostError, RuntimeError):
+        return None
+
+
+def _rate(curve: Curve, first: Point, last: Point) -> float:
+    return abs(curve.value(last.at) - curve.value(first.at))
+
+
+def _boundary(curve: Curve, first: Point, last: Point, side: int) -> list[Place]:
+    """Where a guard is met."""
+    found = _zero(curve, first, last, lambda p: float(p.at.heights[side]))
+    if found is None:
+        return []
+    point, slope = found
+    one = point.at
+    others = [k for k in np.flatnonzero(one.heights > one.height_errors).tolist() if k != side]
+    if any(curve.field.crossed(k, one.numbers) for k in others):
+        return []  # it is virtual on either side
+    error = _rate(curve, first, last) * float(point.at.height_errors[side]) / abs(slope)
+    error += UNIT * abs(curve.value(point.at))
+    return [(point, SpecialEquilibrium.BOUNDARY, error, 0, float(side))]
+
+
+def _turning(curve: Curve, first: Point, last: Point, changed: int) -> list[Place]:
+    """A fold; where no eigenvalue changes its sign, the vertex of a branch that another one crosses there."""
+    if changed == 0:
+        return _branch_point(curve, first, last)
+    found = _zero(curve, first, last, lambda p: float(p.tangent[-1]))
+    if found is None:
+        return []
+    point = found[0]
+    matrix, rows = curve.scaled(point.at.numbers, curve.weights(point.at))
+    w = np.linalg.svd(matrix[:, :-1])[0][:, -1] * rows
+    by = abs(float(w @ curve.field.by_parameter(point.at.numbers, curve.which)))
+    error = float(np.abs(w) @ curve.field.rounding(point.at.numbers)) / by if by else float("inf")
+    return [(point, SpecialEquilibrium.FOLD, error + UNIT * abs(curve.value(point.at)), 1, 0.0)]
+
+
+def _branch_point(curve: Curve, first: Point, last: Point) -> list[Place]:
+    """The branch point between two neighbours."""
+    if curve.field.system.sources:
+        return []
+    weights = curve.weights(first.at)
+    apart = float(np.abs((curve.unknowns(last.at) - curve.unknowns(first.at)) / weights).max())
+    for near, other in ((first, last), (last, first)):
+        found = branch_point(curve, near, 2 * apart)
+        if found is not None:
+            point, error = found
+            part = np.abs((curve.unknowns(point.at) - curve.unknowns(near.at)) / weights).max() / max(apart, 1e-300)
+            arclength = near.arclength + min(part, 1.0) * (other.arclength - near.arclength)
+            point = replace(point, tangent=near.tangent, arclength=arclength)
+            return [(point, SpecialEquilibrium.BRANCH_POINT, error, 1, 0.0)]
+    return []
+
+
+def _crossings(curve: Curve, first: Point, last: Point, changed: int) -> list[Place]:
+    """Where eigenvalues cross the imaginary axis: pairs at Hopf points, real ones at branch points."""
+    values = first.at.spectrum.values
+    ready = values[np.sign(values.real) == -np.sign(changed)]
+    nearest = ready[np.argsort(np.abs(ready.real))[: abs(changed)]]
+    real = int((nearest.imag == 0).sum())
+    found: list[Place] = []
+    for near in nearest[nearest.imag > 0]:
+
+        def critical(point: Point, near: complex = near) -> float:
+            pairs = point.at.spectrum.values[point.at.spectrum.values.imag > 0]
+            return float(pairs[np.abs(pairs - near).argmin()].real) if len(pairs) else float("nan")
+
+        zero = _zero(curve, first, last, critical)
+        if zero is None:
+            continue
+        point, slope = zero
+        here = point.at.spectrum
+        k = int(np.abs(here.values - 1j * near.imag).argmin())
+        error = _rate(curve, first, last) * float(here.errors[k]) / abs(slope) + UNIT * abs(curve.value(point.at))
+        found.append((point, SpecialEquilibrium.HOPF, error, 2, float(here.values[k].imag)))
+    if real == 1:
+        found += _branch_point(curve, first, last)
+    elif real > 1:
+        zero = _zero(curve, first, last, _least)
+        if zero is not None:
+            error = UNIT**0.5 * _rate(curve, first, last)
+            found.append((zero[0], SpecialEquilibrium.BRANCH_POINT, error, real, 0.0))
+    return _together(curve, found)
+
+
+def _least(point: Point) -> float:
+    """The real eigenvalue nearest to zero."""
+    real = point.at.spectrum.values.real[point.at.spectrum.values.imag == 0]
+    return float(real[np.abs(real).argmin()]) if len(real) else float("nan")
+
+
+def _together(curve: Curve, found: list[Place]) -> list[Place]:
+    """Those at one place as one of larger multiplicity."""
+    kept: list[Place] = []
+    for one in found:
+        for k, other in enumerate(kept):
+            near = 10 * (one[2] + other[2]) + SETTINGS.same * (curve.limits[1] - curve.limits[0])
+            if one[1] == other[1] and abs(curve.value(one[0].at) - curve.value(other[0].at)) <= near:
+                kept[k] = (other[0], other[1], max(other[2], one[2]), other[3] + one[3], other[4])
+                break
+        else:
+            kept.append(one)
+    return kept
+
+
+def _told(task: Task, found: list[Branch], number: int, mark: Mark, detail: float) -> Mark:
+    """A special point with what is known of it, in words."""
+    branch = found[number]
+    curve, point = branch.curve, branch.points[mark.point]
+    if mark.kind == SpecialEquilibrium.BOUNDARY:
+        side = curve.field.sides[mark.side]
+        names = " or ".join(repr(task.system.transitions[i].name) for i in side.outcomes) or "what the mode asks"
+        what, partner = Beyond.UNDECIDED, None
+        if side.outcomes:
+            what, partner = beyond(task.system, curve, point, mark.side, task.sizes)
+        text = f"it meets the guard of {names}. {what.words}"
+        if partner is not None:
+            mode = task.system.mode_names[partner.field.mode]
+            text = text.replace("another mode", f"mode {mode!r}")
+            words = f"the boundary equilibrium at {task.parameter} = {curve.value(point.at):.12g}"
+            _enter(task, found, partner, words, number)
+        return replace(mark, text=text, beyond=what)
+    if mark.kind == SpecialEquilibrium.HOPF:
+        if mark.multiplicity > 2:
+            form = HopfForm(detail, Criticality.UNDECIDED)
+            return replace(mark, text=f"{mark.multiplicity // 2} pairs cross together: {mark.kind.words}", form=form)
+        form = hopf_form(curve, *_beside(branch, mark.point), detail, mark.error)
+        born = {
+            Criticality.SUPERCRITICAL: "It is supercritical, or soft: the cycle attracts within the centre manifold.",
+            Criticality.SUBCRITICAL: "It is subcritical, or hard: the cycle repels within the centre manifold.",
+        }.get(form.criticality, "Whether it is soft or hard is undecided.")
+        return replace(mark, text=f"{mark.kind.words} {born}", form=form)
+    text = mark.kind.words
+    if mark.multiplicity > 1:
+        text = f"{mark.multiplicity} eigenvalues are zero together; the branches that cross there are not followed."
+    return replace(mark, text=text)
+
+
+def _beside(branch: Branch, k: int) -> tuple[Point, Point, Point]:
+    """A located point between two others a little away, over which coefficients change smoothly."""
+    curve, points = branch.curve, branch.points
+    here = points[k]
+    found = []
+    for other in (points[max(k - 1, 0)], points[min(k + 1, len(points) - 1)]):
+        apart = abs(other.arclength - here.arclength)
+        part = min(1.0, SETTINGS.displaced * curve.step / apart) if apart else 0.0
+        try:
+            found.append(curve.between(here, other, part) if part else here)
+        except LostError:
+            found.append(here)
+    return found[0], here, found[1]
+
