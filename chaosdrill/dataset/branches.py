@@ -33,6 +33,7 @@ class Special(Code):
     GRAZING_NEIMARK_SACKER = 22
     LEVEL = 23
     OPTIMUM = 24
+    HOPF = 25
 
     @property
     def words(self) -> str:
@@ -124,6 +125,7 @@ _HAPPENS = {
     Special.GRAZING_NEIMARK_SACKER: "A guard is met at zero speed by an orbit with a pair on the unit circle.",
     Special.LEVEL: "A function of the orbit takes a requested value.",
     Special.OPTIMUM: "A function of the orbit is largest or smallest.",
+    Special.HOPF: "The orbit has shrunk onto an equilibrium, of which a pair of eigenvalues is on the imaginary axis.",
 }
 
 _BORN = {

@@ -23,6 +23,7 @@ from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.points import Border, Point
 from chaosdrill.orbits.problem import CONVERGED, LostError, Shot
 from chaosdrill.orbits.results import NO_FORM, BranchResult, Cascade, NormalForm
+from chaosdrill.orbits.rests import rest_behind
 from chaosdrill.orbits.roots import bracketed
 from chaosdrill.orbits.settings import SETTINGS
 from chaosdrill.orbits.switching import crossing, curve_behind, doubled
@@ -205,6 +206,8 @@ def trace_branch(
         _append(branch, curve, part)
         last = branch.segments[-1]
         if part.border is None:
+            if part.end == BranchEnd.REST and not special:
+                return _at_rest(branch, curve)
             words = f"{'the' if curve.noun == 'branch' else 'a'} parameter reached its limit"
             return branch.ended(part.end, words if part.end == BranchEnd.LIMIT else "")
         found = _behind(curve, part, last, branch)
@@ -299,6 +302,18 @@ def _mark(branch: Branch, border: Border, kind: Special, text: str) -> None:
         branch.segments[-1] = segment
     if kind != Special.REGULAR:
         branch.marks.append(Mark(len(branch.segments) - 1, k, kind, border.error, text))
+
+
+def _at_rest(branch: Branch, curve: Curve) -> Branch:
+    """End a branch of orbits that shrink onto an equilibrium, at its Hopf point if that is found."""
+    last = branch.segments[-1]
+    found = rest_behind(curve, last.points[-1])
+    if found is None:
+        return branch.ended(BranchEnd.REST)
+    branch.segments[-1] = last.with_points([*last.points, found.point])
+    place = (len(branch.segments) - 1, len(last.points))
+    branch.marks.append(Mark(*place, Special.HOPF, found.error, found.text, 2, found.form))
+    return branch.ended(BranchEnd.REST, found.text)
 
 
 def _ended_at(branch: Branch, curve: Curve, part: Continued, last: BranchSegment, step: float) -> Branch:

@@ -15,6 +15,7 @@ from chaosdrill.orbits.curve import Curve
 from chaosdrill.orbits.halves import Halves, up_to_half
 from chaosdrill.orbits.points import Border, Point, plane_at
 from chaosdrill.orbits.problem import LostError
+from chaosdrill.orbits.rests import rounds, shrinks
 from chaosdrill.orbits.settings import SETTINGS
 
 if TYPE_CHECKING:
@@ -73,10 +74,14 @@ def continue_curve(
     points, home, anchor = [first], home or first, 0
     halves = Halves(curve.problem.halves_apart(first.orbit, first.weights))
     found = Continued(points)
+    planar, turned = first.orbit.segments[0, at.SEGMENT_END] == at.PLANE, False
     h = SETTINGS.first_step * step if first_step is None else first_step
     while len(points) < most:
-        if first.orbit.segments[0, at.SEGMENT_END] == at.PLANE and len(points) - anchor > SETTINGS.section_points:
-            anchor = len(points) - 1
+        if planar and (len(points) - anchor > SETTINGS.section_points or turned):
+            if curve.kind == Special.REGULAR and shrinks(curve, points[anchor], points[-1], 2 * step):
+                found.end = BranchEnd.REST
+                return found
+            anchor, turned = len(points) - 1, False
             points[-1] = _on_own_section(curve, points[-1])
         last = points[-1]
         try:
@@ -111,6 +116,11 @@ def continue_curve(
             points.pop()
             found.end = BranchEnd.REST
             return found
+        if planar and curve.kind == Special.REGULAR and anchor < len(points) - 2 and _turns(points):
+            # it may be the plane that an orbit leaves
+            points.pop()
+            turned = True
+            continue
         back = halves.traded_places(curve.problem.halves_apart(point.orbit, first.weights))
         if back is not None:
             beyond = points[back]
@@ -177,6 +187,11 @@ def _closed(curve: Curve, before: Point, last: Point, home: Point) -> Point | No
     return point if away <= max(SETTINGS.meeting, 2 * SETTINGS.meeting * step) else None
 
 
+def _turns(points: list[Point]) -> bool:
+    """Whether the parameter turns back between the last two points."""
+    return bool(points[-1].tangent.change[-1] * points[-2].tangent.change[-1] < 0)
+
+
 def _through_rest(curve: Curve, points: list[Point]) -> bool:
     """Whether the orbits have shrunk onto an equilibrium just before the last point.
 
@@ -185,13 +200,12 @@ def _through_rest(curve: Curve, points: list[Point]) -> bool:
     orbit = points[-1].orbit
     if orbit.segments[0, at.SEGMENT_END] != at.PLANE or len(points) < 2:
         return False
-    if not points[-1].tangent.change[-1] * points[-2].tangent.change[-1] < 0:
+    if not _turns(points):
         return False
-    orbits = [p.orbit for p in (points[max(len(points) - 1 - SETTINGS.shrunk_points, 0)], *points[-2:])]
-    ends = np.array([o.durations.sum() for o in orbits])[:, np.newaxis]
-    states = curve.problem.at(orbits, ends * np.linspace(0, 1, 33)[:-1])[0]
-    extents = (np.ptp(states, axis=1) / curve.problem.sizes).max(axis=1)
-    return bool(extents[1:].min() < SETTINGS.shrunk * extents[0])
+    states = rounds(curve, points[-2:])
+    # where the amplitude goes through zero the start comes to the other side of the middle
+    before, beyond = (states[:, 0] - states.mean(axis=1)) / curve.problem.sizes
+    return bool(before @ beyond < 0)
 
 
 def _lost(curve: Curve, points: list[Point], step: float) -> Border:

@@ -200,10 +200,8 @@ class Settings:
     """Halvings of the step in which the events change, or two halves of an orbit come together."""
     section_points: int = 10
     """Points for which one plane across the flow serves, before the flow may come to lie in it."""
-    shrunk: float = 0.3
-    """Part of its extent a few points before to which an orbit has shrunk that turns back at a point at rest."""
-    shrunk_points: int = 4
-    """So many points before."""
+    same_frequency: float = 0.3
+    """Part by which the frequency of an orbit may differ from that at the Hopf point that it shrinks to."""
     secant_steps: int = 12
     """Steps of the secant method, at most."""
     secant_step: float = 1e-13

@@ -45,6 +45,8 @@ SPECIAL_MARKERS = {
     "grazing_neimark_sacker": "$\\circ$",
     "level": "$=$",
     "optimum": "$!$",
+    "hopf": "D",
+    "boundary": "o",
 }
 """Shape of each kind of special point; white with a black edge, or black for hard points, visible on any line."""
 WARNING = "#B3261E"
@@ -64,6 +66,8 @@ _NAMES = {
     "grazing_neimark_sacker": "grazing with Neimark-Sacker",
     "level": "level of a function",
     "optimum": "optimum of a function",
+    "hopf": "Hopf",
+    "boundary": "boundary equilibrium",
 }
 _ENDS = {
     "joined": "meets another branch",

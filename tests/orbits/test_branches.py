@@ -11,7 +11,7 @@ from support import wall_at_rest as wall
 from support.wall_at_rest_cascade import DOUBLINGS, RATIOS
 
 import chaosdrill as cd
-from chaosdrill.dataset.branches import BranchEnd, Special
+from chaosdrill.dataset.branches import BranchEnd, Criticality, Special
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.orbits.branches import branches
 from chaosdrill.orbits.crossings import changes, noise_of, outside, pair_on_circle, torus_test
@@ -163,8 +163,10 @@ def test_a_cycle_that_shrinks_onto_rest_ends_there():
     field = {x: m * x - v - x * square, v: x + m * v - v * square}
     system = cd.HybridSystem(name="hopf", states=(x, v), parameters={"m": 1.0}, modes={"flow": field}, initial={x: 0.5})
     result = follow(system, "m", (-1.0, 2.0))
-    assert BranchEnd.REST.advice in result.branches[0].end
-    assert not len(result.events)
+    (rest,) = result.events
+    assert rest.text in result.branches[0].end
+    assert (rest.code, rest.form.criticality) == (Special.HOPF, Criticality.SUPERCRITICAL)
+    assert abs(rest.values[0]) <= rest.error < 1e-12
     radius = np.hypot(result.section[:, 0, 0], result.section[:, 0, 1])
     assert np.abs(radius**2 - result.values[:, 0]).max() < 1e-10
 

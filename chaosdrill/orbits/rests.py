@@ -1,0 +1,139 @@
+"""The equilibrium that the orbits of a branch shrink onto: a Hopf point, located on the branch of the equilibrium."""
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.dataset.branches import Criticality, Special
+from chaosdrill.engine import shooting as at
+from chaosdrill.engine.layout import DONE
+from chaosdrill.equilibrium.curve import Curve as Equilibria
+from chaosdrill.equilibrium.curve import LostError
+from chaosdrill.equilibrium.fields import NoFieldError, field_of
+from chaosdrill.equilibrium.forms import hopf_form
+from chaosdrill.equilibrium.points import Equilibrium, equilibrium, polished
+from chaosdrill.orbits.points import Point
+from chaosdrill.orbits.results import NO_FORM, NormalForm
+from chaosdrill.orbits.settings import SETTINGS
+
+if TYPE_CHECKING:
+    from chaosdrill.orbits.curve import Curve
+
+
+@dataclass(frozen=True)
+class Rest:
+    """Where a branch ends on an equilibrium."""
+
+    point: Point  # the orbit of no extent
+    error: float  # of the parameter
+    text: str
+    form: NormalForm
+
+
+def rounds(curve: "Curve", points: list[Point]) -> np.ndarray:
+    """States along orbits of one segment at equal parts of their periods, shape (P, 32, d)."""
+    ends = np.array([p.orbit.durations.sum() for p in points])[:, np.newaxis]
+    found: np.ndarray = curve.problem.at([p.orbit for p in points], ends * np.linspace(0, 1, 33)[:-1])[0]
+    return found
+
+
+def shrinks(curve: "Curve", before: Point, last: Point, reach: float) -> bool:
+    """Whether orbits shrink onto an equilibrium within ``reach``, a part of the parameter's range.
+
+    Squares of amplitudes go evenly to zero at a Hopf point. Planes across the flow need not contain the equilibrium, so
+    that orbits, while they shrink, leave each of them long before they are points.
+    """
+    spreads = rounds(curve, [before, last]).var(axis=1) / curve.problem.sizes**2
+    wide, small = (float(one.sum()) for one in spreads)
+    values = [float(curve.values(p.orbit)[0]) for p in (before, last)]
+    if not small < wide or values[0] == values[1]:
+        return False
+    left = (values[1] - values[0]) * small / (wide - small)
+    if abs(left) > reach * float(curve.spans[0]):
+        return False
+    rest = rest_behind(curve, last)
+    if rest is None:
+        return False
+    away = float(curve.values(rest.point.orbit)[0]) - values[1]
+    return abs(away - left) <= SETTINGS.same_frequency * abs(left)
+
+
+def rest_behind(curve: "Curve", last: Point) -> Rest | None:
+    """The Hopf point that an orbit has shrunk to; None where the equilibrium has none near by."""
+    problem, orbit = curve.problem, last.orbit
+    system = problem.plain
+    mode = system.mode_names[orbit.segments[0, at.SEGMENT_MODE]]
+    duration = float(orbit.durations.sum())
+    middle = rounds(curve, [last])[0].mean(axis=0)
+    value, span = float(curve.values(orbit)[0]), float(curve.spans[0])
+    try:
+        field = field_of(system, mode)
+        which = list(system.parameters).index(problem.free[0])
+        bounds = np.tile([-np.inf, np.inf], (problem.states, 1))
+        sizes = problem.sizes[list(field.free)]
+        rests = Equilibria(field, which, (value - span, value + span), sizes, bounds, SETTINGS.first_step)
+        numbers = field.numbers(middle, list(system.parameters.values()))
+        numbers[rests.places[-1]] = value
+        found = _hopf(rests, numbers, 2 * np.pi / duration)
+        if found is None:
+            return None
+        one, omega, error = found
+        point = rests.first(one)
+        step = SETTINGS.beside_special * SETTINGS.first_step
+        before, after = (rests.after(way, step) for way in (point.turned(), point))
+        form = hopf_form(rests, before, point, after, omega, error)
+    except (NoFieldError, LostError):
+        return None
+    kind = form.criticality
+    told = "" if kind == Criticality.UNDECIDED else f"a {kind.meaning} "
+    states = ", ".join(f"{name} = {x:.9g}" for name, x in zip(system.state_names, one.states, strict=True))
+    text = f"it shrinks onto the equilibrium {states}: {told}Hopf point of mode {mode!r}"
+    end = _still(curve, last, one, rests.value(one), 2 * np.pi / omega)
+    return None if end is None else Rest(end, error, text, replace(NO_FORM, criticality=kind))
+
+
+def _hopf(rests: Equilibria, numbers: np.ndarray, omega: float) -> tuple[Equilibrium, float, float] | None:
+    """The equilibrium where a pair crosses the imaginary axis, its frequency, and the error of the parameter."""
+    place = rests.places[-1]
+
+    def at_value(value: float, near: np.ndarray) -> tuple[Equilibrium, complex, float] | None:
+        there = near.copy()
+        there[place] = value
+        zero = polished(rests.field, there)
+        if zero is None:
+            return None
+        one = equilibrium(rests.field, zero)
+        k = int(np.abs(one.spectrum.values - 1j * omega).argmin())
+        return one, complex(one.spectrum.values[k]), float(one.spectrum.errors[k])
+
+    span = rests.limits[1] - rests.limits[0]
+    first = at_value(float(numbers[place]), numbers)
+    beside = None if first is None else at_value(float(numbers[place]) + SETTINGS.beside_special * span, numbers)
+    for _ in range(SETTINGS.newton_steps):
+        if first is None or beside is None:
+            return None
+        (one, pair, error), (other, next_, _) = first, beside
+        slope = (next_.real - pair.real) / (rests.value(other) - rests.value(one))
+        if slope == 0 or abs(pair.imag - omega) > SETTINGS.same_frequency * omega:
+            return None
+        if abs(pair.real) <= error:
+            return one, pair.imag, error / abs(slope)
+        value = rests.value(one) - pair.real / slope
+        if not rests.limits[0] <= value <= rests.limits[1] or value == rests.value(one):
+            return None
+        first, beside = at_value(value, one.numbers), first
+    return None
+
+
+def _still(curve: "Curve", last: Point, one: Equilibrium, value: float, period: float) -> Point | None:
+    """The orbit of no extent as the last point of a branch."""
+    orbit, d = last.orbit, curve.problem.states
+    starts = orbit.starts.copy()
+    starts[0, :d], starts[0, d:] = one.states, value
+    end = replace(orbit, starts=starts, durations=np.array([period]))
+    shot = curve.problem.shoot(end, False, last.section)
+    if shot.outcome != DONE or not np.isfinite(shot.monodromy).all():
+        return None
+    length = curve.gap(orbit, end, last.weights)
+    return replace(last, orbit=end, shot=shot.bare(), arclength=last.arclength + length, special=Special.HOPF)
