@@ -48,7 +48,6 @@ from chaosdrill.workflow import system as system
 from chaosdrill.workflow import verify as verify
 
 __version__: str
-
 def attractors(
     system: HybridSystem,
     sweep: dict[str, Any],
@@ -201,6 +200,23 @@ def dimensions(
     max_period: int = 64,
     orders: list[int] | None = None,
     window: int = 10,
+    method: str = "taylor",
+    tolerance: float = 1e-12,
+    steps: int | None = None,
+    max_events: int | None = None,
+    max_stalls: int = 50,
+    progress: Progress | bool | None = None,
+) -> xr.Dataset: ...
+def equilibria(
+    system: HybridSystem,
+    sweep: dict[str, Any] | None = None,
+    *,
+    region: dict[str, Any] | None = None,
+    seeds: list[dict[str, Any]] | None = None,
+    starts: int = 100,
+    modes: list[str] | None = None,
+    step: float | None = None,
+    max_points: int = 2000,
     method: str = "taylor",
     tolerance: float = 1e-12,
     steps: int | None = None,

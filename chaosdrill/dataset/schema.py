@@ -49,7 +49,8 @@ class Variable:
     long_name, doc : str
         Name for axes, and one sentence of explanation (stored as the attribute ``comment``).
     flags : {"", "outcome", "mode", "transition", "special", "criticality", "branch_end", "attractor_end", "truth"}
-        Names for which the codes stand; of equilibria {"equilibrium", "admissibility", "special_equilibrium", "beyond"}.
+        Names for which the codes stand; of equilibria ``"equilibrium"``, ``"admissibility"``,
+        ``"special_equilibrium"``, ``"beyond"``.
     coordinate : bool
         Whether it is stored as a coordinate.
     required : bool

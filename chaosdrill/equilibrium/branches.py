@@ -256,9 +256,7 @@ def _one_by_one(curve: Curve, first: Point, last: Point, halvings: int) -> list[
     return [(first, last)]
 
 
-def _zero(
-    curve: Curve, first: Point, last: Point, value: Callable[[Point], float]
-) -> tuple[Point, float] | None:
+def _zero(curve: Curve, first: Point, last: Point, value: Callable[[Point], float]) -> tuple[Point, float] | None:
     """Where a function of the points vanishes, and its slope over the part of the way; None where it does not."""
     ends = value(first), value(last)
     if not ends[0] * ends[1] < 0:
@@ -422,4 +420,3 @@ def _beside(branch: Branch, k: int) -> tuple[Point, Point, Point]:
         except LostError:
             found.append(here)
     return found[0], here, found[1]
-

@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from chaosdrill.codegen.rounding import UNIT
 from chaosdrill.dataset.branches import BranchEnd
 from chaosdrill.equilibrium.fields import Field
 from chaosdrill.equilibrium.points import Equilibrium, equilibrium, polished
@@ -107,15 +108,24 @@ class Curve:
                 break
             # where branches cross, steps shrink no further than rounding over a pivot that vanishes
             settled = length <= SETTINGS.settled or length > last / 2
-            if settled and (np.abs(rates) <= SETTINGS.rounded * self.field.rounding(numbers)).all():
+            if settled and (np.abs(rates) <= self.allowed(numbers, weights)).all():
                 return equilibrium(self.field, numbers)
-            step = -np.linalg.lstsq(whole, left, rcond=None)[0]
+            try:
+                step = -np.linalg.solve(whole, left)
+            except np.linalg.LinAlgError:
+                step = -np.linalg.lstsq(whole, left, rcond=None)[0]
             numbers = numbers.copy()
             numbers[self.places] += weights * step
             last, length = length, float(np.linalg.norm(step))
             if not length < SETTINGS.farthest:
                 break
         raise LostError("Newton's method did not converge")
+
+    def allowed(self, numbers: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """What may be left of the rates: their rounding, and that of states of their sizes, since one may be zero."""
+        sizes = UNIT * np.abs(self.field.jacobian(numbers)) @ weights[:-1]
+        found: np.ndarray = SETTINGS.rounded * (self.field.rounding(numbers) + sizes)
+        return found
 
     def after(self, last: Point, h: float) -> Point:
         """The point a step further.

@@ -65,7 +65,7 @@ class Field:
         """Symbols of the free states."""
         return [self.system.states[i] for i in self.free]
 
-    def numbers(self, start: Sequence[float], values: Sequence[float]) -> np.ndarray:
+    def numbers(self, start: Sequence[float] | np.ndarray, values: Sequence[float] | np.ndarray) -> np.ndarray:
         """The numbers of a state (n,) at parameters."""
         levels = [float(np.dot(row, start)) for row in self.levels]
         return np.array([*start, *values, *levels], dtype=float)

@@ -307,4 +307,3 @@ def _side_slope(curve: Curve, one: Equilibrium, sides: list[int]) -> int:
     total, doubt = parts.sum(axis=1), 1e-8 * np.abs(parts).sum(axis=1)
     ways = set(np.where(np.abs(total) <= doubt, 0, -np.sign(total)).astype(int).tolist())
     return ways.pop() if len(ways) == 1 else 0
-

@@ -2,7 +2,7 @@
 
 The error of the position is what the rates and their rounding leave, through the inverse of the Jacobian (Higham 2002,
 doi:10.1137/1.9780898718027, section 25.1). The error of an eigenvalue is that of the Jacobian through the eigenvectors
-(Wilkinson's condition number), or Elsner's bound 1985 (doi:10.1016/0024-3795(85)90235-4) where that is sharper, as at
+(Wilkinson's condition number), or that of Elsner (Linear Algebra Appl. 71 (1985) 77-80) where it is sharper, as at
 multiple ones.
 """
 

@@ -22,8 +22,8 @@ from chaosdrill.orbits.multipliers import Spectra, free_multipliers, is_stable, 
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.points import Border, Point
 from chaosdrill.orbits.problem import CONVERGED, LostError, Shot
-from chaosdrill.orbits.results import NO_FORM, BranchResult, Cascade, NormalForm
 from chaosdrill.orbits.rests import rest_behind
+from chaosdrill.orbits.results import NO_FORM, BranchResult, Cascade, NormalForm
 from chaosdrill.orbits.roots import bracketed
 from chaosdrill.orbits.settings import SETTINGS
 from chaosdrill.orbits.switching import crossing, curve_behind, doubled

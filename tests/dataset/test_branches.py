@@ -10,12 +10,12 @@ def test_codes_are_fixed():
     special = "regular fold period_doubling neimark_sacker grazing event_swap outcome_switch branch_point"
     special += " border_collision cusp resonance_1_1 resonance_1_2 resonance_1_3 resonance_1_4 fold_flip"
     special += " generalised_flip chenciner fold_neimark_sacker flip_neimark_sacker double_neimark_sacker"
-    special += " grazing_fold grazing_flip grazing_neimark_sacker level optimum"
+    special += " grazing_fold grazing_flip grazing_neimark_sacker level optimum hopf"
     ends = "limit grazing event_swap outcome_switch closed most_points escaped no_convergence no_effect joined"
     ends += " doubling rest"
     assert [code.meaning for code in Special] == special.split()
     assert [code.meaning for code in BranchEnd] == ends.split()
-    assert [*map(int, Special)] == list(range(25))
+    assert [*map(int, Special)] == list(range(26))
     assert [*map(int, BranchEnd)] == list(range(12))
 
 

@@ -124,7 +124,10 @@ class Equilibria(AnalysisSettings):
         if "sweep" not in table:
             for name in ("step", "max_points"):
                 if name in table:
-                    yield (name,), told("applies to branches; name the parameter in sweep, or leave it out", table[name])
+                    yield (
+                        (name,),
+                        told("applies to branches; name the parameter in sweep, or leave it out", table[name]),
+                    )
             return
         ((name, limits),) = table["sweep"].items()
         room = abs(limits["stop"] - limits["start"])
@@ -137,8 +140,9 @@ class Equilibria(AnalysisSettings):
         if system.discrete:
             yield (), f"{system.name} is a map, which has fixed points; take periodic_orbit with period = 1"
         elif not system.autonomous:
-            words = "take periodic_orbit with period = 1: its strobes are fixed points" if system.forced else "none rests"
-            yield (), f"{system.name} depends on time, so that no state is at rest for ever; {words}"
+            words = f"{system.name} depends on time, so that no state is at rest for ever"
+            orbits = "; take periodic_orbit with period = 1, whose strobes are fixed points"
+            yield (), words + orbits * system.forced
         for index, name in enumerate(table.get("modes") or ()):
             if name not in system.mode_names:
                 yield ("modes", index), told(f"unknown mode; {remedy(name, system.mode_names)}", name)

@@ -1,0 +1,198 @@
+"""Equilibria and their eigenvalues, and branches of equilibria over a parameter."""
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from chaosdrill.dataset.outcomes import flag_names
+from chaosdrill.plots.contents import limits, places_of, swept
+from chaosdrill.plots.figures import legend_outside, new_figure, one_panel
+from chaosdrill.plots.labels import axis_label, readable, state_label, wrapped
+from chaosdrill.plots.markers import hard, mark, named_once, specials, tell
+from chaosdrill.plots.palette import BACKGROUND, LINE_COLOURS
+from chaosdrill.plots.pictures import picture
+from chaosdrill.plots.sections import first_that_varies
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+_SHAPES = {
+    "node": "o",
+    "focus": "D",
+    "saddle": "X",
+    "saddle_focus": "P",
+    "centre": "s",
+    "degenerate": "*",
+}
+"""Shape of each type of equilibrium; filled where it is stable."""
+_MARK = 6.5
+
+
+@picture("equilibria", "branches", "branches of equilibria over the parameter with what happens on them", parameters=1)
+def branches(dataset: "xr.Dataset", ax: "Axes | None" = None, state: "str | Sequence[str] | None" = None) -> "Figure":
+    """Draw branches of equilibria over the parameter.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of kind ``equilibria`` along a parameter.
+    ax : matplotlib.axes.Axes, optional
+        Where it is drawn.
+    state : str, optional
+        State that is drawn; default: the first that varies.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A colour a mode, solid where the equilibrium is stable and dashed where it is not; grey and dotted where it is
+        virtual. Special points have a shape a kind, black where a cycle is born hard, and a bar leads from each Hopf
+        point to the extent of the predicted cycle beside it.
+    """
+    (name,) = swept(dataset)
+    states = dataset["equilibrium_state"].values
+    index = (first_that_varies(states) if len(states) else 0) if state is None else places_of(dataset, state, 1)[0]
+    figure, axes = one_panel(ax, 4.2)
+    low, high = limits(dataset)[name]
+    edge = 0.02 * (high - low)
+    axes.set_xlim(low - edge, high + edge)
+    x, y = dataset[name].values, states[:, index]
+    modes = flag_names(dataset["mode"])
+    used = [int(code) for code in np.unique(dataset["mode"].values)]
+    colours = {code: LINE_COLOURS[k % len(LINE_COLOURS)] for k, code in enumerate(used)}
+    for number in np.unique(dataset["branch"].values):
+        points = np.flatnonzero(dataset["branch"].values == number)
+        for first, last in _stretches(dataset, points):
+            part = points[first : last + 1]
+            inner = part[len(part) // 2] if len(part) > 2 else part[-1]
+            virtual, stable = dataset["admissible"].values[inner] == 1, dataset["stable"].values[inner] != 0
+            options: dict[str, Any] = {"linewidth": 1.6 if stable else 1.1, "linestyle": "-" if stable else (0, (4, 2))}
+            if virtual:
+                options = {"linewidth": 1.0, "linestyle": (0, (1, 1.6))}
+            colour = BACKGROUND if virtual else colours[int(dataset["mode"].values[inner])]
+            axes.plot(x[part], y[part], color=colour, zorder=2 if virtual else 3, **options)
+    if len(used) > 1:
+        for code in used:
+            axes.plot([], [], color=colours[code], linewidth=1.8, label=f"mode {modes[code]}")
+    kinds: list[tuple[Any, str, str]] = [("-", "stable", "0.25"), ((0, (4, 2)), "unstable", "0.25")]
+    if (dataset["admissible"].values == 1).any():
+        kinds.append(((0, (1, 1.6)), "virtual", BACKGROUND))
+    for dashes, text, colour in kinds:
+        axes.plot([], [], color=colour, linestyle=dashes, linewidth=1.2, label=text)
+    _cycles(axes, dataset, index)
+    jumps = hard(dataset)
+    for kind, points in specials(dataset):
+        for off in (False, True):
+            here = points[np.isin(points, jumps) == off]
+            if here.size:
+                mark(axes, x[here], y[here], kind, _MARK, jumps=off)
+    axes.set(xlabel=axis_label(dataset, name), ylabel=state_label(dataset, index))
+    legend_outside(figure, named_once(axes), ax=ax, handlelength=2.0)
+    if ax is None:
+        tell(figure, _nothing(dataset))
+    figure.set_label("branches of equilibria and their special points")
+    return figure
+
+
+def _nothing(dataset: "xr.Dataset") -> str:
+    """Why there is nothing to see; empty where there is something."""
+    if dataset.sizes["point"]:
+        return ""
+    return wrapped(f"no equilibrium found. {dataset.attrs.get('message', '')}", 90)
+
+
+def _stretches(dataset: "xr.Dataset", points: "NDArray[np.int64]") -> list[tuple[int, int]]:
+    """First and last of the points of a branch between which nothing changes; special points belong to both sides."""
+    cuts = {0, len(points) - 1, *np.flatnonzero(dataset["special_point"].values[points] != 0).tolist()}
+    told = dataset["stable"].values[points] + 2 * (dataset["admissible"].values[points] == 1)
+    plain = dataset["special_point"].values[points] == 0
+    both = plain[:-1] & plain[1:] & (told[:-1] != told[1:])
+    cuts |= set((np.flatnonzero(both) + 1).tolist())
+    return list(pairwise(sorted(cuts)))
+
+
+def _cycles(axes: "Axes", dataset: "xr.Dataset", index: int) -> None:
+    """Bars from each Hopf point to the extent of the cycle that is born there."""
+    born = np.flatnonzero(np.isfinite(dataset["cycle_value"].values))
+    if not born.size:
+        return
+    at = dataset["equilibrium_state"].values[dataset["special_index"].values[born], index]
+    extent = dataset["cycle_amplitude"].values[born, index]
+    axes.errorbar(
+        dataset["cycle_value"].values[born],
+        at,
+        yerr=extent,
+        linestyle="none",
+        color="0.25",
+        elinewidth=1.1,
+        capsize=3,
+        zorder=3,
+        label="extent of the cycle\nborn, as predicted",
+    )
+
+
+@picture("equilibria", "equilibria", "the equilibria and their eigenvalues", sweeps=False)
+def equilibria(dataset: "xr.Dataset", state: "str | Sequence[str] | None" = None) -> "Figure":
+    """Draw equilibria in the plane of two states, and their eigenvalues in the complex plane.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of kind ``equilibria`` without a parameter.
+    state : str or sequence of two str, optional
+        States that are drawn; default: the first two.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A shape a type, filled where the equilibrium is stable, grey where it is virtual; the number of each stands
+        beside it, and its eigenvalues have its shape and colour. Beside a system of one state numbers take the place of
+        the second one.
+    """
+    figure = new_figure(3.6)
+    left, right = figure.subplots(1, 2)
+    count = dataset.sizes["state"]
+    chosen = list(range(min(count, 2))) if state is None else places_of(dataset, state, min(count, 2))
+    values = dataset["equilibrium_state"].values
+    x = values[:, chosen[0]]
+    y = values[:, chosen[1]] if len(chosen) > 1 else np.arange(1.0, len(x) + 1)
+    types, modes = flag_names(dataset["type"]), flag_names(dataset["mode"])
+    several = len(np.unique(dataset["mode"].values)) > 1
+    spectrum = dataset["eigenvalue_real"].values + 1j * dataset["eigenvalue_imag"].values
+    right.axvline(0, color="0.35", linewidth=0.9, zorder=1)
+    right.axhline(0, color="0.8", linewidth=0.6, zorder=0)
+    for k in range(len(x)):
+        kind, stable = types[int(dataset["type"].values[k])], dataset["stable"].values[k] != 0
+        virtual = dataset["admissible"].values[k] == 1
+        colour = BACKGROUND if virtual else LINE_COLOURS[(k % (len(LINE_COLOURS) - 1)) + 1]
+        options: dict[str, Any] = {
+            "linestyle": "none",
+            "marker": _SHAPES.get(kind, "*"),
+            "markersize": 7.0,
+            "markeredgecolor": colour,
+            "markerfacecolor": colour if stable else "white",
+            "markeredgewidth": 1.2,
+            "zorder": 3,
+        }
+        mode = f"mode {modes[int(dataset['mode'].values[k])]}" if several else ""
+        told = (readable(kind), "stable" if stable else "unstable", mode, "virtual" if virtual else "")
+        words = ", ".join(filter(None, told))
+        left.plot(x[k], y[k], **options, label=f"{k + 1}: {words}")
+        left.annotate(str(k + 1), (x[k], y[k]), xytext=(5, 5), textcoords="offset points", fontsize="small")
+        right.plot(spectrum[k].real, spectrum[k].imag, **options)
+    left.margins(0.15)
+    left.locator_params(nbins=5)
+    right.margins(0.12)
+    left.set_xlabel(state_label(dataset, chosen[0]))
+    left.set_ylabel(state_label(dataset, chosen[1]) if len(chosen) > 1 else "number of the equilibrium")
+    right.set(xlabel="real part", ylabel="imaginary part", title="eigenvalues")
+    handles, _ = left.get_legend_handles_labels()
+    legend_outside(figure, handles, handlelength=1.2)
+    tell(figure, _nothing(dataset))
+    figure.set_label("equilibria and their eigenvalues")
+    return figure

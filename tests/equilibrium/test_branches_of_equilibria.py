@@ -1,0 +1,246 @@
+"""Branches of equilibria: folds, branch points, Hopf points with their coefficient and cycle, boundaries."""
+
+import numpy as np
+import pytest
+
+import chaosdrill as cd
+
+
+def flow(name, rates, parameters, **initial):
+    return cd.HybridSystem(name=name, states=list(rates), parameters=parameters, modes={"flow": rates}, initial=initial)
+
+
+def specials(found):
+    kinds = found.cd.words("special_kind").values.tolist()
+    return [(kind, float(value)) for kind, value in zip(kinds, found["special_value"].values, strict=True)]
+
+
+def within(found, exact):
+    """Special values against exact ones, each within its error."""
+    apart = np.abs(np.sort(found["special_value"].values) - np.sort(exact))
+    return bool((apart <= np.sort(found["special_error"].values) + 1e-15).all())
+
+
+def test_folds_of_a_cubic_and_of_a_closed_branch():
+    cubic = cd.equilibria(flow("cubic", {"x": "m + x - x**3"}, {"m": 0.0}, x=1.0), {"m": (-1.0, 1.0)})
+    assert {kind for kind, _ in specials(cubic)} == {"fold"}
+    assert within(cubic, [-2 / np.sqrt(27), 2 / np.sqrt(27)])
+    assert cubic.sizes["branch_number"] == 1
+    # the number of unstable directions changes at special points only
+    stable, special = cubic["stable"].values, cubic["special_point"].values
+    assert [special[k] or special[k + 1] for k in np.flatnonzero(np.diff(stable))] != []
+    assert all(special[k] or special[k + 1] for k in np.flatnonzero(np.diff(stable)))
+    circle = cd.equilibria(flow("circle", {"x": "1 - x**2 - m**2"}, {"m": 0.5}, x=0.7), {"m": (-2.0, 2.0)})
+    assert circle.cd.words("branch_end").values.tolist() == ["closed"]
+    assert within(circle, [-1.0, 1.0])
+
+
+@pytest.mark.parametrize(("rate", "start"), [("m*x - x**3", 1.0), ("m*x - x**2", 0.5), ("m*x + x**3 - x**5", -0.1)])
+def test_branches_that_cross_are_followed_from_either(rate, start):
+    rates = {"x": rate, "y": "x - y"}
+    found = cd.equilibria(flow("crossed", rates, {"m": start}, x=0.4, y=0.3), {"m": (-1.0, 2.0)})
+    crossed = [value for kind, value in specials(found) if kind == "branch_point"]
+    # each of the two branches has the point, and each branch stands once
+    assert len(crossed) == 2
+    assert np.abs(crossed).max() < 1e-15
+    assert found.sizes["branch_number"] == 2
+    assert found["special_multiplicity"].values.tolist().count(1) == found.sizes["special"]
+
+
+@pytest.fixture(scope="module")
+def lorenz():
+    rates = {"x": "s*(y - x)", "y": "x*(r - z) - y", "z": "x*y - b*z"}
+    system = flow("lorenz", rates, {"s": 10.0, "r": 28.0, "b": 8 / 3}, x=1.0, y=1.0, z=20.0)
+    return system, cd.equilibria(system, {"r": (0.0, 30.0)})
+
+
+def test_lorenz_has_a_pitchfork_and_two_subcritical_hopf_points(lorenz):
+    _, found = lorenz
+    hopf = 10 * (10 + 8 / 3 + 3) / (10 - 8 / 3 - 1)
+    assert within(found, [1.0, 1.0, hopf, hopf])
+    assert found["special_error"].max() < 1e-11
+    kinds = found.cd.words("special_kind").values
+    born = found.cd.words("special_criticality").values
+    assert born[kinds == "hopf"].tolist() == ["subcritical"] * 2
+    omega = np.sqrt(8 / 3 * (10 + hopf))
+    assert np.abs(found["special_frequency"].values[kinds == "hopf"] - omega).max() < 1e-12
+
+
+def test_the_unstable_cycle_of_lorenz_is_followed_from_its_hopf_point_and_back(lorenz):
+    system, found = lorenz
+    k = int(np.flatnonzero(found.cd.words("special_kind").values == "hopf")[0])
+    start = system.with_parameters(r=float(found["cycle_value"][k])).with_initial(found["cycle_state"][k])
+    branch = cd.continue_orbit(start, {"r": (22.0, 26.0)}, start="guess")
+    assert branch.cd.outcome == "periodic"
+    assert not branch["stable"].values[branch["special_point"].values == 0].any()
+    assert branch.cd.words("special_kind").values.tolist() == ["hopf"]
+    assert abs(branch["special_value"].item() - found["special_value"].values[k]) < 1e-11
+    assert branch.cd.words("special_criticality").item() == "subcritical"
+    assert "subcritical Hopf point of mode 'flow'" in branch["branch_end_text"].item()
+
+
+def test_brusselator_against_its_closed_form():
+    """Hopf at b = 1 + a^2 with omega = a; l1 from the normal form (Kuznetsov 2023, example 3.1), rescaled."""
+    a = 1.3
+    rates = {"x": "a - (b + 1)*x + x**2*y", "y": "b*x - x**2*y"}
+    system = flow("brusselator", rates, {"a": a, "b": 2.0}, x=1.0, y=1.0)
+    found = cd.equilibria(system, {"b": (1.0, 4.0)})
+    assert within(found, [1 + a**2])
+    assert abs(found["special_frequency"].item() - a) < 1e-14
+    assert found.cd.words("special_criticality").item() == "supercritical"
+    start = system.with_parameters(b=float(found["cycle_value"][0])).with_initial(found["cycle_state"][0])
+    cycle = cd.periodic_orbit(start, start="guess")
+    assert abs(cycle["period_time"].item() / found["cycle_period"].item() - 1) < 1e-5
+    extent = np.ptp(cycle["path_state"].values, axis=0) / 2
+    assert np.abs(extent / found["cycle_amplitude"].values[0] - 1).max() < 3e-3
+    # planes across the flow do not contain the equilibrium, and the branch gets there all the same
+    branch = cd.continue_orbit(start, {"b": (2.5, 2.9)}, start="guess")
+    assert branch.cd.words("special_kind").values.tolist() == ["hopf"]
+    assert abs(branch["special_value"].item() - (1 + a**2)) < 1e-11
+
+
+def test_adaptive_control_has_the_published_coefficient_and_cycles():
+    """MatCont manual (version 7p4), adaptive control: l1 = -0.3000001 at 1; the cycle doubles at 0.6303020."""
+    rates = {"x": "y", "y": "z", "z": "-alpha*z - beta*y - x + x**2"}
+    system = flow("adaptx", rates, {"alpha": 1.5, "beta": 1.0}, x=0.1)
+    region = {"x": (-0.5, 0.5), "y": (-0.5, 0.5), "z": (-0.5, 0.5)}
+    found = cd.equilibria(system, {"alpha": (0.5, 2.0)}, region=region)
+    assert within(found, [1.0])
+    assert abs(found["special_coefficient"].item() + 0.3) <= found["special_coefficient_error"].item() < 1e-11
+    start = system.with_parameters(alpha=float(found["cycle_value"][0])).with_initial(found["cycle_state"][0])
+    branch = cd.continue_orbit(start, {"alpha": (0.62, 1.1)}, start="guess")
+    by_kind = dict(specials(branch))
+    assert abs(by_kind["period_doubling"] - 0.6303020) < 1e-6
+    k = int(np.flatnonzero(branch.cd.words("special_kind").values == "period_doubling")[0])
+    assert abs(branch["period_time"].values[branch["special_index"].values[k]] - 6.364071) < 1e-5
+    assert abs(by_kind["hopf"] - 1.0) < 1e-12
+
+
+def planar(second, third, bend=0.0, scale=1.0):
+    """x' = m x - w y + f, y' = w x + m y + g in the states u = x and v = scale (y + bend x^2), w = 1.4."""
+    (fxx, fxy, fyy, gxx, gxy, gyy), (fxxx, fxyy, gxxy, gyyy) = second, third
+    y = f"(v/scale - ({bend})*u**2)"
+    f = f"({fxx}*u**2/2 + {fxy}*u*{y} + {fyy}*{y}**2/2 + {fxxx}*u**3/6 + {fxyy}*u*{y}**2/2)"
+    g = f"({gxx}*u**2/2 + {gxy}*u*{y} + {gyy}*{y}**2/2 + {gxxy}*u**2*{y}/2 + {gyyy}*{y}**3/6)"
+    du = f"(m*u - 1.4*{y} + {f})"
+    rates = {"u": du, "v": f"scale*(1.4*u + m*{y} + {g} + 2*({bend})*u*{du})"}
+    return flow("planar", rates, {"m": 0.3, "scale": scale}, u=0.2, v=0.1)
+
+
+@pytest.mark.parametrize(("bend", "scale"), [(0.0, 1.0), (0.7, 1.0), (-0.4, 5.0)])
+def test_the_coefficient_of_a_planar_normal_form_in_several_coordinates(bend, scale):
+    """Guckenheimer and Holmes 1983, (3.4.11): r' = a r^3; l1 = 4 a/(w (1 + scale^2)) for an eigenvector of length 1."""
+    second, third, w = (0.3, -0.7, 0.5, 0.2, 0.9, -0.4), (-0.6, 0.8, -1.1, 0.25), 1.4
+    (fxx, fxy, fyy, gxx, gxy, gyy), (fxxx, fxyy, gxxy, gyyy) = second, third
+    a = (fxxx + fxyy + gxxy + gyyy) / 16
+    a += (fxy * (fxx + fyy) - gxy * (gxx + gyy) - fxx * gxx + fyy * gyy) / (16 * w)
+    region = {"u": (-0.1, 0.1), "v": (-0.1, 0.1)}
+    found = cd.equilibria(planar(second, third, bend, scale), {"m": (-0.2, 0.4)}, region=region)
+    exact = 4 * a / (w * (1 + scale**2))
+    assert abs(found["special_coefficient"].item() - exact) <= found["special_coefficient_error"].item() < 1e-11
+    assert abs(found["special_value"].item()) <= found["special_error"].item() < 1e-13
+
+
+def test_a_coefficient_that_vanishes_is_undecided():
+    """x'' - m (1 - x^2) x' + x = 0: at m = 0 all that is not linear has gone, and every orbit is a cycle."""
+    found = cd.equilibria(flow("pol", {"x": "v", "v": "m*(1 - x**2)*v - x"}, {"m": 0.2}, x=0.5), {"m": (-1.0, 1.0)})
+    assert specials(found)[0][0] == "hopf"
+    assert found.cd.words("special_criticality").item() == "undecided"
+    assert abs(found["special_coefficient"].item()) <= found["special_coefficient_error"].item()
+    # with the cubic term kept it is soft, with l1 = -1/4 (x^2 x' alone)
+    found = cd.equilibria(flow("pol", {"x": "v", "v": "(m - x**2)*v - x"}, {"m": 0.2}, x=0.5), {"m": (-1.0, 1.0)})
+    assert abs(found["special_coefficient"].item() + 0.25) < 1e-14
+
+
+def test_stribeck_friction_on_a_belt_has_a_hopf_point_in_closed_form():
+    """Force F - a w + b w^3 of the relative speed w: steady slip at x = F - a V + b V^3, Hopf at V^2 = a/(3 b)."""
+    belt = cd.filippov(
+        name="belt",
+        states="x v",
+        parameters={"V": 1.0, "F": 1.0, "a": 0.6, "b": 0.5},
+        surface={"w": "v - V"},
+        above={"x": "v", "v": "-x - F - a*(V - v) + b*(V - v)**3"},
+        below={"x": "v", "v": "-x + F - a*(V - v) + b*(V - v)**3"},
+        initial={"x": 0.5, "v": 0.0},
+    )
+    found = cd.equilibria(belt, {"V": (0.2, 1.5)}, region={"x": (-3, 3), "w": (-3, 3)}, modes=["below"])
+    assert within(found, [np.sqrt(0.4)])
+    assert found.cd.words("special_criticality").item() == "supercritical"
+    assert abs(found["special_coefficient"].item() + 0.75 * 0.5) <= found["special_coefficient_error"].item()
+    at = found["equilibrium_state"].values[found["special_index"].item()]
+    assert abs(at[0] - (1 - 0.6 * np.sqrt(0.4) + 0.5 * 0.4**1.5)) < 1e-14
+    assert "never rests" in cd.equilibria(belt, modes=["sliding"]).attrs["message"]
+
+
+def sliding(k):
+    return cd.filippov(
+        name="two fields",
+        states="x y",
+        parameters={"m": 0.3, "q": 1.0, "k": k},
+        surface="y",
+        above={"x": "-x - y", "y": "x - y + m"},
+        below={"x": "-k*q", "y": "q"},
+        initial={"x": 1.0, "y": 1.0},
+    )
+
+
+@pytest.mark.parametrize(("k", "what"), [(0.3, "persistence"), (3.0, "nonsmooth_fold")])
+def test_what_follows_a_boundary_equilibrium_of_sliding(k, what):
+    """di Bernardo, Nordmark, Olivar 2008: the sign of C A^-1 (F2 - F1), here (k - 1)/2, decides."""
+    found = cd.equilibria(sliding(k), {"m": (-0.5, 0.5)})
+    assert [kind for kind, _ in specials(found)] == ["boundary"] * 2
+    assert np.abs(found["special_value"]).max() < 1e-15
+    assert found.cd.words("special_beyond").values.tolist() == [what] * 2
+    modes = found.cd.words("mode").values
+    admissible = found.cd.words("admissible").values
+    for mode, sign in (("above", 1), ("sliding", 1 if what == "nonsmooth_fold" else -1)):
+        beyond = sign * found["m"].values
+        assert set(admissible[(modes == mode) & (beyond > 1e-12)]) == {"admissible"}
+        assert set(admissible[(modes == mode) & (beyond < -1e-12)]) == {"virtual"}
+
+
+def test_boundaries_of_a_continuous_field_and_of_a_wall():
+    stop = cd.in_modes(
+        name="stop",
+        states="x v",
+        parameters={"p": 0.5, "k": 20.0},
+        field={"x": "v", "v": "p - x - 0.1*v - k*Max(x - 1, 0)"},
+        initial={"x": 0.2},
+    )
+    found = cd.equilibria(stop, {"p": (0.0, 2.0)})
+    assert [kind for kind, _ in specials(found)] == ["boundary"] * 2
+    assert within(found, [1.0, 1.0])
+    assert found.cd.words("special_beyond").values.tolist() == ["persistence"] * 2
+    fold = cd.in_modes(name="fold", states="x", parameters={"p": 0.5}, field={"x": "p - Abs(x)"}, initial={"x": 0.2})
+    found = cd.equilibria(fold, {"p": (-1.0, 1.0)})
+    assert found.cd.words("special_beyond").values.tolist() == ["nonsmooth_fold"] * 2
+    wall = cd.HybridSystem(
+        name="wall",
+        states="x v",
+        parameters={"p": 0.5},
+        modes={"free": {"x": "v", "v": "p - x - 0.1*v"}},
+        transitions=[cd.Transition("hit", "free", "free", "x - 1", +1, reset={"v": "-0.8*v"})],
+        initial={"x": 0.2},
+    )
+    found = cd.equilibria(wall, {"p": (0.0, 2.0)})
+    assert found.cd.words("special_beyond").values.tolist() == ["no_partner"]
+    assert found.cd.words("admissible").values[-1] == "virtual"
+    assert "hit" in found["special_text"].item()
+
+
+def test_pairs_that_cross_together_are_one_point_of_multiplicity_four():
+    rates = {"x": "m*x - y - x*(x**2 + y**2)", "y": "x + m*y - y*(x**2 + y**2)"}
+    rates |= {
+        name.replace("x", "u").replace("y", "v"): e.replace("x", "u").replace("y", "v") for name, e in rates.items()
+    }
+    found = cd.equilibria(flow("two", rates, {"m": 0.2}, x=0.3, u=0.2), {"m": (-0.5, 0.5)})
+    assert [kind for kind, _ in specials(found)] == ["hopf"]
+    assert found["special_multiplicity"].item() == 4
+    assert abs(found["special_value"].item()) < 1e-14
+
+
+def test_a_verified_archive_of_branches(tmp_path, lorenz):
+    _, found = lorenz
+    path = tmp_path / "lorenz.nc"
+    cd.save(found, path)
+    assert cd.open(path)["special_text"].values.tolist() == found["special_text"].values.tolist()
