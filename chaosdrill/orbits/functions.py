@@ -91,7 +91,8 @@ class _Lap:
     def stretches(self) -> Iterator[_Stretch]:
         """The segments, in order."""
         problem, first = self.problem, self.orbits[0]
-        periods = problem.periods_at(np.array([o.starts[0, problem.states :] for o in self.orbits]))
+        values = np.array([o.starts[0, problem.states :] for o in self.orbits])
+        periods = problem.periods_at(values) if problem.forced else None
         clocks = np.array([o.phase for o in self.orbits])
         for i, (mode, end, transition) in enumerate(first.segments.tolist()):
             parts = [
@@ -106,7 +107,7 @@ class _Lap:
             ]
             durations = np.array([o.durations[i] for o in self.orbits])
             yield _Stretch(problem.plain.mode_names[mode], transition if end >= 0 else -1, parts, durations)
-            clocks = (clocks + durations) % periods if problem.forced else clocks + durations
+            clocks = clocks + durations if periods is None else (clocks + durations) % periods
 
 
 class Functions:

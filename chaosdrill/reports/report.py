@@ -49,6 +49,7 @@ _TABLES: tuple[Callable[["xr.Dataset"], Markup], ...] = (
     tables.orbits,
     tables.derivatives,
     tables.branches,
+    tables.equilibria,
     tables.work_precision,
     tables.single_numbers,
 )

@@ -341,6 +341,8 @@ def branches(dataset: "xr.Dataset") -> Markup:
     """Branches of orbits with their starts and ends, their special points, and the cascade."""
     import numpy as np
 
+    if dataset.attrs.get("kind") == "equilibria" and "branch" in dataset:
+        return _branches_of_equilibria(dataset)
     if dataset.attrs.get("kind") != "continuation":
         return NOTHING
     parameters = [str(name) for name in mapping(dataset.attrs.get("settings")).get("sweep", {})]
@@ -360,6 +362,46 @@ def branches(dataset: "xr.Dataset") -> Markup:
     return joined([table("Branches", head, rows), _special(dataset, parameters), _cascade(dataset)])
 
 
+def equilibria(dataset: "xr.Dataset") -> Markup:
+    """Every equilibrium with its mode, type and eigenvalues."""
+    if dataset.attrs.get("kind") != "equilibria" or "branch" in dataset:
+        return NOTHING
+    states = [str(name) for name in dataset["state"].values]
+    rows = []
+    for i in range(dataset.sizes["point"]):
+        one = dataset.isel(point=i)
+        words = [meaning(one[name].values, dataset[name]) for name in ("mode", "admissible", "type")]
+        values = [Quantity(number(value, _DIGITS)) for value in one["equilibrium_state"].values]
+        free = int(one["free"])
+        found = one["eigenvalue_real"].values[:free] + 1j * one["eigenvalue_imag"].values[:free]
+        error = max(one["eigenvalue_error"].values[:free], default=float("nan"))
+        stable = "stable" if int(one["stable"]) else "unstable"
+        rows.append((*words, stable, *values, Quantity(_list(found)), float(error)))
+    head = ("mode", "place", "type", "stability", *states, "eigenvalues", "their largest error")
+    return joined([table("Equilibria", head, rows), _note(dataset)])
+
+
+def _branches_of_equilibria(dataset: "xr.Dataset") -> Markup:
+    """Branches of equilibria with their starts and ends, and their special points."""
+    parameters = [str(name) for name in mapping(dataset.attrs.get("settings")).get("sweep", {})]
+    owner, rows = dataset["branch"].values, list[tuple[Any, ...]]()
+    for i, branch in enumerate(dataset["branch_number"].values):
+        own = (owner == branch).nonzero()[0]
+        values = dataset[parameters[0]].values[own]
+        span = Quantity(f"{number(values.min())} to {number(values.max())}")
+        mode = meaning(dataset["mode"].values[own[0]], dataset["mode"])
+        texts = (str(dataset[f"branch_{name}"].values[i]) for name in ("start", "end_text"))
+        counts = (int(own.size), int((dataset["admissible"].values[own] == 0).sum()))
+        rows.append((int(branch), mode, span, *counts, int(dataset["stable"].values[own].sum()), *texts))
+    head = ("branch", "mode", *parameters, "points", "admissible", "stable", "begins", "ends")
+    return joined([table("Branches of equilibria", head, rows), _special(dataset, parameters), _note(dataset)])
+
+
+def _note(dataset: "xr.Dataset") -> Markup:
+    message = str(dataset.attrs.get("message", ""))
+    return part("paragraph", message, "note") if message else NOTHING
+
+
 def _special(dataset: "xr.Dataset", parameters: list[str]) -> Markup:
     kinds = dataset["special_kind"]
     owner = dataset["branch"].values
@@ -370,7 +412,8 @@ def _special(dataset: "xr.Dataset", parameters: list[str]) -> Markup:
         error = Quantity(number(dataset["special_error"].values[i], 2))
         kind, words = meaning(kinds.values[i], kinds), str(dataset["special_text"].values[i])
         rows.append((kind, *at, error, int(owner[place]), *_coefficient(dataset, i), words))
-    born = ("cubic coefficient",) if "special_coefficient" in dataset else ()
+    coefficient = "first Lyapunov coefficient" if "special_frequency" in dataset else "cubic coefficient"
+    born = (coefficient,) if "special_coefficient" in dataset else ()
     return table("Special points", ("kind", *parameters, "error", "branch", *born, "what happens"), rows)
 
 
@@ -407,7 +450,12 @@ def _events(orbit: "xr.Dataset") -> Markup:
 
 
 def _complex(orbit: Any) -> str:
-    pairs = zip(orbit["multiplier_real"].values, orbit["multiplier_imag"].values, strict=True)
+    return _list(orbit["multiplier_real"].values + 1j * orbit["multiplier_imag"].values)
+
+
+def _list(values: Any) -> str:
+    """Complex numbers in a row."""
+    pairs = ((value.real, value.imag) for value in values)
     return ", ".join(number(a) + (f"{'+' if b > 0 else '−'}{number(abs(b))}i" if b else "") for a, b in pairs)
 
 

@@ -52,9 +52,12 @@ def tree():
 
 @pytest.fixture(scope="session")
 def every_kind(tmp_path_factory):
-    """An archive with a group of every kind of analysis, of the impact oscillator on a cycle of period 2."""
+    """An archive with a group of every kind of analysis, of the impact oscillator on a cycle of period 2.
+
+    It is forced and has no equilibria, which have an archive of their own in `tests/equilibrium`.
+    """
     # a run that nothing special is asked of needs no lines of its own
-    asked = {analysis.kind for analysis in parse_scene(small_scene()).analyses.values()}
+    asked = {"equilibria"} | {analysis.kind for analysis in parse_scene(small_scene()).analyses.values()}
     more = [f'[analysis.{kind}]\nkind = "{kind}"\nperiods = 8\n' for kind in analyses() if kind not in asked]
     scene = parse_scene(small_scene() + "".join(more), "every_kind.toml")
     return save(run(scene), tmp_path_factory.mktemp("every") / "kind.nc")

@@ -94,7 +94,9 @@ def test_brusselator_against_its_closed_form():
     extent = np.ptp(cycle["path_state"].values, axis=0) / 2
     assert np.abs(extent / found["cycle_amplitude"].values[0] - 1).max() < 3e-3
     # planes across the flow do not contain the equilibrium, and the branch gets there all the same
-    branch = cd.continue_orbit(start, {"b": (2.5, 2.9)}, start="guess")
+    top = {"top": {"of": "x", "take": "maximum"}}
+    branch = cd.continue_orbit(start, {"b": (2.5, 2.9)}, start="guess", functions=top)
+    assert abs(branch["function_value"].values[branch["special_index"].item(), 0] - a) < 1e-10
     assert branch.cd.words("special_kind").values.tolist() == ["hopf"]
     assert abs(branch["special_value"].item() - (1 + a**2)) < 1e-11
 
@@ -239,8 +241,45 @@ def test_pairs_that_cross_together_are_one_point_of_multiplicity_four():
     assert abs(found["special_value"].item()) < 1e-14
 
 
-def test_a_verified_archive_of_branches(tmp_path, lorenz):
-    _, found = lorenz
-    path = tmp_path / "lorenz.nc"
-    cd.save(found, path)
-    assert cd.open(path)["special_text"].values.tolist() == found["special_text"].values.tolist()
+SCENE = """\
+title = "where an oscillation begins"
+
+[system.definition]
+name = "van-der-pol"
+states = "x v"
+
+[system.definition.modes.flow]
+x = "v"
+v = "(m - x**2)*v - x"
+
+[system.parameters]
+m = 0.2
+
+[system.initial]
+x = 0.5
+
+[analysis.rest]
+kind = "equilibria"
+region = { x = [-1, 1], v = [-1, 1] }
+
+[analysis.branch]
+kind = "equilibria"
+sweep.m = { start = -1.0, stop = 1.0 }
+region = { x = [-1, 1], v = [-1, 1] }
+"""
+
+
+def test_a_scene_gives_an_archive_that_is_verified_and_reported(tmp_path):
+    scene = cd.parse_scene(SCENE)
+    archive = cd.save(cd.run(scene), tmp_path / "rest.nc")
+    assert cd.verify(archive).equal
+    page = cd.report(archive, tmp_path / "page.html")
+    assert page.faults == ()
+    assert page.pictures == 2
+    text = page.path.read_text(encoding="utf-8")
+    for words in ("Equilibria</caption>", "Branches of equilibria</caption>", "first Lyapunov coefficient"):
+        assert words in text
+    held = cd.open(archive)["branch"].to_dataset()
+    assert held.cd.words("special_kind").values.tolist() == ["hopf"]
+    with pytest.raises(cd.SceneError, match="must increase"):
+        _ = cd.parse_scene(SCENE.replace("x = [-1, 1], v", "x = [1, -1], v")).system

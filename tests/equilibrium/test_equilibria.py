@@ -104,7 +104,10 @@ def test_a_region_bounds_what_is_found_and_names_states():
     ("system", "words"),
     [
         (lambda: cd.build("impact-oscillator"), "periodic_orbit with period = 1, whose strobes are fixed points"),
-        (lambda: cd.Map("x", {"r": 3.2}, {"x": "r*x*(1 - x)"}, initial={"x": 0.3}), "is a map, which has fixed points; take periodic_orbit with period = 1"),
+        (
+            lambda: cd.Map("x", {"r": 3.2}, {"x": "r*x*(1 - x)"}, initial={"x": 0.3}),
+            "is a map, which has fixed points; take periodic_orbit with period = 1",
+        ),
         (lambda: cd.HybridSystem(states="x", modes={"on": {"x": "t - x"}}), "depends on time"),
     ],
 )
