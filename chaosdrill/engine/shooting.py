@@ -161,7 +161,7 @@ def _guard_equation(functions, mode, end, te, state, extent, clock_row, moved, g
 
 @inner
 def _cross(event, jump, speed, following, state, clock_row, moved, step, stretch, gap):
-    """Across an event: the next start by the unknowns in ``step``, tangents in ``stretch``, how far it is off in ``gap``.
+    """Across an event: the next start by unknowns in ``step``, tangents in ``stretch``, how far it is off in ``gap``.
 
     Row 0 of ``step`` is the state on the guard at which the event was taken.
     """
