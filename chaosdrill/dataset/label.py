@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from chaosdrill.dataset.branches import AttractorEnd, BranchEnd, Criticality, Special
 from chaosdrill.dataset.equilibria import Admissibility, Beyond, EquilibriumType, SpecialEquilibrium
+from chaosdrill.dataset.curves import CurveBreak, CurveEnd
 from chaosdrill.dataset.outcomes import Outcome, holds_codes
 from chaosdrill.dataset.provenance import provenance
 from chaosdrill.dataset.schema import ORBIT, PENETRATION, QUADRATURE, RUN, SCHEMA, STARTS_OF_RUNS, SWEEP, Variable
@@ -225,6 +226,8 @@ def _attributes(variable: Variable, system: Any) -> dict[str, Any]:
             "admissibility": [one.meaning for one in Admissibility],
             "special_equilibrium": [one.meaning for one in SpecialEquilibrium],
             "beyond": [one.meaning for one in Beyond],
+            "curve_end": [end.meaning for end in CurveEnd],
+            "curve_break": [one.meaning for one in CurveBreak],
             "truth": ["no", "yes"],
         }[variable.flags]
         # CF separates the meanings by blanks and allows only these characters in one. A system without transitions

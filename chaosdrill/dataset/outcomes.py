@@ -38,6 +38,7 @@ class Outcome(Code):
     TRANSIENT = 19
     CONTRACTING = 20
     NO_EQUILIBRIUM = 21
+    NO_SADDLE = 22
 
     @property
     def advice(self) -> str:
@@ -164,6 +165,10 @@ _ADVICE = {
     Outcome.NO_RETURN: (
         "The motion continues but does not meet the section again, or only touches it, which gives no period; choose "
         "another section (at), look at the trajectory, or allow more time between its points (max_return)."
+    ),
+    Outcome.NO_SADDLE: (
+        "The orbit has no manifold of one dimension of the kind asked for, or none that could be followed; the message "
+        "has its multipliers and the reason. Start from another orbit."
     ),
     Outcome.NO_SPECIAL_POINT: (
         "The branch along the first parameter has no such point from which to start a curve; widen the range "

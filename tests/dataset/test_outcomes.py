@@ -12,7 +12,7 @@ def test_codes_are_fixed():
     codes = (
         "ok periodic quasiperiodic chaotic escaped event_limit stalled nonfinite step_underflow invalid_start failed "
         "no_orbit equilibrium inadmissible open no_special_point undecided no_return singular transient "
-        "contracting no_equilibrium"
+        "contracting no_equilibrium no_saddle"
     )
     assert [outcome.meaning for outcome in Outcome] == codes.split()
     assert [int(outcome) for outcome in Outcome] == list(range(22))
