@@ -259,6 +259,28 @@ def lyapunov_spectrum(
     max_stalls: int = 50,
     progress: Progress | bool | None = None,
 ) -> xr.Dataset: ...
+def manifolds(
+    system: HybridSystem,
+    orbit: Any = None,
+    *,
+    period: int = 1,
+    at: str | None = None,
+    max_return: float | None = None,
+    transient: float = 200,
+    start: str = "guess",
+    of: str = "both",
+    region: dict[str, Any] | None = None,
+    length: float = 10.0,
+    spacing: float = 0.01,
+    accuracy: float = 1e-08,
+    max_points: int = 20000,
+    method: str = "taylor",
+    tolerance: float = 1e-13,
+    steps: int | None = None,
+    max_events: int | None = None,
+    max_stalls: int = 50,
+    progress: Progress | bool | None = None,
+) -> xr.Dataset: ...
 def parameter_chart(
     system: HybridSystem,
     sweep: dict[str, Any],

@@ -482,3 +482,30 @@ class Random(Value):
 
 
 RANDOM = Random()
+
+
+class Region(Value):
+    """A box of states: lower and upper ends of some of them, by name."""
+
+    def plain(self, value: Any) -> Any:
+        return {str(key): _LIMITS.plain(one) for key, one in value.items()} if isinstance(value, Mapping) else value
+
+    def faults(self, value: Any) -> Faults:
+        if not isinstance(value, Mapping):
+            yield (), told("expected a table of ranges by name, as in x = [-1, 1]", value)
+            return
+        for name, ends in value.items():
+            found = list(within((name,), _LIMITS.faults(ends)))
+            yield from found
+            if not found and not ends[0] < ends[1]:
+                yield (name,), told("must increase: [low, high] with low < high", ends)
+
+    def misfits(self, value: Any, known: Known) -> Faults:
+        if not isinstance(value, Mapping) or known.states is None:
+            return
+        for name in value:
+            if name not in known.states:
+                yield (name,), f"unknown state; {remedy(name, known.states)}"
+
+    def argument(self, value: Any) -> dict[str, Any]:
+        return {name: [float(end) for end in ends] for name, ends in value.items()}
