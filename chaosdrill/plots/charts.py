@@ -164,11 +164,11 @@ def basins(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     The legend describes each attractor, with its largest exponent and its share of the grid. Points of attractors are
     marked where they lie in the plane of the grid.
     """
-    codes, categories = _attractors(dataset)
+    codes, categories = attractor_cells(dataset)
     plane = Plane(dataset, "attractor", ax)
     plane.categorise(codes, categories)
     axes = plane.panels[0]
-    marks = _mark_attractors(axes, dataset, plane.across, plane.up)
+    marks = mark_attractors(axes, dataset, plane.across, plane.up)
     if fixed := _fixed(dataset):
         axes.set_title("at " + ", ".join(f"{name} = {shorten(value)}" for name, value in fixed.items()))
     names = [*(category.name for category in categories), *(str(mark.get_label()) for mark in marks)]
@@ -198,7 +198,7 @@ def starts(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Seq
     matplotlib.figure.Figure
         A marker for each start; the legend describes each attractor, as in `basins`.
     """
-    codes, categories = _attractors(dataset)
+    codes, categories = attractor_cells(dataset)
     count = 1 if isinstance(state, str) or dataset.sizes["state"] == 1 else 2
     places = places_of(dataset, state, count)
     figure, axes = one_panel(ax, _HEIGHT)
@@ -215,7 +215,7 @@ def starts(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Seq
     return figure
 
 
-def _attractors(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Category]]":
+def attractor_cells(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Category]]":
     """The category of every start: its attractor, or the outcome of a run that reached none."""
     reached = dataset["attractor"].values
     numbers = dataset["attractor_number"].values.tolist()
@@ -265,7 +265,7 @@ def _fixed(dataset: "xr.Dataset") -> dict[str, float]:
     return {name: float(initial[name]) for name in names if name not in dataset["attractor"].dims and name in initial}
 
 
-def _mark_attractors(axes: "Axes", dataset: "xr.Dataset", across: str, up: str) -> "list[Line2D]":
+def mark_attractors(axes: "Axes", dataset: "xr.Dataset", across: str, up: str) -> "list[Line2D]":
     """Mark the attractors' points that lie in the plane and within the grid, and return a handle of the marks."""
     from matplotlib.patheffects import withStroke
 

@@ -61,17 +61,12 @@ def fits(dataset: "xr.Dataset", other: "xr.Dataset") -> bool:
     """
     names = set(swept(dataset))
     places = {_section_of(ds) for ds in (dataset, other)}
-    return (
-        bool(names)
-        and names == set(swept(other))
-        and _fixed(dataset, names) == _fixed(other, names)
-        and len(places - {None}) < 2
-    )
+    return names == set(swept(other)) and _fixed(dataset, names) == _fixed(other, names) and len(places - {None}) < 2
 
 
 def _section_of(dataset: "xr.Dataset") -> str | None:
     """The section at which the points of a dataset are taken; None for a dataset without points."""
-    if "section" not in dataset.variables:
+    if not {"section", "orbit_section"} & set(map(str, dataset.variables)):
         return None
     return settings(dataset).get("at") or "strobe"
 

@@ -58,8 +58,9 @@ class Picture:
     values : int, default 0
         How many values of them there must be; 0 if that does not matter.
     over : str, default ""
-        Kind of dataset used as background, if the archive holds one of the same system over the same parameters. All
-        groups over these parameters, and over the same range of a single one, go into one picture.
+        Kinds of datasets used as background, separated by blanks: the first that the archive holds of the same system
+        over the same parameters. All groups over these parameters, and over the same range of a single one, go into one
+        picture.
     """
 
     kind: str
@@ -204,7 +205,7 @@ def plot(
         A trajectory shows any number of states over time.
     over : xarray.Dataset, optional
         Background: a bifurcation diagram behind branches, or a parameter chart behind curves, of the same
-        system over the same parameters.
+        system over the same parameters; basins or a section behind manifolds.
 
     Returns
     -------
@@ -256,13 +257,16 @@ def _check_behind(picture: Picture, ds: "xr.Dataset", over: Any) -> None:
     if not picture.over:
         raise SettingsError(f"over is given, but the picture {picture.name!r} has no background; leave it out")
     kind = over.attrs.get("kind") if isinstance(over, xr.Dataset) else None
-    if kind != picture.over:
+    kinds = picture.over.split()
+    if kind not in kinds:
         what = f"a {kind}" if kind else type(over).__name__
-        raise SettingsError(f"over is {what}, but the picture {picture.name!r} lies over a {picture.over}")
+        raise SettingsError(f"over is {what}, but the picture {picture.name!r} lies over a {' or a '.join(kinds)}")
     if not fits(ds, over):
+        along = f" over {', '.join(swept(ds))}" if swept(ds) else ""
         raise SettingsError(
-            f"over is of another system, other parameters or another section, or over {', '.join(swept(over))}; give "
-            f"a {picture.over} over {', '.join(swept(ds))} that was made as ds"
+            "over is of another system, other parameters or another section"
+            + (f", or over {', '.join(swept(over))}" if swept(over) else "")
+            + f"; give a {' or a '.join(kinds)}{along} that was made as ds"
         )
 
 
@@ -458,4 +462,5 @@ def _alike(dataset: "xr.Dataset", other: "xr.Dataset") -> bool:
 
 def behind(picture: Picture, dataset: "xr.Dataset", groups: "dict[str, xr.Dataset]") -> "xr.Dataset | None":
     """The background of a picture: the first group of the archive that fits, even if it was not itself requested."""
-    return next((ds for ds in groups.values() if ds.attrs["kind"] == picture.over and fits(dataset, ds)), None)
+    behind_it = (ds for kind in picture.over.split() for ds in groups.values() if ds.attrs["kind"] == kind)
+    return next((ds for ds in behind_it if fits(dataset, ds)), None)
