@@ -44,6 +44,9 @@ CALLS = {
     "continue orbit": lambda system, **shown: cd.continue_orbit(
         system, {"omega": (3.3, 3.31)}, doublings=0, transient=50, **shown
     ),
+    "manifolds": lambda system, **shown: cd.manifolds(
+        system, {"x": -0.2, "v": 0.0}, of="unstable", length=0.1, spacing=0.1, **shown
+    ),
     "work precision": lambda system, **shown: cd.work_precision(
         system, periods=2, methods=["taylor"], tolerances=[1e-6], repeats=1, **shown
     ),

@@ -32,6 +32,7 @@ FORCED = {
     "periodic_orbit": lambda system: cd.periodic_orbit(system, start="attractor"),
     "search": lambda system: cd.periodic_orbit(system, start="search", max_period=1),
     "continue_orbit": lambda system: cd.continue_orbit(system, {"w": (2.6, 2.7)}, max_points=5),
+    "manifolds": lambda system: cd.manifolds(system, length=0.1, spacing=0.1),
     "work_precision": lambda system: cd.work_precision(
         system, periods=4, methods=["taylor", "dop853"], tolerances=[1e-6], repeats=1
     ),

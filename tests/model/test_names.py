@@ -121,6 +121,7 @@ ANALYSES = {
         max_points=6,
         follow="period_doubling",
     ),
+    "curves": lambda system, words: cd.manifolds(doubling(system, words), start="attractor", length=0.1),
     "precision": lambda system, words: cd.work_precision(
         system, periods=4, methods=["taylor"], tolerances=[1e-6], repeats=1
     ).drop_vars(["wall_time", "wall_time_spread"]),

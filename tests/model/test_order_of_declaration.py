@@ -66,6 +66,7 @@ CALLS = {
     "basin-measures": lambda s: cd.basin_measures(s, {"x": [-0.3, 0.0], "z": [0.0, 0.2]}, box=2, **SHORT),
     "periodic-orbit": lambda s: cd.periodic_orbit(s, start="attractor", period=2),
     "continuation": lambda s: cd.continue_orbit(s, {"w": (2.4, 2.5)}, period=2, step=0.02),
+    "manifolds": lambda s: cd.manifolds(s, start="attractor", period=2),
     "work-precision": lambda s: cd.work_precision(s, periods=2, methods=["taylor"], tolerances=[1e-6], repeats=1),
 }
 SAME = {

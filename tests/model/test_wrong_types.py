@@ -53,6 +53,7 @@ RIGHT = {
     "basin_measures": {"system": SYSTEM, "grid": {"x": [0.0], "v": [0.1]}, "transient": 1, "periods": 2},
     "periodic_orbit": {"system": SYSTEM},
     "continue_orbit": {"system": SYSTEM, "sweep": {"omega": (2.5, 2.6)}},
+    "manifolds": {"system": SYSTEM, "of": "unstable", "length": 0.1},
     "work_precision": {"system": SYSTEM, "periods": 1},
     "run": {"scene": "scene.toml", "output": "out.nc"},
     "system": {"result": "own.nc"},

@@ -131,6 +131,16 @@ sweep.omega = { start = 3.3, stop = 3.4 }
 doublings = 0
 transient = 300
 """,
+    "curves": """\
+[analysis.curves]
+kind = "manifolds"
+period = 2
+orbit = { x = -0.5823, v = -0.4341 }
+region.x = [-1.0, 0.3]
+region.v = [-1.0, 1.0]
+length = 0.3
+spacing = 0.05
+""",
     "precision": """\
 [analysis.precision]
 kind = "work-precision"

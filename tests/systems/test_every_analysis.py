@@ -120,6 +120,15 @@ def test_covariant_vectors(model, section):
     assert not np.isnan(found["local_growth"]).any()
 
 
+def test_manifolds(model, section):
+    if model.name in ("drill-string", "two-masses-on-belt"):
+        pytest.skip("half a minute, for an orbit that does not graze")
+    found = cd.manifolds(model, start="attractor", transient=20, length=0.1, spacing=0.1, max_points=200, **section)
+    assert words(found) <= SOUND | {"no_saddle", "no_return", "inadmissible"}
+    assert (found["curve_number"].size > 0) == (words(found) == {"periodic"})
+    assert found["curve_number"].size or found.attrs["message"]
+
+
 def test_transient_chaos(model):
     length = {"duration": 3.0} if model.period is None else {"periods": 3}
     start = [model.initial[name] for name in model.state_names]

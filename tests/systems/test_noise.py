@@ -299,6 +299,7 @@ def test_the_order_in_which_distributions_are_named_draws_the_same_numbers():
         (lambda s: cd.regularity(s, periods=100), "repeats"),
         (lambda s: cd.zero_one_test(s, periods=100), "noise itself"),
         (lambda s: cd.dimensions(s, periods=100), "fill what the noise reaches"),
+        (lambda s: cd.manifolds(s), "repeats"),
         (lambda s: cd.transient_chaos(s, periods=10), "one sequence of draws"),
         (lambda s: cd.work_precision(s, periods=10), "draws no numbers"),
     ],
