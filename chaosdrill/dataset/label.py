@@ -9,8 +9,8 @@ from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.dataset.branches import AttractorEnd, BranchEnd, Criticality, Special
-from chaosdrill.dataset.equilibria import Admissibility, Beyond, EquilibriumType, SpecialEquilibrium
 from chaosdrill.dataset.curves import CurveBreak, CurveEnd
+from chaosdrill.dataset.equilibria import Admissibility, Beyond, EquilibriumType, SpecialEquilibrium
 from chaosdrill.dataset.outcomes import Outcome, holds_codes
 from chaosdrill.dataset.provenance import provenance
 from chaosdrill.dataset.schema import ORBIT, PENETRATION, QUADRATURE, RUN, SCHEMA, STARTS_OF_RUNS, SWEEP, Variable
