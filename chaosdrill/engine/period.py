@@ -13,22 +13,10 @@ from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.errors import SettingsError
 from chaosdrill.model import arithmetic
+from chaosdrill.model.period import places, strays
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
-
-_TOLERANCE = 1e-6
-"""Part of what a value moves within a period by which it may differ after one: the period and phases are rounded."""
-
-_ROUNDING = 1e-13
-"""Part of a value that is round-off of what does not move."""
-
-_SIZES = (1.0, 1e-8, 1e-16, 0.0)
-"""Sizes of states at which it is looked, one after the other: beside a state near 1 a drive of 1e-16 is nothing."""
-
-_SAMPLES = 12
-_LATER = (0.6180339887498949, 0.41421356237309503)
-"""Parts of a period after which it is seen how much a value moves: of no harmonic are they whole turns."""
 
 
 def forcing_periods(system: "HybridSystem", parameters: Mapping[str, np.ndarray], points: int) -> np.ndarray:
@@ -85,16 +73,15 @@ def check_period(system: "HybridSystem", period: float) -> None:
     kernels = kernels_of(system)
     n, q = len(system.state_names), len(system.quadratures)
     c = kernels.constants(system.parameters)
-    rng = np.random.default_rng(20260104)
     place = event_places(n)
     event = np.zeros(place.size)
     frozen = [system.states.index(state) for state in frozen_states(system)]
-    for sample in range(_SAMPLES):
-        x, t = rng.uniform(0.1, 0.9, n) * _SIZES[sample % len(_SIZES)], rng.uniform(0, period)
+    for state, instants in places(n, period):
+        x = np.array(state)
         for i in frozen:
             x[i] = system.initial[system.state_names[i]]
         seen = []
-        for instant in (t, t + period, *(t + part * period for part in _LATER)):
+        for instant in instants:
             values = []
             for mode, events in enumerate(kernels.events):
                 rates = np.empty(n + q)
@@ -105,12 +92,8 @@ def check_period(system: "HybridSystem", period: float) -> None:
                     event[place.image : place.jacobian] = x
                     values.append(kernels.functions[7](mode, j, instant, c, x.copy(), 0, np.ones(n), 0.0, event))
                     values.extend(event[place.image : place.jacobian])
-            seen.append(np.array(values))
-        here, later, *within = seen
-        with np.errstate(all="ignore"):
-            moves = np.max([np.abs(values - here) for values in within], axis=0)
-            off = np.abs(later - here) > _TOLERANCE * moves + _ROUNDING * np.abs(here)
-        if (off & np.isfinite(seen).all(axis=0)).any():
+            seen.append(values)
+        if any(strays(*values) for values in zip(*seen, strict=True)):
             raise SettingsError(
                 f"{system.name} does not repeat after its period {system.period} = {period:.6g} at "
                 f"{system.parameters}; write the period as an expression of the parameters that set it"

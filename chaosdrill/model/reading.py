@@ -1,7 +1,8 @@
 """A system as it was given is read: every fault of it with its place, or all that a `HybridSystem` is made of.
 
 It may come from Python, from the table of a scene, or from an archive: names, expressions as text, numbers or sympy,
-and tables and lists of these. The rules are the same, and stand here and in `chaosdrill.model.rules` alone.
+and tables and lists of these. The rules are the same, and stand here, in `chaosdrill.model.rules` and in
+`chaosdrill.model.period`.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -18,8 +19,9 @@ from sympy.logic.boolalg import Boolean, BooleanAtom, BooleanFunction
 from chaosdrill.errors import ModelError
 from chaosdrill.model.completion import never_completed
 from chaosdrill.model.grammar import ExpressionError
+from chaosdrill.model.period import wrong_period
 from chaosdrill.model.python import Called, Source, called, fault_of, is_python, reads_time
-from chaosdrill.model.rules import folded, hidden, refused, wrong_completion, wrong_period
+from chaosdrill.model.rules import folded, hidden, refused, wrong_completion
 from chaosdrill.model.special import CONDITION, FLOW, RESET
 from chaosdrill.model.tables import MOST, UNNAMED, finite
 from chaosdrill.model.text import (

@@ -1,6 +1,5 @@
-"""What a system must not be, beside what each of its entries is: rules about expressions, outcomes and the period."""
+"""What a system must not be, beside what each of its entries is: rules about expressions and outcomes."""
 
-import random
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -9,15 +8,13 @@ from sympy.core.function import Application
 from sympy.core.relational import Relational
 
 from chaosdrill.model.crossings import crossings
-from chaosdrill.model.derive import frozen_states
-from chaosdrill.model.exponents import differences
 from chaosdrill.model.python import Called
 from chaosdrill.model.special import CONDITION, FLOW, RESET, SPECIAL
-from chaosdrill.model.text import SMOOTH, double, level_of, no_function, unknown_function
+from chaosdrill.model.text import SMOOTH, level_of, no_function, unknown_function
 from chaosdrill.model.touching import find_fold
 
 if TYPE_CHECKING:
-    from chaosdrill.model.reading import Definition, Transition
+    from chaosdrill.model.reading import Transition
 
 _BOUNDED = ("Max", "Min", "Piecewise", "sign")
 """Functions without a derivative whose rounding has a bound, so that guards and rates may hold them of parameters."""
@@ -132,47 +129,3 @@ def wrong_completion(transition: "Transition", transitions: "Sequence[Transition
     if transition.target in transition.source:
         return f"{where}: its target must be another mode, one that holds the contact"
     return None
-
-
-def wrong_period(found: "Definition", numbers: Mapping[str, Any]) -> str | None:
-    """Why the declared period is none: no positive number, or no period of an expression that names time.
-
-    One that also names a state which never changes (a parameter among the states) is left to the run, which knows it.
-    """
-    if found.period is None:
-        return None
-    values = {sympy.Symbol(name, real=True): value for name, value in numbers.items()}
-    period = value_of(found.period, numbers) if found.period.free_symbols <= set(values) else float("nan")
-    if not 0 < period < float("inf"):
-        named = {s.name: numbers[s.name] for s in found.period.free_symbols}
-        at = f" at {named}" if named else ""
-        return f"the period {found.period} is not a positive number{at}; leave it out if nothing depends on time"
-    if found.time is None:
-        return None
-    frozen, rng = set(frozen_states(found)), random.Random(1)
-    for expression in differences(found):
-        if found.time not in expression.free_symbols or frozen & expression.free_symbols:
-            continue
-        here = {**values, **{s: rng.uniform(0.1, 0.9) for s in found.states}}
-        instant = rng.uniform(0, period)
-        before, after = (double(expression, {**here, found.time: u}, _mix) for u in (instant, instant + period))
-        # a run looks again where there are no doubles, at more places
-        if before is not None and after is not None and abs(after - before) > 1e-9 * (1 + abs(before)):
-            return (
-                f"{expression} does not repeat after the declared period {found.period} = {period:.6g}; mend the "
-                "period or leave it out"
-            )
-    return None
-
-
-def _mix(*arguments: float) -> float:
-    """A function that repeats if its arguments do, as every special one."""
-    return sum((place + 2) * argument for place, argument in enumerate(arguments))
-
-
-def value_of(expression: Any, parameters: Mapping[str, float]) -> float:
-    """The number that an expression of parameters has; NaN if it is none."""
-    try:
-        return float(expression.subs({p: parameters[p.name] for p in expression.free_symbols}))
-    except (TypeError, OverflowError):
-        return float("nan")

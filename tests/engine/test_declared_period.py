@@ -1,5 +1,7 @@
 """A period that is declared is one of the system, in any unit, or the run is refused."""
 
+import math
+
 import pytest
 import sympy
 
@@ -38,18 +40,18 @@ def test_a_period_at_the_numbers_of_the_run_is_accepted(unit, drive):
     assert not repeats(system)
 
 
-@pytest.mark.parametrize("unit", UNITS[1:4])
+@pytest.mark.parametrize("unit", UNITS)
 @pytest.mark.parametrize("period", [1.0, 6.283, 6.2832])
 def test_what_is_no_period_is_refused_in_any_unit(unit, period):
-    """In a system in which nothing but a small drive names time."""
-    system = cd.HybridSystem(
-        name="driven",
-        states=(X,),
-        parameters={"omega": 1.0},
-        modes={"on": {X: unit * sympy.sin(OMEGA * T) - X}},
-        time=T,
-        period=sympy.Float(period),
-        initial={X: unit},
-    )
+    """Whether the definition is wrong, or a parameter of a run."""
+    with pytest.raises(cd.ModelError, match="does not repeat after the declared period"):
+        driven(sympy.sin(T), sympy.Float(period), unit)
+    system = driven(sympy.sin(OMEGA * T), sympy.Float(2 * math.pi), unit)
     with pytest.raises(cd.SettingsError, match="driven does not repeat after its period"):
-        cd.poincare_section(system, transient=0, periods=2)
+        cd.poincare_section(system.with_parameters(omega=2 * math.pi / period), transient=0, periods=2)
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_a_rounded_period_is_one_for_a_definition_as_for_a_run(unit):
+    system = driven(sympy.sin(OMEGA * T), sympy.Float(6.2831853), unit)
+    check_period(system, 6.2831853)

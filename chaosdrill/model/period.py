@@ -1,0 +1,93 @@
+"""Whether a system repeats after its declared period: one decision, for a definition and for the numbers of a run.
+
+A definition is looked at by its expressions, at a few places; a run by its compiled functions, at more.
+"""
+
+import math
+import random
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from chaosdrill.model.reading import Definition
+
+_TOLERANCE = 1e-6
+"""Part of what a value moves within a period by which it may differ after one: the period and phases are rounded."""
+
+_ROUNDING = 1e-13
+"""Part of a value that is round-off of what does not move."""
+
+_SIZES = (1.0, 1e-8, 1e-16, 0.0)
+"""Sizes of states at which it is looked, one after the other: beside a state near 1 a drive of 1e-16 is nothing."""
+
+_LATER = (0.6180339887498949, 0.41421356237309503)
+"""Parts of a period after which it is seen how much a value moves: of no harmonic are they whole turns."""
+
+_SAMPLES = 12
+"""Places at which the functions of a run are looked at."""
+
+
+def places(states: int, period: float, count: int = _SAMPLES) -> Iterator[tuple[list[float], list[float]]]:
+    """States, and instants at which their values are compared by `strays`."""
+    rng = random.Random(20260104)
+    for sample in range(count):
+        x = [rng.uniform(0.1, 0.9) * _SIZES[sample % len(_SIZES)] for _ in range(states)]
+        t = rng.uniform(0, period)
+        yield x, [t, t + period, *(t + part * period for part in _LATER)]
+
+
+def strays(here: float, later: float, *within: float) -> bool:
+    """Whether a value is another one a period later; what is no number tells nothing."""
+    if not all(map(math.isfinite, (here, later, *within))):
+        return False
+    moves = max(abs(value - here) for value in within)
+    return abs(later - here) > _TOLERANCE * moves + _ROUNDING * abs(here)
+
+
+def wrong_period(found: "Definition", numbers: Mapping[str, Any]) -> str | None:
+    """Why the declared period is none: no positive number, or no period of an expression that names time.
+
+    One that also names a state which never changes (a parameter among the states) is left to the run, which knows it.
+    """
+    if found.period is None:
+        return None
+    import sympy
+
+    from chaosdrill.model.derive import frozen_states
+    from chaosdrill.model.exponents import differences
+    from chaosdrill.model.text import double
+
+    values = {sympy.Symbol(name, real=True): value for name, value in numbers.items()}
+    period = value_of(found.period, numbers) if found.period.free_symbols <= set(values) else math.nan
+    if not 0 < period < math.inf:
+        named = {s.name: numbers[s.name] for s in found.period.free_symbols}
+        at = f" at {named}" if named else ""
+        return f"the period {found.period} is not a positive number{at}; leave it out if nothing depends on time"
+    if found.time is None:
+        return None
+    frozen = set(frozen_states(found))
+    for expression in differences(found):
+        if found.time not in expression.free_symbols or frozen & expression.free_symbols:
+            continue
+        for x, instants in places(len(found.states), period, len(_SIZES)):
+            here = {**values, **dict(zip(found.states, x, strict=True))}
+            seen = [double(expression, {**here, found.time: instant}, _mix) for instant in instants]
+            if strays(*(math.nan if value is None else value for value in seen)):
+                return (
+                    f"{expression} does not repeat after the declared period {found.period} = {period:.6g}; mend the "
+                    "period or leave it out"
+                )
+    return None
+
+
+def _mix(*arguments: float) -> float:
+    """A function that repeats if its arguments do, as every special one."""
+    return sum((place + 2) * argument for place, argument in enumerate(arguments))
+
+
+def value_of(expression: Any, parameters: Mapping[str, float]) -> float:
+    """The number that an expression of parameters has; NaN if it is none."""
+    try:
+        return float(expression.subs({p: parameters[p.name] for p in expression.free_symbols}))
+    except (TypeError, OverflowError):
+        return math.nan
