@@ -270,6 +270,7 @@ def point_columns(plan: Plan) -> dict[str, tuple[str, tuple[int, ...]]]:
         "moments": ("f4", (4, n)),
         "state": ("f8", (n,)),
         "lead": ("f8", ()),
+        "ended_by": ("i2", (2,)),
     }
 
 
@@ -485,6 +486,7 @@ def _write(
     arrays["period"][places] = period
     arrays["outcome"][places] = verdict.outcome[rows]
     arrays["lead"][places] = verdict.lead[rows]
+    arrays["ended_by"][places] = batch.ended_by[which]
     arrays["lyapunov_exponent"][places] = verdict.exponents[rows][:, : plan.exponents]
     arrays["lyapunov_error"][places] = verdict.errors[rows][:, : plan.exponents]
     means = event_rates(plan, batch, which) | rate_errors(plan, batch, which, verdict.cycle[rows])

@@ -223,6 +223,12 @@ class Batch:
         return modes
 
     @property
+    def ended_by(self) -> np.ndarray:
+        """Mode and number of the steep operation that has ended each run, shape (P, 2); the number is -1 for none."""
+        run = self._states.run
+        return np.stack([run["mode"], run["blocked"]], axis=-1)
+
+    @property
     def elapsed(self) -> np.ndarray:
         """Time since the start of the runs, shape (P,): of one that has ended, until then."""
         run = self._states.run

@@ -5,7 +5,7 @@ import math
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.engine import guards
 from chaosdrill.engine.chatter import interpolated, may_be_over, normal_speed, time_left
-from chaosdrill.engine.jit import inlined
+from chaosdrill.engine.jit import inlined, rare
 from chaosdrill.engine.layout import (
     AT_EVENT,
     COMPLETED,
@@ -89,6 +89,28 @@ def _mapped(functions, settings, mode, j, t, state, with_tangents, scale, event)
     return functions.event_map(mode, j, t, state.c, state.x, with_tangents, scale, settings.tolerance, event)
 
 
+@rare
+def _completed(functions, tables, settings, j, transition, with_tangents, t, state, scale, scratch):
+    """What becomes of an event that another one may replace, which completes its rebounds; few systems have any.
+
+    Returns the transition that is taken, which stands in ``scratch.event``; time to the last of the rebounds that it
+    replaces, or -1, and the error of that; and how long the rebound lasts that is not completed.
+    """
+    event, n = scratch.event, state.x.size
+    place = event_places(n)
+    mode = state.run[0].mode
+    flight = 2.0 * abs(event[place.speed] / event[place.pull])
+    hardest = max(state.hardest[tables.keys[mode, j]], abs(normal_speed(event, n)))
+    if not may_be_over(functions, tables, settings, j, hardest, t, state, scratch):
+        return transition, -1.0, 0.0, flight
+    rest, unsure = time_left(functions, tables, settings, j, transition, hardest, t, state, scratch)
+    event[place.complete] = 1.0 if rest >= 0.0 else 0.0
+    transition = _mapped(functions, settings, mode, j, t, state, with_tangents, scale, event)
+    if tables.transitions[transition, COMPLETES] == 0:
+        rest = -1.0
+    return transition, rest, unsure, flight
+
+
 @inlined
 def take(functions, tables, settings, j, t, state, buffer, scratch):
     """Take the event of guard j at the present state; returns the largest entry of the tangents after it.
@@ -120,14 +142,9 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
     rest = -1.0
     unsure = flight = 0.0
     if transition >= 0 and tables.transitions[transition, COMPLETED] == 1:
-        flight = 2.0 * abs(event[place.speed] / event[place.pull])
-        hardest = max(state.hardest[key], abs(normal_speed(event, n)))
-        if may_be_over(functions, tables, settings, j, hardest, t, state, scratch):
-            rest, unsure = time_left(functions, tables, settings, j, transition, hardest, t, state, scratch)
-            event[place.complete] = 1.0 if rest >= 0.0 else 0.0
-            transition = _mapped(functions, settings, mode, j, t, state, with_tangents, scale, event)
-            if tables.transitions[transition, COMPLETES] == 0:
-                rest = -1.0
+        transition, rest, unsure, flight = _completed(
+            functions, tables, settings, j, transition, with_tangents, t, state, scale, scratch
+        )
     run.residual = 0.0
     for i in range(n + 1):
         state.normal[i] = event[place.gradient + i]

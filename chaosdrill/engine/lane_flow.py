@@ -11,7 +11,7 @@ from chaosdrill.codegen.kinds import int64, uint64, void
 from chaosdrill.codegen.signatures import matrix
 from chaosdrill.engine import lane_events, lane_step, taylor
 from chaosdrill.engine.checked import first_row, look_along_series, proven
-from chaosdrill.engine.jit import compiled, inlined
+from chaosdrill.engine.jit import compiled, inlined, rare
 from chaosdrill.engine.lane_events import GUARD, OUTCOME, TIES
 from chaosdrill.engine.lane_runs import at_goal, begin, is_over
 from chaosdrill.engine.lane_series import value_in_lane
@@ -53,9 +53,9 @@ _STOPPED = -2
 """In the place of a guard: the step of this lane had no length, and what comes of that has been done."""
 
 
-@inlined
+@rare
 def _checked(functions, tables, settings, mode, lane, live, state, block, scratch):
-    """The step of one lane, shortened where its series may not be believed, as for a run alone."""
+    """The step of one lane, one of few, shortened where its series may not be believed, as for a run alone."""
     h = block.h[lane]
     t = block.t[lane]
     suspicious = not block.gap[0, lane] <= 0.0

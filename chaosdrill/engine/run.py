@@ -318,26 +318,38 @@ class Run:
         return (Outcome.OK if code in (at.DONE, at.FULL) else Outcome(code)), code == at.FULL
 
     def stopped(self, outcome: Outcome) -> str:
-        """What has ended the run, and where: a term of the equations, or modes that change without end; else empty."""
+        """What has ended the run, and where: a term of the equations, a bound, modes that change for ever; else empty."""
         k, system, mode = int(self.standing["blocked"]), self.system, int(self.standing["mode"])
+        if outcome == Outcome.ESCAPED:
+            return self._beyond()
         if k < 0 and outcome != Outcome.STALLED:
             return ""
-        from chaosdrill.model.places import places_of
-
-        names = {place: symbol for symbol, place in places_of(system).items()}
         state = ", ".join(f"{name} = {x:.6g}" for name, x in zip(system.state_names, self.x.tolist(), strict=True))
         where = f"in mode {system.mode_names[mode]!r}, time {self.elapsed:.10g}, at {state}"
         if k >= 0:
-            one = kernels_of(system).written.steep[mode][k]
-            return f"{one.term.xreplace(names)} ends where {one.argument.xreplace(names)} = 0: {where}"
+            return f"{ending_term(system, mode, k)}: {where}"
         if outcome == Outcome.STALLED and (found := self._facing(mode)) is not None:
-            surface, other = found
+            surface, other = found[0].xreplace(_names(system)), found[1]
             return (
                 f"the motions of {system.mode_names[mode]!r} and {system.mode_names[other]!r} push onto "
-                f"{surface.xreplace(names)} = 0 from both sides, and events lead back and forth; cd.filippov makes a "
+                f"{surface} = 0 from both sides, and events lead back and forth; cd.filippov makes a "
                 f"system that slides there: {where}"
             )
         return ""
+
+    def _beyond(self) -> str:
+        """Which states have left their bounds."""
+        told = []
+        for name, x in zip(self.system.state_names, self.x.tolist(), strict=True):
+            low, high = self.system.bounds[name]
+            if not low <= x <= high:
+                told.append(f"{name} = {x:.6g}, whose bounds are {low:.6g} and {high:.6g}")
+        if not told:
+            return ""
+        return (
+            f"beyond bounds at time {self.elapsed:.10g}: {'; '.join(told)}; where such a state is meant, as in a small "
+            f"unit, give the system wider ones: bounds={{{told[0].split(' = ')[0]!r}: (low, high)}}"
+        )
 
     def _facing(self, mode: int) -> "tuple[Any, int] | None":
         """The surface on which the state is and another mode, if both modes lead across it to each other."""
@@ -364,6 +376,19 @@ class Run:
     def filled(self) -> tuple[int, int]:
         """Rows of samples and of events that the last call has written."""
         return int(self.standing["sample_rows"]), int(self.standing["event_rows"])
+
+
+def ending_term(system: "HybridSystem", mode: int, k: int) -> str:
+    """Which term of the equations steep operation k of a mode is, and where it ends."""
+    one, names = kernels_of(system).written.steep[mode][k], _names(system)
+    return f"{one.term.xreplace(names)} ends where {one.argument.xreplace(names)} = 0"
+
+
+def _names(system: "HybridSystem") -> dict[Any, Any]:
+    """What a system calls its symbols, by the places that they have in its kernels."""
+    from chaosdrill.model.places import places_of
+
+    return {place: symbol for symbol, place in places_of(system).items()}
 
 
 def rate_names(system: "HybridSystem") -> tuple[str, ...]:

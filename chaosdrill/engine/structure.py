@@ -1,7 +1,7 @@
 """What a system's tangents can be known to do before any run: lost rank, symmetries, driven and driving states.
 
 Shifts are proved from the expressions; the rest is read off Jacobians and saltation matrices at random states on the
-guards, at the parameters of the run.
+guards, at the parameters of the run and around the sizes that its states have there: the same in any unit.
 """
 
 import math
@@ -27,14 +27,22 @@ if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
 _SAMPLES = 24
+"""Saltation matrices of a transition, and Jacobians of a mode, of which it is told what they do."""
+
 _TRIALS = 256
 """States at which a guard is looked at: for systems of the library 128 tell what 2,048 do, and 24 miss passages that
 one state in thirty shows.
 """
 _RANK_TOLERANCE = 1e-13
+"""Part of the largest entry, in units of the sizes of states, below which one is round-off."""
 _ON = 1e-13
 """Part of the sizes of its terms, some hundred roundings, below which a guard counts as zero."""
+_MOST = 1e6
+"""Growth, in units of the sizes of states, up to which a saltation matrix tells its rank."""
+
 _REGULAR = 1e-6
+_HALVINGS = 60
+"""Halvings of the way to a guard, which is curved if it is no line."""
 
 ALONG = 1e-6
 """Part of the flow that may be left across the symmetries where the motion counts as nothing but a shift."""
@@ -44,18 +52,22 @@ MEASURES = 64
 
 
 def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
-    """Saltation matrices (transition, matrix of shape (n, n)) at random states on the guards."""
+    """Saltation matrices (transition, matrix of shape (n, n)) at random states on the guards, in sizes of states."""
     kernels = kernels_of(system)
     functions = Functions(*kernels.functions)
     n = len(system.state_names)
     c = kernels.constants(system.parameters)
     rng = np.random.default_rng(20260101)
+    sizes, unit = sizes_of(system)
     event, gradient, (sooner, jump, scratch) = np.zeros(event_places(n).size), np.empty(n + 1), np.empty((3, n))
     for mode, events in enumerate(kernels.events):
         for j in range(len(events)):
-            for _ in range(_SAMPLES):
-                x, t = rng.normal(size=n) * 10.0 ** rng.uniform(-4, 0.5), rng.uniform(0, 7)
-                if not _onto_guard(functions, mode, j, t, c, x, gradient):
+            seen = dict.fromkeys(events[j].outcomes, 0)
+            for _ in range(_TRIALS):
+                if min(seen.values()) >= _SAMPLES:
+                    break
+                x, t = sizes * rng.normal(size=n) * 10.0 ** rng.uniform(-4, 0.5), unit * rng.uniform(0, 7)
+                if not _onto_guard(functions, mode, j, t, c, sizes, x, gradient):
                     continue
                 transition = functions.event_map(mode, j, t, c, x, 1, np.ones(n), 0.0, event)
                 speed = in_python(normal_speed)(event, n)
@@ -64,8 +76,10 @@ def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
                 columns = np.eye(n)
                 if not kernels.transition_table[transition, 1]:
                     _map(columns, event, speed, sooner, jump, scratch)
-                if np.isfinite(columns).all():
-                    yield transition, columns.T
+                matrix = columns.T * sizes / sizes[:, np.newaxis]
+                if np.isfinite(matrix).all():
+                    seen[transition] += 1
+                    yield transition, matrix
 
 
 @compiled(void(matrix, vector, float64, vector, vector, vector))
@@ -74,29 +88,113 @@ def _map(vectors, event, speed, sooner, jump, scratch):
     saltate(vectors, vectors.shape[0], event, speed, False, sooner, jump, scratch)
 
 
+def sizes_of(system: "HybridSystem") -> tuple[np.ndarray, float]:
+    """Sizes that states have at the present parameters and initial state, shape (n,), and a unit of time.
+
+    A state is as large as it begins, or as it has to become to meet a guard. One of which neither tells is as large as
+    what it moves by in the unit of time, or as what is moved so by it: a radian of the forcing, or else of the fastest
+    motion at these sizes. Where nothing tells, as of a linear motion about a rest, any size does, and it is 1.
+    """
+    key = (*system.parameters.values(), *system.initial.values())
+    known = system.shared.get("sizes")
+    if known is None or known[0] != key:
+        with np.errstate(all="ignore"):
+            known = system.shared["sizes"] = (key, _sizes(system))
+    found: tuple[np.ndarray, float] = known[1]
+    return found
+
+
+def _sizes(system: "HybridSystem") -> tuple[np.ndarray, float]:
+    kernels, n = kernels_of(system), len(system.state_names)
+    c, guard = kernels.constants(system.parameters), kernels.functions[5]
+    x = np.array([float(system.initial[name]) for name in system.state_names])
+    found, gradient = np.abs(x), np.zeros(n + 1)
+    for mode, events in enumerate(kernels.events):
+        for j in range(len(events)):
+            value = guard(mode, j, 0.0, c, x, gradient)
+            for i, away in enumerate((-value / gradient[:n]).tolist()):
+                place, halvings = x.copy(), 0
+                # not farther than where a curved guard is as large again
+                while math.isfinite(away) and halvings < _HALVINGS:
+                    place[i] = x[i] + away
+                    if abs(guard(mode, j, 0.0, c, place, np.empty(n + 1))) <= abs(value):
+                        found[i] = max(found[i], abs(away))
+                        break
+                    away, halvings = away / 2, halvings + 1
+    rates = [(np.abs(rate), np.abs(jacobian)) for rate, jacobian in _motions(system, x, found)]
+    unit = _unit_of_time(system, found, rates)
+    for _ in range(n):
+        unknown = found == 0
+        if not unknown.any():
+            break
+        largest = np.zeros(n)
+        for rate, jacobian in rates:
+            largest = np.fmax(largest, unit * np.fmax(rate, np.nan_to_num(jacobian @ found)))
+        if not largest[unknown].any():
+            # as large as what moves a known one by its size
+            for _, jacobian in rates:
+                there = found[:, np.newaxis] / (unit * jacobian)
+                there[~np.isfinite(there) | (found[:, np.newaxis] == 0)] = np.inf
+                least = there.min(axis=0)
+                largest = np.fmax(largest, np.where(np.isfinite(least), least, 0.0))
+        if not largest[unknown].any():
+            break
+        found = np.where(unknown & np.isfinite(largest), largest, found)
+    return np.where(found > 0, found, 1.0), unit
+
+
+def _motions(system: "HybridSystem", x: np.ndarray, sizes: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Rates, shape (n,), and Jacobians of all modes at a state and beside it."""
+    kernels, n = kernels_of(system), len(x)
+    c, field, variation = kernels.constants(system.parameters), kernels.functions[3], kernels.functions[4]
+    rates, column = np.empty(n + len(system.quadratures)), np.empty(n)
+    for place in (x, x + sizes * general_position(n)[0]):
+        for mode in range(len(system.modes)):
+            field(mode, 0.0, c, place, rates)
+            matrix = np.empty((n, n))
+            for j, along in enumerate(np.eye(n)):
+                variation(mode, 0.0, c, place, along, column)
+                matrix[:, j] = column
+            if np.isfinite(rates[:n]).all() and np.isfinite(matrix).all():
+                yield rates[:n].copy(), matrix
+
+
+def _unit_of_time(system: "HybridSystem", sizes: np.ndarray, rates: list[tuple[np.ndarray, np.ndarray]]) -> float:
+    """A radian of the forcing or of the fastest motion, or the time in which a state is moved by its size."""
+    if system.forced and (period := system.forcing_period()):
+        return period / math.tau
+    fastest = max((float(np.abs(np.linalg.eigvals(slopes)).max(initial=0.0)) for _, slopes in rates), default=0.0)
+    if not fastest > 0:
+        known = sizes > 0
+        for rate, jacobian in rates:
+            at_once, later = rate / sizes, np.sqrt(jacobian @ rate / sizes)
+            fastest = max(fastest, np.fmax(at_once, later)[known].max(initial=0.0))
+    return 1.0 / fastest if 0 < fastest < math.inf else 1.0
+
+
 @inner
-def _brought_onto(functions, mode, j, t, c, x, gradient):
-    """Bring a state onto a guard by Newton's method; whether it arrives."""
+def _brought_onto(functions, mode, j, t, c, sizes, x, gradient):
+    """Bring a state onto a guard by Newton's method, the shortest way in sizes of states; whether it arrives."""
     n = x.size
     for _ in range(50):
         value = functions.guard(mode, j, t, c, x, gradient)
         square = size = 0.0
         for i in range(n):
-            square += gradient[i] * gradient[i]
+            square += (gradient[i] * sizes[i]) ** 2
             size += abs(gradient[i] * x[i])
         if not math.isfinite(value + square) or square == 0.0:
             return False
         if abs(value) <= _ON * size:
             return True
         for i in range(n):
-            x[i] -= value * gradient[i] / square
+            x[i] -= value / square * gradient[i] * sizes[i] * sizes[i]
     return False
 
 
-@compiled(int64(functions_type, int64, int64, float64, vector, vector, vector))
-def _onto_guard(functions, mode, j, t, c, x, gradient):
+@compiled(int64(functions_type, int64, int64, float64, vector, vector, vector, vector))
+def _onto_guard(functions, mode, j, t, c, sizes, x, gradient):
     """As `_brought_onto`, for who is not compiled."""
-    return 1 if _brought_onto(functions, mode, j, t, c, x, gradient) else 0
+    return 1 if _brought_onto(functions, mode, j, t, c, sizes, x, gradient) else 0
 
 
 def passes(system: "HybridSystem") -> frozenset[tuple[int, int]]:
@@ -110,8 +208,8 @@ def passes(system: "HybridSystem") -> frozenset[tuple[int, int]]:
 
 
 def _at_parameters(system: "HybridSystem", name: str, find: Callable[[], Any]) -> Any:
-    """What was last found under a name, if that was at the present parameters, or else is found now."""
-    key = tuple(system.parameters.values())
+    """What was last found under a name, if that was at the present parameters and initial state, or else found now."""
+    key = (*system.parameters.values(), *system.initial.values())
     known = system.shared.get(name)
     if known is None or known[0] != key:
         known = system.shared[name] = (key, find())
@@ -122,7 +220,8 @@ def _passes(system: "HybridSystem") -> Iterator[tuple[int, int]]:
     kernels = kernels_of(system)
     c = kernels.constants(system.parameters)
     n = len(system.state_names)
-    trials = _trials(n)
+    sizes, unit = sizes_of(system)
+    trials = _trials(n) * np.append(sizes, unit)
     functions = Functions(*kernels.functions)
     event, scratch = np.zeros(event_places(n).size), np.zeros((4, n + 1 + len(system.quadratures)))
     always = _always_passed(system)
@@ -132,7 +231,7 @@ def _passes(system: "HybridSystem") -> Iterator[tuple[int, int]]:
             if direction == 0 or events[j].timed:
                 continue
             if (mode, j) in always or _goes_beyond(
-                functions, mode, j, direction, c, trials, kernels.transition_table, event, scratch
+                functions, mode, j, direction, c, sizes, trials, kernels.transition_table, event, scratch
             ):
                 yield mode, j
 
@@ -153,7 +252,8 @@ def _always_passed(system: "HybridSystem") -> frozenset[tuple[int, int]]:
 
 @cache
 def _trials(n: int) -> np.ndarray:
-    """States and, last, times at which guards are looked at, one a row: the same for all guards of all systems.
+    """States and, last, times at which guards are looked at, one a row, in their sizes: the same for all guards of all
+    systems.
 
     They lie in all directions and at distances from 1e-4 to 3, evenly: multiples of the powers of the root g of
     g**(d + 1) = g + 1, without their whole parts, fill a cube of d dimensions so (Roberts 2018, "The unreasonable
@@ -171,8 +271,8 @@ def _trials(n: int) -> np.ndarray:
     return trials
 
 
-@compiled(int64(functions_type, int64, int64, int64, vector, matrix, integer_matrix, vector, matrix))
-def _goes_beyond(functions, mode, j, direction, c, trials, transitions, event, scratch):
+@compiled(int64(functions_type, int64, int64, int64, vector, vector, matrix, integer_matrix, vector, matrix))
+def _goes_beyond(functions, mode, j, direction, c, sizes, trials, transitions, event, scratch):
     """Whether the motion goes on beyond a guard (1) at a trial state that was brought onto the guard, or not (0).
 
     ``transitions`` is a table of target mode and whether an event only marks; ``event`` and ``scratch`` are room.
@@ -186,7 +286,7 @@ def _goes_beyond(functions, mode, j, direction, c, trials, transitions, event, s
         t = trials[trial, n]
         for i in range(n):
             x[i] = trials[trial, i]
-        if not _brought_onto(functions, mode, j, t, c, x, gradient):
+        if not _brought_onto(functions, mode, j, t, c, sizes, x, gradient):
             continue
         event[:] = 0.0
         transition = functions.event_map(mode, j, t, c, x, 1, ones, 0.0, event)
@@ -373,6 +473,8 @@ def _deficient(system: "HybridSystem", jumps: list[tuple[int, np.ndarray]]) -> f
     """Transitions seen to lose rank somewhere, those never seen, and those whose reset has branches or whose target
     holds a surface.
     """
+    # beside the growth of a graze round-off has no rank
+    jumps = [(t, matrix) for t, matrix in jumps if np.abs(matrix).max() <= _MOST]
     found = set(_branching(system))
     found |= {t for t, matrix in jumps if not _has_full_rank(matrix)}
     found |= {i for i, t in enumerate(system.transitions) if kernels_of(system).held[system.mode_names.index(t.target)]}
@@ -417,18 +519,21 @@ def _frame(effects: list[np.ndarray], symmetries: list[list[float]], n: int, sta
 
 
 def _jacobians(system: "HybridSystem", samples: int = _SAMPLES) -> Iterator[np.ndarray]:
+    """Jacobians at random states, of states in their sizes."""
     n = len(system.state_names)
     c = kernels_of(system).constants(system.parameters)
     variation = kernels_of(system).functions[4]
+    sizes, time_unit = sizes_of(system)
     rng = np.random.default_rng(20260102)
     column = np.empty(n)
     for mode in range(len(system.modes)):
         for _ in range(samples):
-            x, t = rng.normal(size=n), rng.uniform(0, 7)
+            x, t = sizes * rng.normal(size=n), time_unit * rng.uniform(0, 7)
             matrix = np.empty((n, n))
             for j, unit in enumerate(np.eye(n)):
                 variation(mode, t, c, x, unit, column)
                 matrix[:, j] = column
+            matrix *= sizes / sizes[:, np.newaxis]
             if np.isfinite(matrix).all():
                 yield matrix
 

@@ -134,20 +134,24 @@ def log_growth(state, i):
 
 
 @rare
-def _keep_share(state, i, j, dot):
-    """Take ``dot`` times row j, which is orthonormal, from what row i is made of, as from the row; a call, since few
-    runs ask for it.
+def _keep_shares(state, i, kept, dots):
+    """Take ``dots[j]`` times row j, one of those kept, which are orthonormal, from what row i is made of, as from the
+    row; one call for all, since few runs ask for it.
 
     Row i is in parts of its own growth since the start of the block, so that nothing grows that decays. None is made of
     those behind it.
     """
-    mine, other = state.exponent_of[i], state.exponent_of[j]
     logs, grown, shares = state.logs, state.grown, state.shares
-    part = dot * (grown[mine] / grown[other])
-    if logs[mine] != logs[other]:
-        part *= math.exp(logs[mine] - logs[other])
-    for k in range(other + 1):
-        shares[mine, k] -= part * shares[other, k]
+    mine = state.exponent_of[i]
+    for j in range(kept):
+        other = state.exponent_of[j]
+        if dots[j] == 0.0:
+            continue
+        part = dots[j] * (grown[mine] / grown[other])
+        if logs[mine] != logs[other]:
+            part *= math.exp(logs[mine] - logs[other])
+        for k in range(other + 1):
+            shares[mine, k] -= part * shares[other, k]
 
 
 @inlined
@@ -169,6 +173,7 @@ def orthonormalise(functions, tables, state, scratch):
     live = run.live
     for i in range(symmetries.shape[0]):
         _project(vectors[i], symmetries, scratch.image)
+    dots = scratch.image
     kept = 0
     growth = 1.0
     waiting = 0
@@ -190,8 +195,9 @@ def orthonormalise(functions, tables, state, scratch):
                     vectors[i, a] -= dot * vectors[j, a]
                 early -= dot * sooner[j]
                 told += abs(dot * sooner[j])
-                if state.shares.shape[0] > 0 and dot != 0.0:
-                    _keep_share(state, i, j, dot)
+                dots[j] = dot
+            if state.shares.shape[0] > 0:
+                _keep_shares(state, i, kept, dots)
             length = 0.0
             for a in range(n):
                 length += vectors[i, a] * vectors[i, a]
