@@ -318,7 +318,7 @@ class Run:
         return (Outcome.OK if code in (at.DONE, at.FULL) else Outcome(code)), code == at.FULL
 
     def stopped(self, outcome: Outcome) -> str:
-        """What has ended the run, and where: a term of the equations, a bound, modes that change for ever; else empty."""
+        """What has ended the run, and where: a term of the equations, a bound, modes in turns for ever; else empty."""
         k, system, mode = int(self.standing["blocked"]), self.system, int(self.standing["mode"])
         if outcome == Outcome.ESCAPED:
             return self._beyond()
