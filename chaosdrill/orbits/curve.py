@@ -92,7 +92,8 @@ class Curve:
                 continue
             turned = one.rotated(first, None)
             if self.problem.shifts:
-                turned = turned.shifted(self.problem.shifts.part((other.starts - turned.starts)[0, : self.problem.states]))
+                away = (other.starts - turned.starts)[0, : self.problem.states]
+                turned = turned.shifted(self.problem.shifts.part(away))
             if period:
                 turned = replace(turned, phase=turned.phase + period * round((other.phase - turned.phase) / period))
             gap = self.gap(other, turned, weights)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -66,18 +66,37 @@ def neutral_of(system: "HybridSystem") -> Neutral:
     """What a system's structure leaves neutral; derived once for all values of its parameters."""
     known: Neutral | None = system.shared.get("neutral")
     if known is None:
+        n = len(system.state_names)
         if "conserved" not in system.shared:
             from chaosdrill.model.derive import conserved_combinations
 
-            found = conserved_combinations(system.placed)
-            system.shared["conserved"] = [[float(part) for part in one] for one in found]
-        n = len(system.state_names)
+            found = np.reshape(conserved_combinations(system.placed), (-1, n)).astype(float)
+            system.shared["conserved"] = _beside_flow(system, found).tolist()
         known = system.shared["neutral"] = Neutral(
             flow=system.autonomous,
             symmetries=np.reshape(np.array(symmetries_of(system), dtype=float), (-1, n)),
             conserved=np.reshape(np.array(system.shared["conserved"], dtype=float), (-1, n)),
         )
     return known
+
+
+def _beside_flow(system: "HybridSystem", conserved: np.ndarray) -> np.ndarray:
+    """Combinations whose deviations are kept, but for one that the flow itself changes: the two share a multiplier.
+
+    Such a combination, as the phase of a clock among the states, grows steadily wherever the system is.
+    """
+    if not (system.autonomous and len(conserved)):
+        return conserved
+    placed = system.placed
+    field = placed.modes[placed.mode_names[0]]
+    rates = [sum(c * field[x] for c, x in zip(row, placed.states, strict=True)) for row in conserved.tolist()]
+    numbers = {s: 1.1 + k for k, s in enumerate(sorted({s for e in rates for s in _symbols(e)}, key=str))}
+    grown = np.array([float(e.xreplace(numbers)) if _symbols(e) else float(e) for e in rates])
+    return conserved if not grown.any() else np.linalg.svd(grown[np.newaxis])[2][1:] @ conserved
+
+
+def _symbols(expression: Any) -> Any:
+    return getattr(expression, "free_symbols", ())
 
 
 def _combination(vector: np.ndarray, system: "HybridSystem") -> str:

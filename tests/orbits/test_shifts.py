@@ -113,7 +113,7 @@ def test_where_it_runs_changes_nothing():
 
 
 def test_a_wheel_on_its_way_down():
-    """Rimless wheel with the place of its foot, which every step puts 2 sin(alpha) ahead; multipliers in closed form."""
+    """Rimless wheel with the place of its foot, which steps put 2 sin(alpha) ahead; multipliers in closed form."""
     wheel = build("rimless-wheel")
     foot = sympy.Symbol("foot", real=True)
     alpha = next(s for s in wheel.transitions[0].guard.free_symbols if str(s) == "alpha")
@@ -122,7 +122,7 @@ def test_a_wheel_on_its_way_down():
         name="wheel", states=(*wheel.states, foot), parameters=wheel.parameters, initial=wheel.initial,
         modes={"stance": {**wheel.modes["stance"], foot: 0}},
         transitions=[
-            cd.Transition(t.name, "stance", "stance", t.guard, t.direction, reset={**t.reset, foot: foot + ahead[t.name]})
+            cd.Transition(t.name, t.source, t.target, t.guard, t.direction, {**t.reset, foot: foot + ahead[t.name]})
             for t in wheel.transitions
         ],
     )  # fmt: skip
@@ -136,8 +136,7 @@ def test_a_wheel_on_its_way_down():
 
 def test_the_drill_sinks():
     """Penetration as a state that the rock carries along says what it says as a quadrature."""
-    effects = {"drive": "harmonic", "friction": "stribeck", "rock": "moving", "contact": "hunt-crossley"}
-    drill = build("percussive-drill", effects=effects)
+    drill = build("percussive-drill")
     (rates,) = drill.quadratures.values()
     sinking = carrying(drill, "sunk", rates)
     whole, other = cd.periodic_orbit(drill), cd.periodic_orbit(sinking)
@@ -146,6 +145,12 @@ def test_the_drill_sinks():
     assert mean == pytest.approx(float(whole["progression_rate"]), rel=1e-10)
     np.testing.assert_allclose(other["orbit_state"][:-1], whole["orbit_state"], atol=1e-10)
     np.testing.assert_allclose(other["multiplier_real"][1:], whole["multiplier_real"], atol=1e-9)
+    # with the positions of both masses and the phase as states
+    placed = cd.periodic_orbit(build("percussive-drill-5d"))
+    sunk = float(other["drift"].sel(state="sunk"))
+    np.testing.assert_allclose(placed["drift"], [sunk, 0, sunk, 0, 2 * math.pi], atol=1e-10)
+    assert int(placed["neutral"]) == 2
+    np.testing.assert_allclose(placed["multiplier_real"], [1, 1, *whole["multiplier_real"]], atol=1e-9)
 
 
 def test_a_branch_is_that_without_what_is_carried_along():
