@@ -67,7 +67,6 @@ class Shifts:
         """Changes of states, shape (..., d), without what of them is along lines."""
         return np.asarray(change - change[..., self.firsts] @ self.lines)
 
-
     def extent(self, states: np.ndarray) -> np.ndarray:
         """Extent of every state among states, shape (m, d), without shifts, shape (d,)."""
         return np.asarray(np.ptp(self.across(states - states[0]) if self else states, axis=0))

@@ -153,7 +153,7 @@ def test_a_state_that_only_grows_is_told(start):
         states=(x,),
         time=t,
         parameters={},
-        modes={"only": {x: 3 + sympy.sin(x) + sympy.cos(t)}},
+        modes={"only": {x: 3 + 1 / (1 + x**2) + sympy.cos(t)}},
         period=2 * sympy.pi,
     )
     ds = cd.periodic_orbit(system, start=start)
