@@ -60,8 +60,9 @@ class Shot:
 
     def sharp(self, orbit: Orbit) -> bool:
         """Whether all events are met at their times, not only near their guards: late rebounds of chatter are low."""
-        misses = np.abs(self.equations[: len(orbit), -1])
-        return not (misses > SETTINGS.sharp_events * np.abs(self.speeds) * np.abs(orbit.durations)).any()
+        met = np.isfinite(self.speeds)
+        misses = np.abs(self.equations[: len(orbit), -1])[met]
+        return not (misses > SETTINGS.sharp_events * np.abs(self.speeds[met]) * np.abs(orbit.durations[met])).any()
 
     def bare(self) -> "Shot":
         """Without the derivatives by the unknowns, which are large and soon known anew."""
