@@ -459,8 +459,8 @@ def guess_of_autonomous(
     back = _first_return(np.abs(away) / np.where(extent > 0, extent, 1.0), near or ended)
     if back is None:
         return outcome, None
-    whole = np.array([back * unit / SETTINGS.return_samples])
-    return Outcome.OK, Orbit(segments, 1, starts, 0.0, whole, drift_in(problem, path[back] - state))
+    lasting = np.array([back * unit / SETTINGS.return_samples])
+    return Outcome.OK, Orbit(segments, 1, starts, 0.0, lasting, drift_in(problem, path[back] - state))
 
 
 def _within_bounds(system: "HybridSystem", events: np.ndarray) -> np.ndarray:
