@@ -106,6 +106,15 @@ class BranchTest:
     multiplicity: Callable[[np.ndarray], int] = lambda values: 1
     crossed: bool = False
 
+    def at(self, segment: "BranchSegment") -> tuple[np.ndarray, np.ndarray | float]:
+        """The function at each point; NaN where it raises an exception, which `Problem.remarks` tells."""
+        try:
+            return self.values(segment)
+        except Exception as failure:
+            words = f"the test function of a {self.kind.meaning.replace('_', ' ')} failed: {failure!r:.100}"
+            segment.curve.problem.remarks[words] = None
+            return np.full(len(segment), np.nan), 0.0
+
 
 def _noisy(function: Callable[["BranchSegment"], np.ndarray]) -> Callable[["BranchSegment"], tuple]:
     return lambda segment: (function(segment), noise_of(segment.monodromies, len(segment.orbit(0))))
@@ -171,7 +180,7 @@ def _signs(segment: "BranchSegment") -> list[tuple[BranchTest, list[int]]]:
 
     Where the branch turns back, that a multiplier passes 1 says no more.
     """
-    found = [(test, changes(*test.values(segment))) for test in TESTS]
+    found = [(test, changes(*test.at(segment))) for test in TESTS]
     turned = {k for test, steps in found if test.kind == Special.FOLD for k in steps}
     return [(test, [k for k in steps if test.kind != Special.BRANCH_POINT or k not in turned]) for test, steps in found]
 
@@ -271,7 +280,9 @@ class _Step:
             return there(part)[0]
 
         def there(part: float) -> tuple[float, float]:
-            values, noise = test.values(self.pair.with_points([self.point(part, test.crossed)]))
+            values, noise = test.at(self.pair.with_points([self.point(part, test.crossed)]))
+            if not np.isfinite(values[0]):
+                raise LostError("the function has no value on the way")
             return float(values[0]), float(np.broadcast_to(noise, 1)[0])
 
         low, high = value(0.0), value(1.0)

@@ -152,6 +152,8 @@ class Problem:
         """What derives its orbits by parameters (`chaosdrill.orbits.derivatives`), by their names."""
         self.unit = system.forcing_period()
         """Forcing period; without one the characteristic time of the motion, as soon as one was followed."""
+        self.remarks: dict[str, None] = {}
+        """What was in the way of those who looked at its orbits, in words, once each."""
         self.conserved = np.zeros((0, self.states))
         """Differentials of conserved quantities at the start of the first orbit, as `conserved_at` finds them."""
 

@@ -105,7 +105,7 @@ def branch_table(
     misses = [words for branch in branches for segment in branch.segments for words in _misses(segment)]
     jumps = [words for branch in branches for words in _jumps(parameters[0], branch)]
     return BranchResult(
-        message="; ".join([*missing, *jumps[:3], *misses[:3]]),
+        message="; ".join([*missing, *problem.remarks, *jumps[:3], *misses[:3]]),
         neutral=problem.neutral.count,
         parameters=parameters,
         sequences=tuple(names),

@@ -11,6 +11,7 @@ from scipy.optimize import brentq, fsolve
 
 import chaosdrill as cd
 from chaosdrill.dataset.branches import BranchEnd, Special
+from chaosdrill.orbits import crossings
 from chaosdrill.orbits.crossings import unexplained
 from chaosdrill.orbits.multipliers import Spectra
 from chaosdrill.orbits.roots import bracketed
@@ -305,3 +306,16 @@ def test_a_bracketed_root_is_found_without_an_exception(root, power, jump):
 
     assert abs(bracketed(function, 0.0, 1.0) - root) < 1e-12 + 1e-16 ** (1 / max(power, 1))
     assert len(calls) <= 202
+
+
+def test_a_test_function_that_fails_stops_nothing(monkeypatch):
+    """The logistic map doubles its period at 3, whatever somebody else looks for."""
+
+    def broken(segment):
+        raise ZeroDivisionError("no value")
+
+    monkeypatch.setattr(crossings, "TESTS", [crossings.BranchTest(Special.LEVEL, broken, np.abs), *crossings.TESTS])
+    branch = cd.continue_orbit(stepped({x: r * x * (1 - x)}, {r: 2.8}, [0.6]), {"r": (2.8, 3.2)})
+    assert kinds(branch) == [Special.PERIOD_DOUBLING]
+    assert float(branch["special_value"][0]) == pytest.approx(3.0, abs=1e-11)
+    assert branch.attrs["message"].count("the test function of a level failed: ZeroDivisionError('no value')") == 1
