@@ -83,7 +83,8 @@ def departs(paths: np.ndarray, drifts: np.ndarray, growth: np.ndarray) -> np.nda
     """Whether states that only grow do so at an exponential pace or faster, as from an unstable rest, not to infinity.
 
     Away from a neutral rest, as in a laminar phase, the logarithm of the pace grows ever faster, since such a growth
-    would be over in a finite time; that of a power of time grows ever slower.
+    would be over in a finite time; that of a power of time grows ever slower, but by ever less. On the way to what lies
+    beside an unstable rest it grows slower by ever more, since what is lacking to an even growth grows itself.
 
     Parameters
     ----------
@@ -106,8 +107,9 @@ def departs(paths: np.ndarray, drifts: np.ndarray, growth: np.ndarray) -> np.nda
         steps = np.diff(np.log(pace), axis=0)
         early = steps[: PARTS // 2]
         mean, expected = early.mean(axis=0), growth[p][:, np.newaxis] * each / len(path)
-        even = (mean > LEAST_STEP) & (np.abs(early - mean) <= EVEN * mean).all(axis=0)
-        even &= (steps <= (1 + EVEN) * mean).all(axis=0)
+        even = (np.abs(early - mean) <= EVEN * mean).all(axis=0) & (steps <= (1 + EVEN) * mean).all(axis=0)
+        even |= (np.diff(steps, axis=0) < 0).all(axis=0) & (np.diff(steps, n=2, axis=0) < 0).all(axis=0)
+        even &= mean > LEAST_STEP
         even &= (np.abs(mean - expected) <= LIKE * mean).any(axis=0)
         faster = (early > LEAST_STEP).all(axis=0)
         faster &= (np.diff(steps, axis=0) > 0).all(axis=0) | (np.diff(early, axis=0) > EVEN * mean).all(axis=0)

@@ -9,6 +9,8 @@ from maps import map_system
 
 import chaosdrill as cd
 from chaosdrill.analysis.classification import contracts
+from chaosdrill.analysis.stationarity import departs
+from chaosdrill.analysis.tori import only_grows
 from chaosdrill.analysis.words import BOUNDED, RULES, Evidence
 from chaosdrill.analysis.words import words as words_of
 
@@ -86,6 +88,25 @@ def test_a_stay_at_a_neutral_point_is_not_open(start):
     """On the cusp map, 1 - 2 sqrt|x|, a point leaves -1 ever faster: that would be over in a finite time."""
     cusp = map_system("cusp", (X,), {}, {X: 1 - 2 * sympy.sqrt(sympy.Abs(X))}, {X: start})
     assert words(cd.lyapunov_spectrum(cusp, periods=64))[0] in {"undecided", "transient", "chaotic"}
+
+
+def test_a_departure_that_saturates_is_none_to_infinity():
+    """From ``x' = mu x - x**3`` in closed form, and a drift that follows a power of time, begun at any time."""
+    time = np.linspace(0.0, 1.0, 2048)
+    growth, first = (one.ravel() for one in np.meshgrid(np.linspace(1.2, 2.0, 9), np.geomspace(0.02, 0.1, 9)))
+    lacking = (1 / first**2 - 1)[:, np.newaxis] * np.exp(-2 * growth[:, np.newaxis] * time)
+    path = 1 / np.sqrt(1 + lacking)
+    rest = (path**2).mean(axis=1) * 3 * growth
+    exponents = (growth - rest)[:, np.newaxis]
+    drifts = only_grows(path[..., np.newaxis], path[:, -1:])
+    assert drifts.sum() > 20
+    assert departs(path[..., np.newaxis], drifts, exponents)[drifts[:, 0]].all()
+    power, begun = (
+        one.ravel()[:, np.newaxis] for one in np.meshgrid(np.linspace(1.1, 4.0, 9), np.geomspace(0.01, 100, 9))
+    )
+    path = (begun + time) ** power
+    drifts = only_grows(path[..., np.newaxis], path[:, -1:])
+    assert not departs(path[..., np.newaxis], drifts, np.zeros((len(path), 1))).any()
 
 
 @pytest.mark.parametrize("count", [21, 41])
