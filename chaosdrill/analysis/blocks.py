@@ -41,7 +41,8 @@ class Blocks:
         self._run = run
         self._targets = (run.strobes + ends).astype(np.int64)
         n, q = (len(run.x), len(run.system.quadratures)) if all_of else (0, 0)
-        self._logs, self._grown = np.full((2, len(ends), exponents), np.nan)
+        # logarithms of growth but for its last factors, and the product of these
+        self._growth = np.full((2, len(ends), exponents), np.nan)
         self.integrals, self.states = np.full((len(ends), q), np.nan), np.full((len(ends), n), np.nan)
         # of the beginning of the record, too; rows of lost tangents are 0
         self._vectors = np.zeros((len(ends) + 1, exponents if all_of else 0, n))
@@ -54,7 +55,8 @@ class Blocks:
 
     def sums(self) -> np.ndarray:
         """Logarithms of growth at the beginning and at the end of each block, -inf for what was lost; (B + 1, m)."""
-        return np.concatenate([np.zeros_like(self._logs[:1]), self._logs + np.log(self._grown)])
+        logs, grown = self._growth
+        return np.concatenate([np.zeros_like(logs[:1]), logs + np.log(grown)])
 
     def sums_by_size(self) -> np.ndarray:
         """The same of lengths in parts of the sizes of the states, which do not depend on units, nor on that of time.
@@ -122,8 +124,9 @@ class Blocks:
             functions = kernels_of(run.system).functions
             self._machine = machine(functions, run.method, run.settings, run.tables, run.states, scratch)
             if outcome == Outcome.OK and not full:
-                self._logs[0] = np.where(run.lost == 1, -np.inf, run.states.logs[0])[: self._logs.shape[1]]
-                self._grown[0] = run.states.grown[0, : self._logs.shape[1]]
+                m = self._growth.shape[2]
+                self._growth[0, 0] = np.where(run.lost == 1, -np.inf, run.states.logs[0])[:m]
+                self._growth[1, 0] = run.states.grown[0, :m]
                 if self.states.size:
                     self.integrals[0], self.states[0] = run.integrals(), run.x
                     self._keep_vectors(1)
@@ -139,8 +142,7 @@ class Blocks:
             self._done,
             self._no_samples if samples is None else samples,
             self._no_events if events is None else events,
-            self._logs,
-            self._grown,
+            self._growth,
             self.integrals,
             self.states,
             self._vectors,
@@ -152,12 +154,10 @@ class Blocks:
 @compiled(
     int64(
         *(Pointer("Flow", flow.signature), int64, int64, integers, integers),
-        *(matrix, matrix, matrix, matrix, matrix, matrix, block, int64[:, ::1]),
+        *(matrix, matrix, block, matrix, matrix, block, int64[:, ::1]),
     )
 )
-def _through(
-    go_on, place, last, targets, done, samples, events, logs, grown, integrals, states, vectors, exponent_of
-):  # fmt: skip
+def _through(go_on, place, last, targets, done, samples, events, growth, integrals, states, vectors, exponent_of):
     """Continue the only run of a machine, which is given by its address, block by block, as ``flow`` does."""
     settings = machine_at(place).settings[0]
     state = state_of(machine_at(place).states, 0)
@@ -166,9 +166,9 @@ def _through(
         code = go_on(place, 0, samples, events)
         if code != DONE:
             return code
-        for i in range(logs.shape[1]):
-            logs[k, i] = -math.inf if state.lost[i] == 1 else state.logs[i]
-            grown[k, i] = state.grown[i]
+        for i in range(growth.shape[2]):
+            growth[0, k, i] = -math.inf if state.lost[i] == 1 else state.logs[i]
+            growth[1, k, i] = state.grown[i]
         for i in range(integrals.shape[1]):
             integrals[k, i] = state.sums[0, i] + state.sums[1, i]
         for i in range(states.shape[1]):
