@@ -5,7 +5,7 @@ The tables stand with the analyses (``VARIABLES`` in each file of ``analysis/kin
 Some things depend on the system and the request at hand and stand in a table as placeholders: ``SWEEP`` (each swept
 parameter, or each state that spans a grid of initial states, as a dimension and as its coordinate), ``QUADRATURE``
 (each integral that the system carries along), ``ORBIT`` and ``RUN`` (the leading dimension ``orbit`` of a search, or
-``run`` of several initial states, and nothing where one orbit or one run was asked for), and ``STARTS_OF_RUNS``
+``run`` of several initial states, and nothing for one orbit or one run), and ``STARTS_OF_RUNS``
 (``run``, or else what ``SWEEP`` stands for). States, seeds and transitions are dimensions with their names as the
 index.
 """
@@ -310,7 +310,7 @@ def table_of(kind: str, names: Iterable[str]) -> dict[str, Variable]:
 
 
 class _Schema(Mapping[str, dict[str, Variable]]):
-    """The tables of all analyses: kind -> name -> variable; looked up when first asked for."""
+    """The tables of all analyses: kind -> name -> variable; looked up on first use."""
 
     @cached_property
     def _tables(self) -> dict[str, dict[str, Variable]]:

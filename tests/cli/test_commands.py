@@ -322,7 +322,7 @@ def test_a_run_that_escapes(call, scene, tmp_path):
 
 def test_the_help_says_so(call):
     text = " ".join(call("run", "--help").out.split())
-    assert "exit code is 0 also for a run that ends early" in text
+    assert "exit code is 0 even for a run that ends early" in text
     assert "0 success, whatever the outcome" in " ".join(call("--help").out.split())
 
 
