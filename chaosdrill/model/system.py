@@ -555,7 +555,7 @@ class HybridSystem:
             The copy; the system stays as it is. Of a parameter ``e`` there are the states ``e_draw``, the standard
             variate, and ``e_count``, the draws so far, behind all other states; no exponent belongs to them. Instead of
             ``e`` it has the parameters of its distribution, such as ``e_low`` and ``e_high``, and ``noise_seed``. A
-        distribution without spread has its first parameter alone: the run is then that without noise to the bit.
+            distribution without spread has its first parameter alone: the run is then that without noise to the bit.
 
         Raises
         ------

@@ -32,6 +32,18 @@ def test_lines_of_code_fit_the_page(page):
     assert [line for text in code for line in text.splitlines() if len(line) > WIDTH] == []
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_every_picture_says_what_it_shows(page):
+    cells = re.findall(r"^```{code-cell}[^\n]*\n(.*?)^```$", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    drawn = [cell for cell in cells if re.search(r"cd\.plot\(|plt\.subplots\(|^Image\(", cell, re.MULTILINE)]
+    assert [cell for cell in drawn if not re.search(r"^    alt: \S", cell, re.MULTILINE)] == []
+
+
+def test_pictures_of_every_page_are_turned_around_on_a_dark_one():
+    style = (ROOT / "docs" / "_static" / "pages.css").read_text(encoding="utf-8")
+    assert re.findall(r"(\S+ img) \{ filter: invert", style) == ["article img", "article img"]
+
+
 GALLERY = ROOT / "docs" / "gallery"
 
 
