@@ -61,7 +61,7 @@ class Span:
     count: int
     transient: float  # units of a forced system, else a time
     periodic: bool  # whether the unit is a forcing period
-    outcome: int = 0  # what ended a run that was to tell how long so many points of a section take; 0: nothing did
+    outcome: int = 0  # what ended the run that measures how long a number of section points takes; 0: nothing
 
     @property
     def length(self) -> float:
@@ -130,7 +130,7 @@ def check_record(samples: int, columns: int, names: str) -> None:
 
 
 def tangent_count(system: "HybridSystem", exponents: Any) -> int:
-    """Number of exponents asked for; all by default."""
+    """Number of requested exponents; all by default."""
     return system.free if exponents is None else int(Exponents().read("exponents", exponents, system))
 
 

@@ -63,7 +63,7 @@ class AnalysisSettings(Settings):
 
     @classmethod
     def shared(cls, table: Mapping[str, Any]) -> bool:
-        """Whether there are points for several workers, by what is asked for."""
+        """Whether there are points for several workers, by the arguments."""
         return cls.parallel
 
 
@@ -229,7 +229,7 @@ class NumericsSettings(Settings):
 
 @dataclass(frozen=True)
 class Job:
-    """How an analysis is carried out, apart from what it is told of the system.
+    """How an analysis is carried out, apart from its settings.
 
     ``numerics`` is None for an analysis that names its own.
     """
@@ -241,7 +241,7 @@ class Job:
     progress: Progress | None = None
 
     def report(self, total: int) -> Callable[[int], None] | None:
-        """What is called with the periods done, of so many in all; None if nobody listens."""
+        """Function to call with the periods done and their total; None without a listener."""
         progress = self.progress
         return None if progress is None else lambda done: progress(done, total, None)
 
@@ -268,7 +268,7 @@ class Analysis:
     kind: str  # its name in scenes and archives
     function: str  # its name in Python
     summary: str  # a line about it
-    settings: type[AnalysisSettings]  # what it is told
+    settings: type[AnalysisSettings]  # its arguments
     variables: Table  # what it puts out
     cites: tuple[str, ...]  # keys of its references
     run: "Callable[[HybridSystem, Any, Job], xr.Dataset]"

@@ -106,7 +106,7 @@ def uncertainty(numbers: np.ndarray) -> Uncertainty:
     total, every = hits.sum(axis=1), cells.sum(axis=1)
     fraction = total / np.maximum(every, 1)
     without = (total[:, np.newaxis] - hits) / np.maximum(every[:, np.newaxis] - cells, 1)
-    # that of so many places at random as do not overlap
+    # that of as many random places as do not overlap
     error = np.sqrt(fraction * (1 - fraction) * (2 * distance + 1.0) ** numbers.ndim / np.maximum(every, 1))
     exponent = exponent_error = np.nan
     fits = total >= LEAST

@@ -27,11 +27,11 @@ if TYPE_CHECKING:
     from chaosdrill.analysis.plan import Plan
 
 SPLIT = 1e-5
-"""Least relative distance between the points of a cycle for which it is told from one of half its period."""
+"""Least relative distance between the points of a cycle at which it differs from one of half its period."""
 
 DECAY = 1e-4
 """A transient whose points nearly come back after twice the period of its cycle loses more than this part of its
-amplitude meanwhile, so far from the doubling as is asked for."""
+amplitude meanwhile, at the required distance from the doubling."""
 
 NEUTRAL = 1e-6
 """Logarithm of a multiplier that counts as zero."""
@@ -249,14 +249,13 @@ class Verdict:
     """What P points are on."""
 
     outcome: np.ndarray
-    """int (P,): what they are on if nothing more is done; an exponent that is not told from zero alone makes no
-    torus."""
+    """int (P,): their outcome without further steps; an exponent near zero alone does not make a torus."""
     period: np.ndarray  # int (P,)
     decided: np.ndarray  # bool (P,): whether that is beyond doubt
     exponents: np.ndarray  # (P, m): descending spectra
     errors: np.ndarray  # (P, m): their standard errors
     lead: np.ndarray  # (P,): largest exponent that is free to have any sign
-    margin: np.ndarray  # (P,): from where on it is told from zero
+    margin: np.ndarray  # (P,): beyond which it differs from zero
     evidence: Evidence
     cycle: np.ndarray  # int (P,): length of the cycle that the record repeats, in units of lengths; 0: unknown, or none
     moves: np.ndarray  # bool (P,): whether nothing says that the motion dies out
@@ -361,7 +360,7 @@ def _averages(plan: "Plan", batch: Batch, which: np.ndarray, begin: np.ndarray) 
 
 
 def _look_closer(plan: "Plan", e: Evidence, windows: np.ndarray, known: np.ndarray) -> None:
-    """Look for tori and long cycles in records that are long enough, where the exponent is not told from zero."""
+    """Look for tori and long cycles in sufficiently long records whose exponent is indistinguishable from zero."""
     rows = np.isfinite(windows[:, :, 0]).sum(axis=1)
     unclear = np.flatnonzero(~e.positive & ~e.negative & ~e.recurs & (rows >= LEAST) & (rows == windows.shape[1]))
     if len(unclear):
@@ -412,7 +411,7 @@ def _at_rest(plan: "Plan", batch: Batch, which: np.ndarray, e: Evidence) -> tupl
 def _cycle_length(
     plan: "Plan", batch: Batch, which: np.ndarray, period: np.ndarray, ends: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Units of lengths of a cycle of so many iterates, whether that is certain, and the time that it takes."""
+    """Length of a cycle with a number of iterates, in units of lengths, whether it is certain, and its duration."""
     each = batch.length[which] / ends[-1]
     if plan.section is None or batch.counts_returns:
         return period, period > 0, period * each
@@ -437,7 +436,7 @@ def _in_phase(plan: "Plan", batch: Batch, which: np.ndarray, period: np.ndarray,
         points = int(batch.counts[which[p], sorted(plan.section or ())].sum())
         for multiple in range(period[p], plan.max_period + 1, period[p]):
             begin = int(_first_whole(ends, np.array([multiple]))[0]) if batch.counts_returns else 0
-            # a record of whole forcing periods holds so many points
+            # the number of points in a record of whole forcing periods
             of = int(ends[-1] - ends[begin]) if batch.counts_returns else points
             turns = (times[-1] - times[begin]) * multiple / max(of, 1)
             # where no part of a record is whole nothing can be said against it
@@ -448,7 +447,7 @@ def _in_phase(plan: "Plan", batch: Batch, which: np.ndarray, period: np.ndarray,
 
 
 def _first_whole(ends: np.ndarray, cycle: np.ndarray) -> np.ndarray:
-    """The first block from which on the record is whole cycles of a length; -1 if there is none."""
+    """The first block from which the record consists of whole cycles of a length; -1 without one."""
     fits = (ends[-1] - ends[:-1]) % np.maximum(cycle, 1)[:, np.newaxis] == 0
     return np.where(fits.any(axis=1) & (cycle > 0), fits.argmax(axis=1), -1)
 

@@ -79,7 +79,7 @@ class _Chunk(NamedTuple):
 
     @classmethod
     def empty(cls, blocks: int, m: int, n: int) -> "_Chunk":
-        """Room for so many blocks."""
+        """Room for a number of blocks."""
         return cls(
             np.zeros((blocks, m, n)),
             np.zeros((blocks, m, m)),
@@ -362,7 +362,7 @@ def between(coordinates: np.ndarray, lost: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     coordinates : ndarray, shape (K, count, m)
-        Of each vector by orthonormal directions, the first so many of which span the first so many vectors.
+        Of each vector in orthonormal directions, the first k of which span the first k vectors.
     lost : ndarray of bool, shape (K, count)
         Vectors that are left out.
 

@@ -263,7 +263,7 @@ def _saddle(
 
 
 def _still_there(batch: Batch, which: np.ndarray, units: int, ends: list[int]) -> np.ndarray:
-    """Run on over so many units; which of some runs have not left meanwhile."""
+    """Continue over a number of units; return which of some runs have not left meanwhile."""
     batch.proceed(which, 0, np.array([0, units]))
     gone = batch.counts[which][:, ends].any(axis=1)
     return which[(batch.outcome[which] == Outcome.OK) & ~gone]

@@ -46,7 +46,7 @@ FLAT, LOWEST = 20, 4
 1 % there; and frequencies that are averaged at least."""
 
 ROUNDS = 8
-"""Times that this is asked again with a better correlation time."""
+"""Number of iterations with a better correlation time."""
 
 CONSTANT = 1e-9
 """Spread of rates in parts of their size, below which it is round-off, and they are constant."""

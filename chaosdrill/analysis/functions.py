@@ -115,7 +115,7 @@ def functions_of(system: "HybridSystem", tables: Mapping[str, Any] | None) -> "F
 
 
 def values_on(functions: "Functions | None", orbits: "Sequence[FoundOrbit]") -> "tuple[np.ndarray, np.ndarray]":
-    """Values and errors on orbits that were found, both of shape (orbits, functions); NaN where there is none."""
+    """Values and errors on orbits that were found, both of shape (orbits, functions); NaN for missing orbits."""
     import numpy as np
 
     found = np.full((2, len(orbits), 0 if functions is None else len(functions)), np.nan)

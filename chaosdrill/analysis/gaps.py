@@ -13,7 +13,7 @@ CROSSINGS = 8
 """Times that the points on such a curve pass its middle at least: a slow drift leaves no gaps either."""
 
 CURVES, THIN = 64, 64
-"""Curves at most onto which the points of a torus fall in turn, and points of each by which its gaps are told."""
+"""Largest number of curves that the points of a torus visit in turn, and points of each that show its gaps."""
 
 
 def fills(points: np.ndarray) -> int:

@@ -30,13 +30,13 @@ SAME_EXPONENT = 8.0
 known from few frequencies, and one cell in 30,000 is six of them off, which a fine grid has."""
 
 KNOWN_BY = ("period", "outcome", "moments", "lyapunov_exponent", "lyapunov_error")
-"""What attractors are told apart by."""
+"""Quantities that distinguish attractors."""
 
 BLOCK = 2**16
 """Runs that are compared at once."""
 
 MOST = 1000
-"""Attractors that are told apart in one analysis."""
+"""Largest number of attractors distinguished in one analysis."""
 
 ATTRACTING = tuple(int(outcome) for outcome in MEASURED if outcome not in (Outcome.OPEN, Outcome.TRANSIENT))
 """Outcomes of runs that stay somewhere."""
@@ -121,7 +121,7 @@ def alike_first(first: Mapping[str, np.ndarray], others: Mapping[str, np.ndarray
 
 
 def number_attractors(found: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Number of the attractor of every run, from 1, and the first run of each; 0 where there is none.
+    """Number of the attractor of every run, from 1, and the first run of each; 0 without an attractor.
 
     The run that comes first in the grid stands for its attractor, so that the order of computation is of no account.
     Attractors are numbered by the number of runs that they have, and those beyond the first ``MOST`` found are none.

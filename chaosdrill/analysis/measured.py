@@ -13,13 +13,13 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FEWEST = 500
-"""Values without which nothing is told."""
+"""Smallest number of values for a result."""
 
 MOST = 10_000
 """Values of which the largest exponent is taken: a distance is kept of every pair, and these take a gigabyte."""
 
 FOLLOWED = 20
-"""Steps over which neighbours are followed, unless told otherwise."""
+"""Default number of steps over which neighbours are followed."""
 
 BLOCKS, PARTS = 256, 4
 """Parts of a series, in order, from which errors by chance are taken: of means, and of the largest exponent."""

@@ -1,7 +1,7 @@
 """Neighbours of section points: how many there are within a distance, and how far those are that hold a part of all.
 
-Distances are the largest over the coordinates. Both are asked of a tree, for so many points at most that the time grows
-as the record.
+Distances are the largest over the coordinates. Both come from a tree, for a limited number of points, so that the time
+grows like the record.
 """
 
 from typing import NamedTuple
@@ -51,7 +51,7 @@ class Counted(NamedTuple):
     possible: np.ndarray  # (R,): points that could be such
 
     def sound(self) -> np.ndarray:
-        """At which distances there are enough pairs, but not so many that the extent of the attractor tells; (S,)."""
+        """Distances with enough pairs, but well below the extent of the attractor; (S,)."""
         counted = self.counts.sum(axis=0)
         return np.asarray((counted >= 2 * FEWEST_PAIRS) & (counted <= WIDEST * self.possible.sum()))
 

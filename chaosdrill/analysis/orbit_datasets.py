@@ -111,7 +111,7 @@ def with_derivatives(
     found : sequence of Derived
         One an orbit.
     over : {"orbit", "point"}
-        Dimension of the orbits; of points of a branch no times of events are told.
+        Dimension of the orbits; for points of a branch the times of events are left out.
     """
     shapes: dict[str, tuple[str, ...]] = {
         "orbit_state": ("state",),
@@ -139,7 +139,7 @@ def with_derivatives(
 def orbit_rates(
     system: HybridSystem, orbits: Sequence[FoundOrbit], numerics: Numerics
 ) -> dict[str, tuple[str, np.ndarray]]:
-    """Means over exactly one period of each orbit, variables of ``periodic-orbit``; NaN where there is none.
+    """Means over exactly one period of each orbit, variables of ``periodic-orbit``; NaN without an orbit.
 
     Parameters
     ----------

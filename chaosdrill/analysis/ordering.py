@@ -13,7 +13,7 @@ from chaosdrill.analysis.gaps import full
 from chaosdrill.analysis.recurrence import CLOSE
 
 FEWEST = 256
-"""Points of a curve by which that is told: of random ones the way is a third of their number."""
+"""Number of points of a curve that decide: for random points the length is a third of their number."""
 
 LONGEST = 16.0
 """Way along a curve at most, in extents of a state: a closed curve has 2, and as many more for each further fold or

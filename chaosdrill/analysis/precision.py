@@ -133,7 +133,7 @@ def measure_costs(
 
 
 def compare(system: HybridSystem, plan: Span, asked: Any, job: Job) -> xr.Dataset:
-    """Errors and times of every method at every tolerance that is asked for; see `work_precision`."""
+    """Errors and times of every method at every requested tolerance; see `work_precision`."""
     plan = plan if plan.periodic else Span(plan.unit, UNITS, plan.transient, False)
     names, values, repeats = asked.methods, asked.tolerances, asked.repeats
     counts = asked.steps or [int(np.ceil(STEPS_AT_ONE * value**-0.25)) for value in values]

@@ -86,7 +86,7 @@ def contradictions(ds: "xr.Dataset", quantity: str) -> str:
 
 
 def cheapest(ds: "xr.Dataset", quantity: str, digits: float) -> tuple[str, float, float] | None:
-    """Method, tolerance and time of the cheapest cell with an error of at most 10^-digits; None if there is none.
+    """Method, tolerance and time of the cheapest cell with an error of at most 10^-digits; None without one.
 
     Of those that cost the same within ``SAME`` it is the one with the tightest tolerance.
     """

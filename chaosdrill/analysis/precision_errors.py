@@ -38,7 +38,7 @@ class Errors:
 
 @dataclass
 class Yardstick:
-    """What every method is held against: the truth, and where there is none another method at the tightest tolerance.
+    """Reference of every method: the truth, and where it is unknown another method at the tightest tolerance.
 
     Attributes
     ----------

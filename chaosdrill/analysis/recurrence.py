@@ -110,7 +110,7 @@ def sizes(points: np.ndarray, known: np.ndarray) -> np.ndarray:
 
 
 def find_period(points: np.ndarray, known: np.ndarray, most: int) -> int:
-    """Smallest period of a sequence of section points, 0 if there is none up to ``most``.
+    """Smallest period of a sequence of section points, 0 if no period up to ``most`` fits.
 
     The last half of the sequence must repeat for at least two periods, every state within 1e-6 of its own size.
 

@@ -1,4 +1,4 @@
-"""What can be asked for by name: kinds of analysis and numerical methods. Imports nothing heavy."""
+"""Names of kinds of analysis and of numerical methods. Imports nothing heavy."""
 
 from collections.abc import Iterable, Mapping
 from importlib import import_module

@@ -47,7 +47,7 @@ BLOCKS = 256
 """Parts of a record at most, from which the errors of its mean rates are taken."""
 
 SAMPLES = 200
-"""Samples of a trajectory, unless told otherwise: in a period or return, or in all of a duration."""
+"""Default number of samples of a trajectory: in a period or return, or in a whole duration."""
 
 AT_ONCE = 1e-9
 """Part of the unit of time within which a second point of a surface comes from grazing it, not from a return."""
@@ -111,9 +111,9 @@ def _times(
 
 
 def measured_span(section: Section, given: Any, numerics: Numerics, units: int) -> Span:
-    """How long so many points of a section take, as a time from the start; of a forced system in whole periods.
+    """Time from the start that a number of section points takes; for a forced system in whole periods.
 
-    A record begins and ends half a return after a point, so that it holds as many as are asked for.
+    A record begins and ends half a return after a point, so that it holds the requested number.
     """
     assert section.transitions is not None
     run = Run(section.system, section.unit, numerics)
@@ -130,7 +130,7 @@ def measured_span(section: Section, given: Any, numerics: Numerics, units: int) 
 
 
 def settled_at(section: Section, run: Run, points: int) -> Outcome:
-    """Run on over so many points of a section, which are forgotten."""
+    """Continue over a number of section points, which are discarded."""
     assert section.transitions is not None
     found = record_returns(run, section.transitions, points, section.longest)
     run.forget()
@@ -221,7 +221,7 @@ def samples_of(system: HybridSystem, given: Any) -> int:
 
 
 def traced(where: Section, given: Any, job: "Job") -> Path:
-    """A motion over its length, with so many samples in every unit of it; see `trajectory`."""
+    """A motion over its length, with a number of samples in every unit of it; see `trajectory`."""
     system, samples = where.system, samples_of(where.system, given)
     if where.counts == "section":
         return _traced_to_points(where, given, job)
@@ -288,7 +288,7 @@ def _since(start: float, plan: Span, times: list[float]) -> np.ndarray:
 
 
 def _traced_to_points(where: Section, given: Any, job: "Job") -> Path:
-    """The same up to the last of so many points of a section: once for its events, and once more for its samples."""
+    """The same up to the last of a number of section points: once for its events, and once more for its samples."""
     system, count = where.system, int(given.periods)
     assert where.transitions is not None
     run = Run(system, where.unit, job.numerics)
@@ -446,7 +446,7 @@ def _recorded(where: Section, given: Any, job: "Job") -> tuple[int, Outcome, Run
 
 
 def _recorded_returns(where: Section, run: Run, count: int, job: "Job") -> tuple[Record, _Blocks]:
-    """Run on over so many points of a section, block by block."""
+    """Continue over a number of section points, block by block."""
     assert where.transitions is not None
     ends, report = block_ends(count, BLOCKS), job.report(count)
     start, times, totals = run.elapsed, [0.0], [run.integrals()]
@@ -507,7 +507,7 @@ def _once_more(where: Section, run: Run, cycle: Run, period: int) -> Outcome:
 
 
 def cycle_multipliers(where: Section, run: Run, period: int, numerics: Numerics) -> np.ndarray:
-    """Eigenvalues of the tangent map over a cycle of so many points from where a run stands, by descending modulus."""
+    """Eigenvalues of the tangent map over a cycle with a number of points, by descending modulus."""
     system, n = where.system, len(where.system.state_names)
     deficient = examine(system).deficient
     whole_map = Run(system, run.period, numerics, tangents=np.eye(n), orthonormalise=False)

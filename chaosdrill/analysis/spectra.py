@@ -116,7 +116,7 @@ def run_with_tangents(
 
 
 def computed_exponents(structure: Structure, count: int) -> int:
-    """How many exponents are computed if ``count`` are asked for.
+    """Number of exponents computed if ``count`` are requested.
 
     A rank that events may lower is known from all tangents alone.
     """

@@ -180,7 +180,7 @@ def _entry(place: str, key: str, value: Any, system: "HybridSystem") -> Any:
 
 
 def _columns(value: Any, system: "HybridSystem") -> dict[str, list[Any]] | None:
-    """The columns of a list of starts; None for what is none."""
+    """The columns of a list of starts; None for anything else."""
     import numpy as np
 
     names: Any = system.state_names

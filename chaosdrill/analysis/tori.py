@@ -1,4 +1,4 @@
-"""Evidence on motions whose largest exponent is not told from zero: tori, long cycles, closed curves, growth.
+"""Evidence on motions with a largest exponent near zero: tori, long cycles, closed curves, growth.
 
 On a torus averages that fade in and out smoothly converge faster than any power of their length, in chaos like one over
 its root: the averages over two halves of a record agree to many digits or to hardly any (Das, Saiki, Sander and Yorke
@@ -27,10 +27,10 @@ from chaosdrill.codegen.signatures import matrix, vector
 from chaosdrill.engine.jit import compiled
 
 LENGTH = 2048
-"""Section points by which that is told."""
+"""Number of section points that decide."""
 
 LEAST = 512
-"""Section points without which nothing is told."""
+"""Smallest number of section points for a decision."""
 
 REPEATS = 4
 """Times that a record holds a cycle by which it is known, at least."""
@@ -94,7 +94,7 @@ BEYOND = 0.9
 """Part of the size that a state has had on the way at which it arrives at least if it grows beyond all bounds."""
 
 FEWEST = 16
-"""Points by which a state that only grows is told at all."""
+"""Smallest number of points that show a growing state."""
 
 
 def rests(states: np.ndarray, known: np.ndarray, flow: np.ndarray, unit: float) -> np.ndarray:
