@@ -79,7 +79,7 @@ def test_scene_without_analyses_cannot_be_run(call, scene, tmp_path):
     scene.write_text(text[: text.index("[analysis.motion]")])
     answer = call("run", scene, "-o", tmp_path / "out.nc")
     assert answer.code == 2
-    assert "asks for no analysis" in answer.err
+    assert "contains no analysis" in answer.err
 
 
 def test_a_result_that_no_memory_holds(call, scene, tmp_path):

@@ -298,10 +298,10 @@ def test_the_order_in_which_distributions_are_named_draws_the_same_numbers():
         (lambda s: cd.basin_measures(s), "repeats"),
         (lambda s: cd.regularity(s, periods=100), "repeats"),
         (lambda s: cd.zero_one_test(s, periods=100), "noise itself"),
-        (lambda s: cd.dimensions(s, periods=100), "fill what the noise reaches"),
+        (lambda s: cd.dimensions(s, periods=100), "fill the range of the noise"),
         (lambda s: cd.manifolds(s), "repeats"),
         (lambda s: cd.transient_chaos(s, periods=10), "one sequence of draws"),
-        (lambda s: cd.work_precision(s, periods=10), "draws no numbers"),
+        (lambda s: cd.work_precision(s, periods=10), "has no random numbers"),
     ],
 )
 def test_what_makes_no_sense_under_noise_is_refused_with_the_reason(call, reason):
