@@ -127,8 +127,8 @@ def _outermost(ax: "Axes") -> tuple[bool, bool, bool, bool]:
 def _break(text: Text, whole: str, room: float) -> None:
     """Show a text in lines of at most a length in pixels, in smaller letters if its words are longer than that."""
     size, drawn = _sizes.get(text, (0.0, -1.0))
-    if text.get_fontsize() != drawn:
-        size = text.get_fontsize()
+    if float(text.get_fontsize()) != drawn:
+        size = float(text.get_fontsize())
     text.set_fontsize(size)
     _sizes[text] = size, size
     text.set_text(whole)
@@ -145,7 +145,7 @@ def _break(text: Text, whole: str, room: float) -> None:
         text.set_text("\n".join(wrapped(line, longest) for line in whole.split("\n")))
     if found > room > 0:
         text.set_fontsize(size * max(_SMALLEST, room / found))
-        _sizes[text] = size, text.get_fontsize()
+        _sizes[text] = size, float(text.get_fontsize())
 
 
 def fit_legend(legend: "Legend", fig: "Figure") -> bool:
