@@ -1,5 +1,7 @@
 """An installation has every file of the package, and a source distribution what it is built and cited from."""
 
+import re
+import runpy
 import tomllib
 from fnmatch import fnmatch
 from pathlib import Path
@@ -36,3 +38,17 @@ def test_a_source_distribution_has_what_describes_the_release(name):
     text = (ROOT / name).read_text(encoding="utf-8")
     assert __version__ in text
     assert name in (ROOT / "MANIFEST.in").read_text(encoding="utf-8").split()
+
+
+@pytest.mark.parametrize("source", ["", "https://source.example/files/v0/"])
+def test_the_description_for_an_index_has_no_relative_link(source):
+    """An index shows README.md without the files beside it."""
+    made = runpy.run_path(str(ROOT / "setup.py"))["description"]
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    text = made(readme, source)
+    targets = re.findall(r"\]\(([^()\s]+)\)", re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL))
+    assert [one for one in targets if "://" not in one and not one.startswith("#")] == []
+    assert ("docs/_static/drill.png" in text) == bool(source)
+    assert re.findall(r"^```.*?^```$", text, re.MULTILINE | re.DOTALL) == re.findall(
+        r"^```.*?^```$", readme, re.MULTILINE | re.DOTALL
+    )

@@ -68,14 +68,16 @@ def check_period(system: "HybridSystem", period: float) -> None:
     """Raise SettingsError if a field, a quadrature, a guard or a reset does not repeat after the period."""
     if repeats(system):
         return
-    from chaosdrill.model.derive import frozen_states
+    if "frozen" not in system.shared:
+        from chaosdrill.model.derive import frozen_states
 
+        system.shared["frozen"] = [system.states.index(state) for state in frozen_states(system)]
+    frozen = system.shared["frozen"]
     kernels = kernels_of(system)
     n, q = len(system.state_names), len(system.quadratures)
     c = kernels.constants(system.parameters)
     place = event_places(n)
     event = np.zeros(place.size)
-    frozen = [system.states.index(state) for state in frozen_states(system)]
     for state, instants in places(n, period):
         x = np.array(state)
         for i in frozen:

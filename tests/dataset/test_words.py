@@ -162,9 +162,10 @@ def test_what_was_selected_or_joined_is_still_an_outcome(many, act):
 @pytest.mark.parametrize("act", COMPUTED.values(), ids=COMPUTED)
 def test_what_was_computed_from_outcomes_is_none(many, act, tmp_path):
     computed = act(many)
-    with pytest.raises(ChaosdrillError, match="computed from codes"):
+    # where xarray drops attributes with arithmetic, as it did before 2025.11, nobody knows of what they were computed
+    with pytest.raises(ChaosdrillError, match="holds numbers"):
         _ = computed.cd.outcome
-    if computed["outcome"].dtype != bool:
+    if computed["outcome"].dtype != bool and "kind" in computed.attrs:
         with pytest.raises(ChaosdrillError, match="holds numbers"):
             _ = cd.open(cd.save(computed, tmp_path / "computed.nc")).to_dataset().cd.outcome
 

@@ -18,7 +18,7 @@ def cited(key):
 
 def test_the_package_takes_its_version_from_the_code():
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text())
-    assert settings["project"]["dynamic"] == ["version"]
+    assert "version" in settings["project"]["dynamic"]
     assert settings["tool"]["setuptools"]["dynamic"] == {"version": {"attr": "chaosdrill.version.__version__"}}
 
 
