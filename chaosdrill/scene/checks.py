@@ -128,8 +128,8 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
 
                 problems.append(Problem(("system", "drives"), UNDRIVEN))
         else:
-            given = (checked.known, table_in(raw, "initial"))
-            found = None if table_in(raw, "drives") else sliding_before(raw["filippov"], given)
+            beside = (checked.known, table_in(raw, "initial"))
+            found = None if table_in(raw, "drives") else sliding_before(raw["filippov"], beside)
             if found is not None:
                 checked.states = found.state_names
             else:
