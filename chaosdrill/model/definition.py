@@ -140,7 +140,7 @@ def _plain(system: "HybridSystem") -> dict[str, Any]:
         "noise": {name: {**one, "at": list(one["at"])} for name, one in system.noise.items()},
     }
     if system.discrete:
-        from chaosdrill.model.maps import KEYS
+        from chaosdrill.model.images import KEYS
 
         found = {name: found.get(name) for name in KEYS} | {"images": _table(vars(system)["images"])}
     return {name: value for name, value in found.items() if value is not None and value not in ("", {}, [])}

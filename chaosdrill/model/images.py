@@ -7,13 +7,16 @@ from typing import Any
 
 import sympy
 
-from chaosdrill.model.maps import KEYS, UNNAMED
 from chaosdrill.model.python import Called, is_python
 from chaosdrill.model.reading import Definition, Path, Reader, Transition
 from chaosdrill.model.rules import refused
 from chaosdrill.model.special import CONDITION, RESET
+from chaosdrill.model.tables import UNNAMED_MAP
 from chaosdrill.model.text import INSTEAD
 from chaosdrill.names import shown
+
+KEYS = ("name", "description", "states", "images", "bounds", "labels", "noise")
+"""What defines a map, as a table of a scene has it."""
 
 MODE, EVENT = "map", "iterate"
 _CLOCK = "the map's clock"
@@ -43,7 +46,7 @@ class MapReader(Reader):
         found = super().read(
             {
                 **{key: value for key, value in given.items() if key in KEYS and key != "images"},
-                "name": given.get("name", UNNAMED),
+                "name": given.get("name", UNNAMED_MAP),
                 "time": clock,
                 "period": 1,
                 "modes": {MODE: dict.fromkeys(states, 0)},

@@ -10,14 +10,10 @@ from typing import TYPE_CHECKING, Any, Unpack
 from chaosdrill.errors import ModelError
 from chaosdrill.model.outline import LATE
 from chaosdrill.model.system import HybridSystem, Words
+from chaosdrill.model.tables import UNNAMED_MAP
 
 if TYPE_CHECKING:
     from chaosdrill.model.images import MapReader
-
-KEYS = ("name", "description", "states", "images", "bounds", "labels", "noise")
-"""What defines a map, as a table of a scene has it."""
-
-UNNAMED = "own-map"
 
 
 class Map(HybridSystem):
@@ -73,7 +69,7 @@ class Map(HybridSystem):
         parameters: Mapping[str, float] | None = None,
         images: Any = None,
         *,
-        name: str = UNNAMED,
+        name: str = UNNAMED_MAP,
         initial: Mapping[Any, Any] | None = None,
         bounds: Mapping[Any, Any] | None = None,
         **words: Unpack[Words],

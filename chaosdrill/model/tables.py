@@ -15,6 +15,9 @@ ANOTHER = (
 UNNAMED = "own-system"
 """Name of a system that was given none."""
 
+UNNAMED_MAP = "own-map"
+"""Name of a map that was given none."""
+
 MOST = sys.float_info.max
 """Largest double: whole numbers of any length may be given."""
 
