@@ -22,6 +22,7 @@ TWO = {"name": "d", "states": ["x"], "parameters": {"k": 1.0}}
 PUSHED = cd.HybridSystem(
     name="p", states=["x"], time="t", parameters={"f": 0.0}, modes={"on": {"x": "f - x"}}, period="2*pi"
 )
+REST = cd.HybridSystem(name="r", states=["x"], parameters={"k": 1.0}, modes={"on": {"x": "-k*x"}})
 RIGHT = {
     "HybridSystem": {"name": "d", "states": ["x"], "parameters": {"k": 1.0}, "modes": {"on": {"x": "-k*x"}}},
     "Transition": {"name": "hit", "source": "on", "target": "on", "guard": "x", "direction": 1},
@@ -54,6 +55,7 @@ RIGHT = {
     "periodic_orbit": {"system": SYSTEM},
     "continue_orbit": {"system": SYSTEM, "sweep": {"omega": (2.5, 2.6)}},
     "manifolds": {"system": SYSTEM, "of": "unstable", "length": 0.1},
+    "equilibria": {"system": REST, "sweep": {"k": (0.5, 2.0)}},
     "work_precision": {"system": SYSTEM, "periods": 1},
     "run": {"scene": "scene.toml", "output": "out.nc"},
     "system": {"result": "own.nc"},
