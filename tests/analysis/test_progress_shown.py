@@ -11,6 +11,7 @@ from chaosdrill import progress
 from chaosdrill.analysis.registry import analyses
 from chaosdrill.errors import SettingsError
 
+REST = cd.HybridSystem(name="rest", states="x", parameters={"k": 1.0}, modes={"on": {"x": "1 - k*x"}})
 CALLS = {
     "trajectory": lambda system, **shown: cd.trajectory(system, periods=3, samples=2, **shown),
     "poincare section": lambda system, **shown: cd.poincare_section(system, periods=3, **shown),
@@ -47,6 +48,7 @@ CALLS = {
     "manifolds": lambda system, **shown: cd.manifolds(
         system, {"x": -0.2, "v": 0.0}, of="unstable", length=0.1, spacing=0.1, **shown
     ),
+    "equilibria": lambda _, **shown: cd.equilibria(REST, {"k": (0.5, 2.0)}, region={"x": (0, 3)}, **shown),
     "work precision": lambda system, **shown: cd.work_precision(
         system, periods=2, methods=["taylor"], tolerances=[1e-6], repeats=1, **shown
     ),

@@ -122,6 +122,9 @@ ANALYSES = {
         follow="period_doubling",
     ),
     "curves": lambda system, words: cd.manifolds(doubling(system, words), start="attractor", length=0.1),
+    "equilibria": lambda system, words: cd.equilibria(
+        oscillator(words, forced=False), {words[4]: (2.0, 3.0)}, region={words[i]: (-1, 1) for i in range(3)}, starts=9
+    ),
     "precision": lambda system, words: cd.work_precision(
         system, periods=4, methods=["taylor"], tolerances=[1e-6], repeats=1
     ).drop_vars(["wall_time", "wall_time_spread"]),
@@ -137,6 +140,7 @@ COORDINATES = {
     "attractors": (4,),
     "branches": (4,),
     "curve": (4, 5),
+    "equilibria": (4,),
 }
 """Of which words the names of coordinates are made, which not every name can be."""
 

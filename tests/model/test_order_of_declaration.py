@@ -111,7 +111,8 @@ def plain():
 
 
 def test_every_kind_of_analysis_is_called():
-    assert set(CALLS) == set(analyses())
+    # this one is forced, and has no equilibria: of theirs see tests/equilibrium
+    assert set(CALLS) == set(analyses()) - {"equilibria"}
 
 
 @pytest.mark.parametrize("changed", SAME)
