@@ -8,7 +8,7 @@ import xarray as xr
 
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import BranchEnd, Criticality
-from chaosdrill.equilibrium.branches import ENDS, Branch, Mark, Task
+from chaosdrill.equilibrium.branches import ENDS, Branch, Mark, Task, unexplained
 from chaosdrill.equilibrium.points import Equilibrium
 from chaosdrill.equilibrium.search import Found
 from chaosdrill.model import HybridSystem
@@ -45,7 +45,8 @@ def branches_dataset(system: HybridSystem, task: Task, found: Found, branches: S
         "special_index": ("special", np.array([first[n] + mark.point for n, mark in marks], dtype=np.int32)),
         **_special(system, branches, marks),
     }
-    return _finished(system, variables, _told(system, found))
+    jumps = [words for branch in branches for words in unexplained(branch)]
+    return _finished(system, variables, [*_told(system, found), *jumps[:3]])
 
 
 def _special(

@@ -344,9 +344,9 @@ def _crossings(curve: Curve, first: Point, last: Point, changed: int) -> list[Pl
         k = int(np.abs(here.values - 1j * near.imag).argmin())
         error = _rate(curve, first, last) * float(here.errors[k]) / abs(slope) + UNIT * abs(curve.value(point.at))
         found.append((point, SpecialEquilibrium.HOPF, error, 2, float(here.values[k].imag)))
-    if real == 1:
+    if real == 1 and not curve.field.system.sources:
         found += _branch_point(curve, first, last)
-    elif real > 1:
+    elif real:
         zero = _zero(curve, first, last, _least)
         if zero is not None:
             error = UNIT**0.5 * _rate(curve, first, last)
@@ -405,6 +405,25 @@ def _told(task: Task, found: list[Branch], number: int, mark: Mark, detail: floa
     if mark.multiplicity > 1:
         text = f"{mark.multiplicity} eigenvalues are zero together; the branches that cross there are not followed."
     return replace(mark, text=text)
+
+
+def unexplained(branch: Branch) -> list[str]:
+    """Where the number of eigenvalues with a positive real part changes without a special point, in words."""
+    special = {mark.point for mark in branch.marks if mark.multiplicity}
+    words, last = list[str](), 0
+    counts = [point.at.spectrum.unstable for point in branch.points]
+    for k, (low, high) in enumerate(counts):
+        if low != high:
+            continue
+        before = counts[last]
+        if before[0] == before[1] != low and not special & set(range(last, k + 1)):
+            values = [branch.curve.value(branch.points[i].at) for i in (last, k)]
+            words.append(
+                f"between {values[0]:.9g} and {values[1]:.9g} the number of unstable directions changes from "
+                f"{before[0]} to {low} without a special point; try a smaller step"
+            )
+        last = k
+    return words
 
 
 def _beside(branch: Branch, k: int) -> tuple[Point, Point, Point]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import sympy
 
-from chaosdrill.codegen import python
+from chaosdrill.codegen import kernels_of, python
 from chaosdrill.codegen.rounding import UNIT, rounding_bound
 from chaosdrill.codegen.special import CODE
 from chaosdrill.model.derive import conserved_by, derivative_along, differentiate, pinned_values
@@ -187,6 +187,9 @@ def field_of(system: "HybridSystem", mode: str) -> Field:
     """
     known = system.shared.setdefault("fields of equilibria", {})
     if mode not in known:
+        if system.sources:
+            # its Python functions are known by what was compiled of them
+            kernels_of(system)
         try:
             known[mode] = _field_of(system, mode)
         except NoFieldError as fault:

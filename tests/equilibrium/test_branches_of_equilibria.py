@@ -42,6 +42,7 @@ def test_branches_that_cross_are_followed_from_either(rate, start):
     crossed = [value for kind, value in specials(found) if kind == "branch_point"]
     # each of the two branches has the point, and each branch stands once
     assert len(crossed) == 2
+    assert found.attrs["message"] == ""
     assert np.abs(crossed).max() < 1e-15
     assert found.sizes["branch_number"] == 2
     assert found["special_multiplicity"].values.tolist().count(1) == found.sizes["special"]
@@ -228,6 +229,17 @@ def test_boundaries_of_a_continuous_field_and_of_a_wall():
     assert found.cd.words("special_beyond").values.tolist() == ["no_partner"]
     assert found.cd.words("admissible").values[-1] == "virtual"
     assert "hit" in found["special_text"].item()
+
+
+def test_a_python_function_has_its_points_without_normal_forms():
+    def rates(t, x, p):
+        return x.v, p.k * x.x - x.x**3 - x.v
+
+    system = cd.HybridSystem(states="x v", parameters={"k": 1.0}, modes={"on": rates}, initial={"x": 0.3})
+    region = {"x": (-2, 2), "v": (-1, 1)}
+    found = cd.equilibria(system, {"k": (-1.0, 2.0)}, region=region, method="dop853")
+    assert np.abs(found["special_value"].values).max() < 1e-7
+    assert set(found.cd.words("special_kind").values.tolist()) == {"branch_point"}
 
 
 def test_pairs_that_cross_together_are_one_point_of_multiplicity_four():
