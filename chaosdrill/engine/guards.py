@@ -165,11 +165,11 @@ def side_before(tables, state, j):
 
 
 @inlined
-def is_zero(functions, tables, state, j, here, old, crossed, t, scratch):
-    """Whether guard j, whose value is given, is zero to its error, and its side before the step.
+def is_zero(functions, tables, state, j, here, slope, old, crossed, t, scratch):
+    """Whether guard j, whose value and slope are given, is zero to its error, and its side before the step.
 
-    Its error is that of the states, where the side is read off the value: else a sign other than that of its side says
-    so.
+    Its error is that of the states, where the side is read off the value, and after an event what it changes by as the
+    time of that is rounded: else a sign other than that of its side says so.
     """
     run = state.run[0]
     key = tables.keys[run.mode, j]
@@ -180,6 +180,8 @@ def is_zero(functions, tables, state, j, here, old, crossed, t, scratch):
             scratch.errors[1] = functions.rate_error(run.mode, j, t, state.c, state.x, scratch.none)
         return zero, old
     scratch.errors[0] = functions.guard_error(run.mode, j, t, state.c, state.x, state.doubt)
+    if run.fresh == AFTER:
+        scratch.errors[0] += 2.0 * EPSILON / ROUNDING * abs(t * slope)
     bound = ROUNDING * scratch.errors[0]
     if run.fresh == AFTER and tables.surfaces[run.mode, j] == run.surface:
         bound += 2.0 * run.residual
@@ -203,7 +205,7 @@ def look(functions, tables, state, j, here, slope, t, scratch):
         return FIRE, old, 0
     if here != here:
         return NOWHERE, 0, 0
-    zero, old = is_zero(functions, tables, state, j, here, old, crossed, t, scratch)
+    zero, old = is_zero(functions, tables, state, j, here, slope, old, crossed, t, scratch)
     order = 0
     side = 1 if here > 0.0 else -1
     if zero:

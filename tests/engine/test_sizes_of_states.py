@@ -61,6 +61,38 @@ def test_a_state_that_is_set_to_next_to_nothing_goes_on(method, value, sign, sta
     assert z == pytest.approx(LATE + value, rel=3e-12)
 
 
+WATCHED = cd.HybridSystem(
+    name="watched",
+    states="x y",
+    parameters={"set": 0.0, "k": 1.0, "w": 1.0},
+    modes={"rests": {"x": "w", "y": "0"}, "moves": {"x": "w", "y": "k*w*cos(x)"}},
+    transitions=[
+        cd.Transition("go", "rests", "moves", guard="x - 0.7", direction=+1, reset={"y": "k*set"}),
+        cd.Transition("back", "moves", "rests", guard="y", direction=-1),
+    ],
+    initial={"mode": "rests"},
+)
+
+
+@pytest.mark.parametrize("method", [*ADAPTIVE, "lanes"])
+@pytest.mark.parametrize("k, w", [(1.0, 1.0), (2.0**-40, 1.0), (2.0**30, 2.0**20)])
+def test_a_state_that_is_set_to_rounding_beside_a_guard_that_it_leaves(method, k, w):
+    """-sin(pi) in doubles is beyond zero by what the time of the event is rounded; -1e-6 is beyond it."""
+    for value in (1.3e-16, 1.2e-16, 0.0, -1.2e-16, -1.3e-16):
+        system = WATCHED.with_parameters(set=value, k=k, w=w)
+        if method == "lanes":
+            batch = Batch(system, {}, np.zeros((3, 2)), np.zeros(3, dtype=int), Numerics(), unit=2.0 / w)
+            batch.run(0, np.array([0, 1]))
+            end = batch.x[1]
+        else:
+            run = cd.trajectory(system, duration=2.0 / w, samples=1, method=method)
+            assert run.sizes["event"] == 1
+            end = run["states"].values[-1]
+        assert end[1] / k == pytest.approx(math.sin(2.0) - math.sin(0.7), abs=1e-12)
+    beyond = cd.trajectory(WATCHED.with_parameters(set=-1e-6, k=k, w=w), duration=2.0 / w, samples=1)
+    assert Outcome(int(beyond["outcome"])) == Outcome.STALLED
+
+
 powers = st.integers(-40, 40).map(lambda k: 2.0**k)
 
 
