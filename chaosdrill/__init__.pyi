@@ -48,6 +48,7 @@ from chaosdrill.workflow import system as system
 from chaosdrill.workflow import verify as verify
 
 __version__: str
+
 def attractors(
     system: HybridSystem,
     sweep: dict[str, Any],

@@ -13,7 +13,7 @@ from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.errors import SettingsError
 from chaosdrill.model import arithmetic
-from chaosdrill.model.period import places, strays
+from chaosdrill.model.period import strays
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -78,25 +78,24 @@ def check_period(system: "HybridSystem", period: float) -> None:
     c = kernels.constants(system.parameters)
     place = event_places(n)
     event = np.zeros(place.size)
-    for state, instants in places(n, period):
-        x = np.array(state)
+
+    def values(state: list[float], instant: float) -> list[float]:
+        x, seen = np.array(state), []
         for i in frozen:
             x[i] = system.initial[system.state_names[i]]
-        seen = []
-        for instant in instants:
-            values = []
-            for mode, events in enumerate(kernels.events):
-                rates = np.empty(n + q)
-                kernels.functions[3](mode, instant, c, x, rates)
-                values.extend(rates)
-                for j in range(len(events)):
-                    values.append(kernels.functions[5](mode, j, instant, c, x, event))
-                    event[place.image : place.jacobian] = x
-                    values.append(kernels.functions[7](mode, j, instant, c, x.copy(), 0, np.ones(n), 0.0, event))
-                    values.extend(event[place.image : place.jacobian])
-            seen.append(values)
-        if any(strays(*values) for values in zip(*seen, strict=True)):
-            raise SettingsError(
-                f"{system.name} does not repeat after its period {system.period} = {period:.6g} at "
-                f"{system.parameters}; write the period as an expression of the parameters that set it"
-            )
+        for mode, events in enumerate(kernels.events):
+            rates = np.empty(n + q)
+            kernels.functions[3](mode, instant, c, x, rates)
+            seen.extend(rates)
+            for j in range(len(events)):
+                seen.append(kernels.functions[5](mode, j, instant, c, x, event))
+                event[place.image : place.jacobian] = x
+                seen.append(kernels.functions[7](mode, j, instant, c, x.copy(), 0, np.ones(n), 0.0, event))
+                seen.extend(event[place.image : place.jacobian])
+        return seen
+
+    if strays(values, n, period):
+        raise SettingsError(
+            f"{system.name} does not repeat after its period {system.period} = {period:.6g} at "
+            f"{system.parameters}; write the period as an expression of the parameters that set it"
+        )

@@ -5,7 +5,7 @@ A definition is looked at by its expressions, at a few places; a run by its comp
 
 import math
 import random
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -17,6 +17,12 @@ _TOLERANCE = 1e-6
 _ROUNDING = 1e-13
 """Part of a value that is round-off of what does not move."""
 
+_NUDGES = 16
+"""Places by a few rounding units beside one at which it is seen how much of a value is round-off of what cancels."""
+
+_CANCELLED = 30.0
+"""Times what they change a value by up to which it is round-off."""
+
 _SIZES = (1.0, 1e-8, 1e-16, 0.0)
 """Sizes of states at which it is looked, one after the other: beside a state near 1 a drive of 1e-16 is nothing."""
 
@@ -27,21 +33,41 @@ _SAMPLES = 12
 """Places at which the functions of a run are looked at."""
 
 
-def places(states: int, period: float, count: int = _SAMPLES) -> Iterator[tuple[list[float], list[float]]]:
-    """States, and instants at which their values are compared by `strays`."""
+Values = Callable[[list[float], float], Sequence[float]]
+"""What is compared, at states and an instant; NaN for what is no number."""
+
+
+def strays(values: Values, states: int, period: float, count: int = _SAMPLES) -> bool:
+    """Whether a value is another one a period later, at one of a number of places; what is no number tells nothing."""
     rng = random.Random(20260104)
     for sample in range(count):
         x = [rng.uniform(0.1, 0.9) * _SIZES[sample % len(_SIZES)] for _ in range(states)]
         t = rng.uniform(0, period)
-        yield x, [t, t + period, *(t + part * period for part in _LATER)]
+        here, later = values(x, t), values(x, t + period)
+        within = [values(x, t + part * period) for part in _LATER]
+        off = [_off(*seen) for seen in zip(here, later, *within, strict=True)]
+        if any(one > 0 for one in off):
+            noise = [0.0] * len(off)
+            for _ in range(_NUDGES):
+                beside = [value * _nudge(rng) for value in x]
+                now = t * _nudge(rng)
+                for first, second in ((here, values(beside, now)), (later, values(beside, now + period))):
+                    noise = [max(n, abs(b - a)) for n, a, b in zip(noise, first, second, strict=True)]
+            if any(one > _CANCELLED * n for one, n in zip(off, noise, strict=True)):
+                return True
+    return False
 
 
-def strays(here: float, later: float, *within: float) -> bool:
-    """Whether a value is another one a period later; what is no number tells nothing."""
+def _off(here: float, later: float, *within: float) -> float:
+    """By how much a value differs a period later beyond what is allowed; 0 where one is no number."""
     if not all(map(math.isfinite, (here, later, *within))):
-        return False
+        return 0.0
     moves = max(abs(value - here) for value in within)
-    return abs(later - here) > _TOLERANCE * moves + _ROUNDING * abs(here)
+    return abs(later - here) - _TOLERANCE * moves - _ROUNDING * abs(here)
+
+
+def _nudge(rng: random.Random) -> float:
+    return 1.0 + rng.randint(-8, 8) * 2.0**-52
 
 
 def wrong_period(found: "Definition", numbers: Mapping[str, Any]) -> str | None:
@@ -69,14 +95,17 @@ def wrong_period(found: "Definition", numbers: Mapping[str, Any]) -> str | None:
     for expression in differences(found):
         if found.time not in expression.free_symbols or frozen & expression.free_symbols:
             continue
-        for x, instants in places(len(found.states), period, len(_SIZES)):
-            here = {**values, **dict(zip(found.states, x, strict=True))}
-            seen = [double(expression, {**here, found.time: instant}, _mix) for instant in instants]
-            if strays(*(math.nan if value is None else value for value in seen)):
-                return (
-                    f"{expression} does not repeat after the declared period {found.period} = {period:.6g}; mend the "
-                    "period or leave it out"
-                )
+
+        def value(x: list[float], instant: float, expression: Any = expression) -> list[float]:
+            here = {**values, **dict(zip(found.states, x, strict=True)), found.time: instant}
+            seen = double(expression, here, _mix)
+            return [math.nan if seen is None else seen]
+
+        if strays(value, len(found.states), period, len(_SIZES)):
+            return (
+                f"{expression} does not repeat after the declared period {found.period} = {period:.6g}; mend the "
+                "period or leave it out"
+            )
     return None
 
 
