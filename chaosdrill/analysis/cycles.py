@@ -354,5 +354,7 @@ def linearised(system: HybridSystem, state: np.ndarray, mode: int) -> np.ndarray
     kernels = kernels_of(system)
     matrix = np.empty((len(state), len(state)))
     for unit, column in zip(np.eye(len(state)), matrix, strict=True):
-        kernels.functions[4](mode, 0.0, kernels.constants(system.parameters), np.ascontiguousarray(state), unit, column)
+        kernels.functions.variation(
+            mode, 0.0, kernels.constants(system.parameters), np.ascontiguousarray(state), unit, column
+        )
     return np.linalg.eigvals(matrix).astype(complex)

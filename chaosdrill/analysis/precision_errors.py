@@ -193,7 +193,7 @@ def flow_direction_error(place: Place, numerics: Numerics) -> float:
     size = len(system.state_names) + len(system.quadratures)
     before, after = np.empty(size), np.empty(size)
     c = kernels_of(system).constants(system.parameters)
-    field_of = kernels_of(system).functions[3]
+    field_of = kernels_of(system).functions.field
     start = np.array([system.initial[name] for name in system.state_names])
     n = len(start)
     field_of(system.mode_names.index(system.initial["mode"]), 0.0, c, start, before)

@@ -171,7 +171,7 @@ def flow_of(run: Run, state: np.ndarray | None = None, mode: int | None = None) 
     rates = np.zeros(len(run.x) + len(system.quadratures))
     place = run.x if state is None else np.ascontiguousarray(state)
     present = int(run.standing["mode"]) if mode is None else mode
-    kernels_of(system).functions[3](present, float(run.standing["time"]), run.c, place, rates)
+    kernels_of(system).functions.field(present, float(run.standing["time"]), run.c, place, rates)
     return rates[: len(run.x)]
 
 

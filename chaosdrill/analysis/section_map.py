@@ -249,7 +249,9 @@ class SectionMap:
         events = kernels_of(self.system).events[mode]
         j = next(k for k, event in enumerate(events) if self.transition in event.outcomes)
         gradient = np.empty(self.n + 1)
-        value = kernels_of(self.system).functions[5](mode, j, 0.0, self._run.c, np.ascontiguousarray(state), gradient)
+        value = kernels_of(self.system).functions.guard(
+            mode, j, 0.0, self._run.c, np.ascontiguousarray(state), gradient
+        )
         return float(value), gradient[: self.n].copy()
 
     def preimage(

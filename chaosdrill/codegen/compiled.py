@@ -12,7 +12,7 @@ from chaosdrill.codegen import record
 from chaosdrill.codegen.code import kept_functions
 from chaosdrill.codegen.layout import Layout, Shape, Watched
 from chaosdrill.codegen.machine import processor
-from chaosdrill.codegen.signatures import CONSTANTS, LANE_SIGNATURES, SIGNATURES
+from chaosdrill.codegen.signatures import CONSTANTS, LANE_SIGNATURES, SIGNATURES, Functions, LaneFunctions
 
 if TYPE_CHECKING:
     from chaosdrill.codegen.kernels import Written
@@ -35,7 +35,7 @@ class Kernels:
     Attributes
     ----------
     functions : tuple
-        The functions of ``codegen.signatures.SIGNATURES``, in order; a system of Python functions has no series.
+        The functions of ``codegen.signatures.SIGNATURES``; a system of Python functions has no series.
     layout : Layout
     mode_table : ndarray of int64, shape (modes, 1 + guards)
         Number of guards, then their directions.
@@ -47,7 +47,7 @@ class Kernels:
         Target mode; 1 if the transition only marks a section.
     """
 
-    functions: tuple[Any, ...]
+    functions: Functions
     fill_constants: Any
     layout: Layout
     mode_table: np.ndarray
@@ -98,7 +98,7 @@ class Kernels:
         return record.Held(self.layout, self.single, self.of_lanes[0] if self.of_lanes else None, processor())
 
     @cached_property
-    def lanes(self) -> tuple[Any, ...]:
+    def lanes(self) -> LaneFunctions:
         """The functions of ``codegen.signatures.LANE_SIGNATURES``, compiled on first use."""
         with _loading:
             found = kept_functions(self.of_lanes[0], LANE_SIGNATURES) if self.of_lanes else None
@@ -106,7 +106,7 @@ class Kernels:
                 code = self.written.lanes()
                 found = code.functions(LANE_SIGNATURES)
                 self.of_lanes[:] = [code.kept()]
-        return tuple(found[name] for name in LANE_SIGNATURES)
+        return LaneFunctions(**{name: found[name] for name in LANE_SIGNATURES})
 
     def constants(self, parameters: Mapping[str, float]) -> np.ndarray:
         """Parameters and the derived constants that the kernels read."""
@@ -185,7 +185,7 @@ def _kernels(compiled: Sequence[Mapping[str, Any]], held: record.Held, write: "C
         surfaces[: len(events)] = [e.surface for e in events]
     moves, targets = layout.moves, layout.targets
     return Kernels(
-        functions=tuple(functions.get(name, NoFunction) for name in SIGNATURES),
+        functions=Functions(**{name: functions.get(name, NoFunction) for name in SIGNATURES}),
         fill_constants=functions["constants"],
         layout=layout,
         mode_table=mode_table,

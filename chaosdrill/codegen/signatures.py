@@ -1,6 +1,6 @@
 """The fixed signatures through which the engine sees a system; arrays are C-contiguous doubles."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from chaosdrill.codegen.kinds import float64, int64, void
 
@@ -103,3 +103,26 @@ Their arrays are those of ``engine.lanes.aligned``: times (8,), constants (numbe
 
 CONSTANTS = void(vector, vector)
 """``constants(p, c)``: parameters, then the expressions of parameters that the code needs"""
+
+
+class Functions(NamedTuple):
+    """The compiled functions of `SIGNATURES`."""
+
+    jet: Any
+    jacobian_jet: Any
+    tangent: Any
+    field: Any
+    variation: Any
+    guard: Any
+    guard_error: Any
+    event_map: Any
+    watch: Any
+    rate_error: Any
+
+
+class LaneFunctions(NamedTuple):
+    """Those of `LANE_SIGNATURES`, for eight runs at once."""
+
+    jet: Any
+    jacobian_jet: Any
+    tangent: Any

@@ -267,12 +267,12 @@ class Batch:
     def rates(self, p: int, state: np.ndarray, mode: int) -> np.ndarray:
         """Rates of the states at a state of run p, shape (n,); of a system that does not depend on time."""
         found = np.zeros(self.x.shape[1] + self._quadratures)
-        kernels_of(self.system).functions[3](mode, 0.0, self._states.c[p], np.ascontiguousarray(state), found)
+        kernels_of(self.system).functions.field(mode, 0.0, self._states.c[p], np.ascontiguousarray(state), found)
         return found[: self.x.shape[1]]
 
     def rest(self, p: int) -> np.ndarray:
         """The point at rest near the present state of run p, by Newton's method; the state where there is none near."""
-        n, mode, variation = self.x.shape[1], int(self.mode[p]), kernels_of(self.system).functions[4]
+        n, mode, variation = self.x.shape[1], int(self.mode[p]), kernels_of(self.system).functions.variation
         x, column, jacobian, size = self.x[p].copy(), np.empty(n), np.empty((n, n)), self.sizes[p]
         size = np.where(size > 0, size, 1.0)
         for _ in range(_NEWTON):
@@ -327,7 +327,7 @@ class Batch:
         kernels, m = kernels_of(self.system), len(self._frame)
         if not len(which):
             return
-        in_lanes = at.LaneFunctions(*kernels.lanes)
+        in_lanes = kernels.lanes
         await_part(LANES)
         from chaosdrill.engine.first_event import first_event
         from chaosdrill.engine.lane_flow import lane_flow

@@ -213,29 +213,6 @@ class Scratch(NamedTuple):
     """(4, operations): what steep operations are applied to, at two places, its largest and its first size in a step"""
 
 
-class Functions(NamedTuple):
-    """A system's functions, see ``codegen.signatures``."""
-
-    jet: Any
-    jacobian_jet: Any
-    tangent: Any
-    field: Any
-    variation: Any
-    guard: Any
-    guard_error: Any
-    event_map: Any
-    watch: Any
-    rate_error: Any
-
-
-class LaneFunctions(NamedTuple):
-    """Those of series for eight runs at once."""
-
-    jet: Any
-    jacobian_jet: Any
-    tangent: Any
-
-
 class Stepper(NamedTuple):
     """A method's functions, see ``engine.stepper``."""
 

@@ -85,12 +85,12 @@ def check_period(system: "HybridSystem", period: float) -> None:
             x[i] = system.initial[system.state_names[i]]
         for mode, events in enumerate(kernels.events):
             rates = np.empty(n + q)
-            kernels.functions[3](mode, instant, c, x, rates)
+            kernels.functions.field(mode, instant, c, x, rates)
             seen.extend(rates)
             for j in range(len(events)):
-                seen.append(kernels.functions[5](mode, j, instant, c, x, event))
+                seen.append(kernels.functions.guard(mode, j, instant, c, x, event))
                 event[place.image : place.jacobian] = x
-                seen.append(kernels.functions[7](mode, j, instant, c, x.copy(), 0, np.ones(n), 0.0, event))
+                seen.append(kernels.functions.event_map(mode, j, instant, c, x.copy(), 0, np.ones(n), 0.0, event))
                 seen.extend(event[place.image : place.jacobian])
         return seen
 

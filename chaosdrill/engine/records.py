@@ -3,7 +3,7 @@
 import math
 
 from chaosdrill.codegen.kinds import Array, NamedTuple, Pointer, RecordOf, Tuple, float64, int64, uint64, void
-from chaosdrill.codegen.signatures import LANE_SIGNATURES, SIGNATURES, block, matrix, vector
+from chaosdrill.codegen.signatures import LANE_SIGNATURES, SIGNATURES, Functions, LaneFunctions, block, matrix, vector
 from chaosdrill.engine.jit import at_address, inlined, inner
 from chaosdrill.engine.layout import (
     DONE,
@@ -12,9 +12,7 @@ from chaosdrill.engine.layout import (
     RUN,
     SETTINGS,
     Block,
-    Functions,
     Implicit,
-    LaneFunctions,
     LaneRoom,
     Machine,
     Results,

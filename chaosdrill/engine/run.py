@@ -355,7 +355,7 @@ class Run:
         """The surface on which the state is and another mode, if both modes lead across it to each other."""
         kernels, n, t = kernels_of(self.system), len(self.system.state_names), self.elapsed
         c, gradient, rates = self.states.c[0], np.empty(n + 1), np.empty(n + len(self.system.quadratures))
-        field, guard = kernels.functions[3], kernels.functions[5]
+        field, guard = kernels.functions.field, kernels.functions.guard
 
         def ways(mode: int) -> "Iterator[tuple[Any, int]]":
             """Surfaces on which the state is and across which the motion of a mode leads, and to which modes."""

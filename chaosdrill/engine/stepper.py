@@ -17,7 +17,7 @@ from importlib import import_module
 from typing import Any
 
 from chaosdrill.engine.jit import Layout, Record, compiled
-from chaosdrill.engine.layout import Functions, Machine, Stepper
+from chaosdrill.engine.layout import Machine, Stepper
 from chaosdrill.engine.records import STEPPER_SIGNATURES, machine_type
 
 
@@ -48,5 +48,5 @@ def machine(
     functions: Any, method: str, settings: Any, tables: Any, states: Any, scratch: Any, *, search: Any = _Absent
 ) -> Record:
     """What compiled functions need for runs of a system, in memory; ``flow`` needs no ``search``, see `Machine`."""
-    held = Machine(Functions(*functions), stepper(method), search, settings, tables, states, scratch)
+    held = Machine(functions, stepper(method), search, settings, tables, states, scratch)
     return Record(_MACHINE, held)

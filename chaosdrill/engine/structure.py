@@ -18,7 +18,6 @@ from chaosdrill.codegen.kinds import float64, int64, void
 from chaosdrill.codegen.signatures import event_places, matrix, vector
 from chaosdrill.engine.events import normal_speed, saltate, saltation_jump
 from chaosdrill.engine.jit import compiled, inner
-from chaosdrill.engine.layout import Functions
 from chaosdrill.engine.records import functions_type, integer_matrix
 from chaosdrill.engine.uncompiled import in_python
 
@@ -54,7 +53,7 @@ MEASURES = 64
 def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
     """Saltation matrices (transition, matrix of shape (n, n)) at random states on the guards, in sizes of states."""
     kernels = kernels_of(system)
-    functions = Functions(*kernels.functions)
+    functions = kernels.functions
     n = len(system.state_names)
     c = kernels.constants(system.parameters)
     rng = np.random.default_rng(20260101)
@@ -106,7 +105,7 @@ def sizes_of(system: "HybridSystem") -> tuple[np.ndarray, float]:
 
 def _sizes(system: "HybridSystem") -> tuple[np.ndarray, float]:
     kernels, n = kernels_of(system), len(system.state_names)
-    c, guard = kernels.constants(system.parameters), kernels.functions[5]
+    c, guard = kernels.constants(system.parameters), kernels.functions.guard
     x = np.array([float(system.initial[name]) for name in system.state_names])
     found, gradient = np.abs(x), np.zeros(n + 1)
     for mode, events in enumerate(kernels.events):
@@ -146,7 +145,7 @@ def _sizes(system: "HybridSystem") -> tuple[np.ndarray, float]:
 def _motions(system: "HybridSystem", x: np.ndarray, sizes: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Rates, shape (n,), and Jacobians of all modes at a state and beside it."""
     kernels, n = kernels_of(system), len(x)
-    c, field, variation = kernels.constants(system.parameters), kernels.functions[3], kernels.functions[4]
+    c, field, variation = kernels.constants(system.parameters), kernels.functions.field, kernels.functions.variation
     rates, column = np.empty(n + len(system.quadratures)), np.empty(n)
     for place in (x, x + sizes * general_position(n)[0]):
         for mode in range(len(system.modes)):
@@ -222,7 +221,7 @@ def _passes(system: "HybridSystem") -> Iterator[tuple[int, int]]:
     n = len(system.state_names)
     sizes, unit = sizes_of(system)
     trials = _trials(n) * np.append(sizes, unit)
-    functions = Functions(*kernels.functions)
+    functions = kernels.functions
     event, scratch = np.zeros(event_places(n).size), np.zeros((4, n + 1 + len(system.quadratures)))
     always = _always_passed(system)
     for mode, events in enumerate(kernels.events):
@@ -522,7 +521,7 @@ def _jacobians(system: "HybridSystem", samples: int = _SAMPLES) -> Iterator[np.n
     """Jacobians at random states, of states in their sizes."""
     n = len(system.state_names)
     c = kernels_of(system).constants(system.parameters)
-    variation = kernels_of(system).functions[4]
+    variation = kernels_of(system).functions.variation
     sizes, time_unit = sizes_of(system)
     rng = np.random.default_rng(20260102)
     column = np.empty(n)

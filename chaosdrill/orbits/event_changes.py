@@ -135,7 +135,7 @@ def taken(problem: Problem, orbit: Orbit, segment: int, guard: int, after: float
     room = np.zeros(event_places(n).size)
     constants = kernels_of(system).constants(system.parameters)
     mode = int(orbit.segments[segment, at.SEGMENT_MODE])
-    event_map = kernels_of(system).functions[7]
+    event_map = kernels_of(system).functions.event_map
     return int(event_map(mode, guard, orbit.phase + instant, constants, x, 0, np.ones(n), 0.0, room))
 
 
@@ -144,7 +144,7 @@ def _guard(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Values and rates of a guard in states (K, d) at times since the start of an orbit."""
     system = problem.system
-    field, evaluate = kernels_of(system).functions[3], kernels_of(system).functions[5]
+    field, evaluate = kernels_of(system).functions.field, kernels_of(system).functions.guard
     constants = kernels_of(system).constants(system.parameters)
     n, d = len(system.state_names), problem.states
     mode = int(orbit.segments[segment, at.SEGMENT_MODE])

@@ -121,7 +121,7 @@ def _rests(problem: Problem, run: Run) -> bool:
     system = run.system
     rates = np.zeros(len(run.x) + len(system.quadratures))
     mode = system.mode_names.index(run.mode)
-    kernels_of(system).functions[3](mode, run.elapsed, run.c, run.x, rates)
+    kernels_of(system).functions.field(mode, run.elapsed, run.c, run.x, rates)
     moved = np.abs(problem.shifts.beside(rates[: len(run.x)])) * run.period
     return bool((moved <= SETTINGS.at_rest * np.maximum(problem.sizes, np.abs(run.x))).all())
 

@@ -214,7 +214,7 @@ def _crossing(place: Place, numerics: Numerics, unit: float) -> tuple[float, int
     rates = np.zeros((len(rows), d + len(system.quadratures)))
     times = np.arange(1, len(rows) + 1) * unit / SETTINGS.characteristic_samples
     for row, time, rate in zip(rows, times, rates, strict=True):
-        kernels_of(system).functions[3](int(row[-1]), time, run.c, row[:d].copy(), rate)
+        kernels_of(system).functions.field(int(row[-1]), time, run.c, row[:d].copy(), rate)
     extent = np.ptp(rows[:, :d], axis=0)
     mean = np.sqrt((rates[:, :d] ** 2).mean(axis=0))
     moving = (mean > 0) & (extent > 0)

@@ -523,7 +523,7 @@ class Problem:
             if end >= 0:
                 state = np.concatenate([before, one.starts[0, d:]])
                 time = one.phase + float(one.durations[0])
-                kernels.functions[5](mode, end, time, self._states.c[0], state, gradient)
+                kernels.functions.guard(mode, end, time, self._states.c[0], state, gradient)
                 steep = float(np.abs(gradient[:d] * sizes).max()) / unit
                 found[i] = steep or abs(float(gradient[n])) or 1.0
         return found
@@ -555,7 +555,7 @@ class Problem:
         if end != at.PLANE:
             return plane
         rate = np.zeros(len(self.system.state_names) + len(self.system.quadratures))
-        kernels_of(self.system).functions[3](mode, orbit.phase, self._states.c[0], orbit.starts[0].copy(), rate)
+        kernels_of(self.system).functions.field(mode, orbit.phase, self._states.c[0], orbit.starts[0].copy(), rate)
         plane[at.START], plane[at.NORMAL] = orbit.starts[0, : self.states], rate[: self.states]
         return plane
 

@@ -8,16 +8,13 @@ import numpy as np
 from chaosdrill.dataset.branches import Criticality, Special
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.layout import DONE
-from chaosdrill.equilibrium.curve import Curve as Equilibria
-from chaosdrill.equilibrium.curve import LostError
-from chaosdrill.equilibrium.fields import NoFieldError, field_of
-from chaosdrill.equilibrium.forms import hopf_form
-from chaosdrill.equilibrium.points import Equilibrium, equilibrium, polished
 from chaosdrill.orbits.points import Point
 from chaosdrill.orbits.results import NO_FORM, NormalForm
 from chaosdrill.orbits.settings import SETTINGS
 
 if TYPE_CHECKING:
+    from chaosdrill.equilibrium.curve import Curve as Equilibria
+    from chaosdrill.equilibrium.points import Equilibrium
     from chaosdrill.orbits.curve import Curve
 
 
@@ -61,6 +58,11 @@ def shrinks(curve: "Curve", before: Point, last: Point, reach: float) -> bool:
 
 def rest_behind(curve: "Curve", last: Point) -> Rest | None:
     """The Hopf point that an orbit has shrunk to; None where the equilibrium has none near by."""
+    from chaosdrill.equilibrium.curve import Curve as Equilibria
+    from chaosdrill.equilibrium.curve import LostError
+    from chaosdrill.equilibrium.fields import NoFieldError, field_of
+    from chaosdrill.equilibrium.forms import hopf_form
+
     problem, orbit = curve.problem, last.orbit
     system = problem.plain
     mode = system.mode_names[orbit.segments[0, at.SEGMENT_MODE]]
@@ -93,11 +95,13 @@ def rest_behind(curve: "Curve", last: Point) -> Rest | None:
     return None if end is None else Rest(end, error, text, replace(NO_FORM, criticality=kind))
 
 
-def _hopf(rests: Equilibria, numbers: np.ndarray, omega: float) -> tuple[Equilibrium, float, float] | None:
+def _hopf(rests: "Equilibria", numbers: np.ndarray, omega: float) -> "tuple[Equilibrium, float, float] | None":
     """The equilibrium where a pair crosses the imaginary axis, its frequency, and the error of the parameter."""
+    from chaosdrill.equilibrium.points import equilibrium, polished
+
     place = rests.places[-1]
 
-    def at_value(value: float, near: np.ndarray) -> tuple[Equilibrium, complex, float] | None:
+    def at_value(value: float, near: np.ndarray) -> "tuple[Equilibrium, complex, float] | None":
         there = near.copy()
         there[place] = value
         zero = polished(rests.field, there)
@@ -126,7 +130,7 @@ def _hopf(rests: Equilibria, numbers: np.ndarray, omega: float) -> tuple[Equilib
     return None
 
 
-def _still(curve: "Curve", last: Point, one: Equilibrium, value: float, period: float) -> Point | None:
+def _still(curve: "Curve", last: Point, one: "Equilibrium", value: float, period: float) -> Point | None:
     """The orbit of no extent as the last point of a branch."""
     orbit, d = last.orbit, curve.problem.states
     starts = orbit.starts.copy()

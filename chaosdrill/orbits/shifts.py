@@ -88,7 +88,7 @@ def shifts_of(system: "HybridSystem") -> Shifts:
     """The shifts of a system, derived once for all values of its parameters."""
     known: Shifts | None = system.shared.get("shifts")
     if known is None:
-        d = len(system.states)
+        d = len(system.state_names)
         lines = np.reshape(np.array(symmetries_of(system), dtype=float), (-1, d))
         turns = np.reshape(np.array(turns_of(system), dtype=float), (-1, d))
         kept: list[np.ndarray] = []

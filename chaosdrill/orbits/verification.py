@@ -417,8 +417,8 @@ def _events(problem: "Problem", orbit: "Orbit") -> dict[str, Any]:
         before[i] = state
         if end >= 0:
             time = one.phase + float(one.durations[0])
-            kernels.functions[3](mode, time, constants, state, rates)
-            kernels.functions[5](mode, end, time, constants, state, gradient)
+            kernels.functions.field(mode, time, constants, state, rates)
+            kernels.functions.guard(mode, end, time, constants, state, gradient)
             speeds[i] = gradient[:d] @ rates[:d] + gradient[d]
     ends = np.cumsum(orbit.durations)
     times = (ends - problem.first_strobe(orbit)) % ends[-1] if problem.forced else ends

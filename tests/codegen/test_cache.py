@@ -348,7 +348,7 @@ def test_kernels_that_several_threads_ask_for_at_once():
     def ask(copy):
         barrier.wait()
         kernels, rates = kernels_of(copy), np.empty(2)
-        kernels.functions[3](0, 0.3, kernels.constants(copy.parameters), np.array([0.1, 0.7]), rates)
+        kernels.functions.field(0, 0.3, kernels.constants(copy.parameters), np.array([0.1, 0.7]), rates)
         found.append((tuple(rates), len(kernels.lanes)))
 
     threads = [threading.Thread(target=ask, args=(copy,)) for copy in copies]

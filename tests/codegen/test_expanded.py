@@ -163,7 +163,7 @@ def test_the_variation_is_that_of_the_series(kernels, contact):
     lam, n = CONTACTS[contact]
     ws, c, out = expanded(kernels, lam, n), constants(kernels, lam, n), np.empty(3)
     for half, direction in enumerate(DIRECTIONS):
-        kernels.functions[4](0, 0.0, c, np.array(PLACE), direction, out)
+        kernels.functions.variation(0, 0.0, c, np.array(PLACE), direction, out)
         np.testing.assert_allclose(out, ws[kernels.rows + 3 * half :][:3, 1], rtol=1e-13)
 
 
@@ -175,8 +175,8 @@ def test_the_error_of_a_guard_is_within_its_bound(kernels, contact, x):
     place, gradient = np.array([x, 1.25, x]), np.empty(4)
     c, rates = constants(kernels, lam, n), np.empty(4)
     bounds = [kernels.functions[k](0, 0, 0.0, c, place, np.zeros(3)) for k in (6, 9)]
-    value = kernels.functions[5](0, 0, 0.0, c, place, gradient)
-    kernels.functions[3](0, 0.0, c, place, rates)
+    value = kernels.functions.guard(0, 0, 0.0, c, place, gradient)
+    kernels.functions.field(0, 0.0, c, place, rates)
     with mpmath.workdps(contact_durations.DIGITS + contact_durations.lost(x, lam)):
         speed = mpmath.mpf(x) + mpmath.mpf(x) / 5
         tiny = mpmath.mpf("1e-10")

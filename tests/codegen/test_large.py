@@ -102,11 +102,11 @@ def test_rates_and_variations_are_those_of_the_expressions(both):
     c, out = kernels.constants(system.parameters), np.empty(n)
     names = list(values)
     rates = sympy.lambdify(names, [system.modes["on"][s] for s in system.states])(*values.values())
-    kernels.functions[3](0, 0.4, c, x, out)
+    kernels.functions.field(0, 0.4, c, x, out)
     np.testing.assert_allclose(out, np.array(rates, dtype=float), rtol=1e-13, atol=1e-14)
     matrix = np.array(sympy.lambdify(names, jacobian(system, "on").tolist())(*values.values()), dtype=float)
     for vector in d:
-        kernels.functions[4](0, 0.4, c, x, vector, out)
+        kernels.functions.variation(0, 0.4, c, x, vector, out)
         np.testing.assert_allclose(out, matrix @ vector, rtol=1e-12, atol=1e-13)
 
 
@@ -123,7 +123,8 @@ def test_an_event_is_that_of_code_in_line():
         x[SIZE - 1] = 1.0
         event = np.full(event_places(n).size, np.nan)
         assert (
-            kernels.functions[7](0, 0, 0.4, kernels.constants(system.parameters), x, 1, np.ones(n), 1e-12, event) == 0
+            kernels.functions.event_map(0, 0, 0.4, kernels.constants(system.parameters), x, 1, np.ones(n), 1e-12, event)
+            == 0
         )
         found.append(event)
     np.testing.assert_allclose(*found, rtol=1e-13, atol=1e-14)

@@ -18,7 +18,7 @@ def outcome(name, target="a", **more):
 
 def outcome_of(system, c, speed):
     event = np.empty(event_places(2).size)
-    return kernels_of(system).functions[7](0, 0, 0.0, c, np.array([0.0, speed]), 0, np.ones(2), 0.0, event)
+    return kernels_of(system).functions.event_map(0, 0, 0.0, c, np.array([0.0, speed]), 0, np.ones(2), 0.0, event)
 
 
 @pytest.fixture(scope="module")

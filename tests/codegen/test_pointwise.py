@@ -70,7 +70,7 @@ def digits():
 def test_field_and_quadrature(kernels, place):
     functions, c = kernels[0].functions, kernels[1]
     out = np.empty(4)
-    functions[3](1, place[3], c, np.array(place[:3]), out)
+    functions.field(1, place[3], c, np.array(place[:3]), out)
     expected = [float(value(e, place[:3], place[3])) for e in (*FIELD.values(), X * Y)]
     np.testing.assert_allclose(out, expected, rtol=5e-15)
 
@@ -81,7 +81,7 @@ def test_variation(kernels, place):
     jacobian = np.array([gradient(e, place[:3], place[3])[:3] for e in FIELD.values()])
     out = np.empty(3)
     for direction in ([1.0, 0, 0], [0.3, -2.0, 0.7]):
-        functions[4](1, place[3], c, np.array(place[:3]), np.array(direction), out)
+        functions.variation(1, place[3], c, np.array(place[:3]), np.array(direction), out)
         np.testing.assert_allclose(out, jacobian @ direction, rtol=1e-13)
 
 
@@ -89,7 +89,7 @@ def test_variation(kernels, place):
 def test_guard(kernels, place):
     functions, c = kernels[0].functions, kernels[1]
     found = np.empty(4)
-    at = functions[5](1, 0, place[3], c, np.array(place[:3]), found)
+    at = functions.guard(1, 0, place[3], c, np.array(place[:3]), found)
     assert at == pytest.approx(float(value(GUARD, place[:3], place[3])), rel=1e-14)
     np.testing.assert_allclose(found, gradient(GUARD, place[:3], place[3]), rtol=1e-13, atol=1e-13)
 
@@ -99,7 +99,7 @@ def crossed(kernels, place, tangents=1):
     functions, c = kernels[0].functions, kernels[1]
     x, places = np.array(place[:3]), event_places(3)
     event = np.full(places.size, np.nan)
-    transition = functions[7](1, 0, place[3], c, x, tangents, np.ones(3), 1.0, event)
+    transition = functions.event_map(1, 0, place[3], c, x, tangents, np.ones(3), 1.0, event)
     first = places._asdict()
     order = sorted(first, key=first.get)
     ends = {name: first[later] for name, later in pairwise(order)}
@@ -131,7 +131,7 @@ def test_the_rate_after_an_event_is_that_of_the_mode_reached(kernels):
     functions, c = kernels[0].functions, kernels[1]
     x, places = np.array([1.0, 0.4, -0.3]), event_places(3)
     event = np.empty(places.size)
-    assert functions[7](0, 0, 0.9, c, x, 1, np.ones(x.size), 0.0, event) == 0
+    assert functions.event_map(0, 0, 0.9, c, x, 1, np.ones(x.size), 0.0, event) == 0
     expected = [float(value(e, x, 0.9)) for e in FIELD.values()]
     np.testing.assert_allclose(event[places.after : places.image], expected, rtol=1e-14, atol=1e-15)
 
@@ -139,8 +139,8 @@ def test_the_rate_after_an_event_is_that_of_the_mode_reached(kernels):
 def test_a_mode_or_guard_that_is_not_there_chooses_nothing(kernels):
     functions, c = kernels[0].functions, kernels[1]
     event = np.empty(event_places(3).size)
-    assert functions[7](1, 1, 0.0, c, np.zeros(3), 0, np.ones(3), 0.0, event) == -1
-    assert functions[7](7, 0, 0.0, c, np.zeros(3), 0, np.ones(3), 0.0, event) == -1
+    assert functions.event_map(1, 1, 0.0, c, np.zeros(3), 0, np.ones(3), 0.0, event) == -1
+    assert functions.event_map(7, 0, 0.0, c, np.zeros(3), 0, np.ones(3), 0.0, event) == -1
 
 
 def test_constants_are_parameters_first(kernels):
@@ -197,5 +197,5 @@ def test_the_force_of_a_contact_that_has_just_begun():
     kernels, c = kernels_of(system), kernels_of(system).constants(system.parameters)
     out = np.empty(2)
     for depth, slope in ((-1e-300, 0.0), (0.0, 0.0), (0.25, -3.0 * 1.5 * 0.5)):
-        kernels.functions[4](0, 0.0, c, np.array([depth, 1.0]), np.array([1.0, 2.0]), out)
+        kernels.functions.variation(0, 0.0, c, np.array([depth, 1.0]), np.array([1.0, 2.0]), out)
         np.testing.assert_allclose(out, [2.0, slope], rtol=1e-15)

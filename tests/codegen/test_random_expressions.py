@@ -100,7 +100,7 @@ def test_the_property_can_fail(numeric, coefficients, polynomial, agree):
     """A series with one coefficient off by a part in 1e10 does not pass."""
     kernels = kernels_of(cd.HybridSystem(name="e", states=(X,), parameters={}, modes={"on": {X: X}}))
     ws = np.zeros((kernels.rows, COLUMNS))
-    kernels.functions[0](0, ORDER, 0.0, np.zeros(1), np.array([1.0]), ws)
+    kernels.functions.jet(0, ORDER, 0.0, np.zeros(1), np.array([1.0]), ws)
     row = ws[0, : ORDER + 1]
     solution = coefficients(mpmath.exp, ORDER)
     agree(row, solution, 1e-15)

@@ -75,7 +75,7 @@ WATCHED = cd.HybridSystem(
 
 
 @pytest.mark.parametrize("method", [*ADAPTIVE, "lanes"])
-@pytest.mark.parametrize("k, w", [(1.0, 1.0), (2.0**-40, 1.0), (2.0**30, 2.0**20)])
+@pytest.mark.parametrize(("k", "w"), [(1.0, 1.0), (2.0**-40, 1.0), (2.0**30, 2.0**20)])
 def test_a_state_that_is_set_to_rounding_beside_a_guard_that_it_leaves(method, k, w):
     """-sin(pi) in doubles is beyond zero by what the time of the event is rounded; -1e-6 is beyond it."""
     for value in (1.3e-16, 1.2e-16, 0.0, -1.2e-16, -1.3e-16):

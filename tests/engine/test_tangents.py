@@ -222,9 +222,9 @@ def candidates(system, source, event):
         for i in held(system, source):
             x[i] = system.parameters.get("belt", 0.0)
         for _ in range(30):
-            value = kernels.functions[5](mode, j, 0.0, c, x, gradient)
+            value = kernels.functions.guard(mode, j, 0.0, c, x, gradient)
             x -= value * gradient[:n] / (gradient[:n] @ gradient[:n])
-        kernels.functions[3](mode, 0.0, c, x, rate)
+        kernels.functions.field(mode, 0.0, c, x, rate)
         yield x - 0.05 * rate[:n]
 
 
@@ -320,7 +320,7 @@ def put_on_guard(guard, mode, j, c, x, gradient):
 def test_the_flow_goes_over_into_the_flow(augmented_of_direction, name, mode, j, seed, size):
     system = augmented_of_direction(name)
     kernels = kernels_of(system)
-    guard, event_map = kernels.functions[5], kernels.functions[7]
+    guard, event_map = kernels.functions.guard, kernels.functions.event_map
     mode = system.mode_names.index(mode)
     n = len(system.states)
     places = event_places(n)
