@@ -15,7 +15,7 @@ def test_codes_are_fixed():
         "contracting no_equilibrium no_saddle"
     )
     assert [outcome.meaning for outcome in Outcome] == codes.split()
-    assert [int(outcome) for outcome in Outcome] == list(range(22))
+    assert [int(outcome) for outcome in Outcome] == list(range(23))
 
 
 @pytest.mark.parametrize("outcome", Outcome)
