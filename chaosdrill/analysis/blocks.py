@@ -102,7 +102,7 @@ class Blocks:
         while self._done[0] < last and outcome == Outcome.OK:
             begin = perf_counter()
             outcome = self._call(min(self._done[0] + several, last), samples, events)
-            several = several * 2 if perf_counter() - begin < HEARD else max(several // 2, 1)
+            several = min(several * 2, last) if perf_counter() - begin < HEARD else max(several // 2, 1)
             if drain:
                 drain()
             if report:

@@ -79,7 +79,7 @@ def _settle(functions, tables, settings, state, j, s, ahead, t, scratch):
     here = functions.guard(mode, j, t, state.c, state.x, scratch.gradient)
     if run.fresh == BEGIN:
         here = begun_at(functions, tables, settings, state, j, here, abs(ahead - here), s, t, scratch)
-    zero, old = is_zero(functions, tables, state, j, here, old, crossed, t, scratch)
+    zero, old = is_zero(functions, tables, state, j, here, (ahead - here) / s, old, crossed, t, scratch)
     side = 1 if (ahead if zero else here) > 0.0 else -1
     fired = zero and run.fresh == AFTER and run.fired == key
     order = 2 if fired and not _leads(scratch.gradient, scratch.stages[1], s, ahead) else 1

@@ -45,6 +45,8 @@ class Carrier:
         self.free = tuple(dict.fromkeys((*problem.free, *names)))
         self.wide = problem.alike(self.lifted.system.with_parameters(system.parameters), self.free)
         self.n, self.r = len(system.state_names), len(system.quadratures)
+        # passengers are shifted along nothing: where they end is asked for
+        self.wide.close_but_for(problem.shifts.among(self.wide.states))
         self.wide.sizes = np.concatenate([problem.sizes, np.ones(self.wide.states - self.n)])
         self.integrals = slice(self.n, self.n + self.r)
         self.tangent = slice(self.n + self.r, self.wide.states)
@@ -153,7 +155,12 @@ class _Linear:
         for i, (mode, end, outcome) in enumerate(segments.tolist()):
             if end >= 0:
                 segments[i, at.SEGMENT_OUTCOME] = lifted_.taken[mode, outcome]
-        return self.carrier.wide.shoot(replace(orbit, segments=segments, starts=starts), watched=False)
+        drift = (
+            None
+            if orbit.drift is None
+            else np.append(orbit.drift, np.zeros(self.carrier.wide.states - len(orbit.drift)))
+        )
+        return self.carrier.wide.shoot(replace(orbit, segments=segments, starts=starts, drift=drift), watched=False)
 
     def _carried(self, tangent: np.ndarray | None) -> np.ndarray:
         """Starts of all segments with this tangent at the first, or none, shape (N, states + q)."""

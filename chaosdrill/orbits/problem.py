@@ -26,7 +26,7 @@ from chaosdrill.orbits.guess import Place, events_until_escape
 from chaosdrill.orbits.multipliers import Neutral, neutral_of
 from chaosdrill.orbits.orbit import Orbit, segment_by_segment
 from chaosdrill.orbits.settings import SETTINGS
-from chaosdrill.orbits.shifts import shifts_of
+from chaosdrill.orbits.shifts import Shifts, shifts_of
 
 CLOCK = "forcing period"
 """A mode that no transition enters; its rates are the period and its derivatives by the free parameters."""
@@ -144,9 +144,7 @@ class Problem:
             machine(functions, self.numerics.method, settings, watching, self._states, scratch, search=first_event)
             for watching in (tables, tables._replace(active=np.zeros_like(tables.active)))
         )
-        self.shifts = shifts_of(self.plain)
-        """Shifts of the states that the system does not notice."""
-        self._ends = np.vstack([np.zeros((at.LINES, self.states)), self.shifts.lines])
+        self.close_but_for(shifts_of(self.plain))
         self._rooms: dict[int, tuple[Any, Any]] = {}
         self.carriers: dict[tuple[str, ...], Any] = {}
         """What derives its orbits by parameters (`chaosdrill.orbits.derivatives`), by their names."""
@@ -163,6 +161,11 @@ class Problem:
         run = self._states.run
         run["fixed_step"] *= unit / run["period"]
         run["period"] = unit
+
+    def close_but_for(self, shifts: Shifts) -> None:
+        """Let orbits close but for shifts of the states that the system does not notice."""
+        self.shifts = shifts
+        self._ends = np.vstack([np.zeros((at.LINES, self.states)), shifts.lines])
 
     def alike(self, system: HybridSystem, free: Sequence[str]) -> "Problem":
         """The problem of other parameters, followed in the same steps."""

@@ -33,6 +33,11 @@ class Shifts:
     def __bool__(self) -> bool:
         return bool(len(self.lines) or len(self.turns))
 
+    def among(self, states: int) -> "Shifts":
+        """The same of a system that has more states, behind the others, which are not shifted."""
+        lines, turns = (np.pad(one, ((0, 0), (0, states - one.shape[1]))) for one in (self.lines, self.turns))
+        return Shifts(lines, turns)
+
     @cached_property
     def firsts(self) -> np.ndarray:
         """int (m,): the first entry of every line."""

@@ -45,7 +45,7 @@ SPECIAL_MARKERS = {
     "grazing_neimark_sacker": "$\\circ$",
     "level": "$=$",
     "optimum": "$!$",
-    "hopf": "D",
+    "hopf": "$H$",
     "boundary": "o",
 }
 """Shape of each kind of special point; white with a black edge, or black for hard points, visible on any line."""

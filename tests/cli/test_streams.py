@@ -58,7 +58,7 @@ def test_run_with_an_outcome_that_needs_advice(call, scene, tmp_path):
     assert answer.code == 0
     motion = document(answer.out)["groups"]["motion"]
     assert list(motion["outcomes"]) == ["escaped"]
-    assert "runs away" in motion["advice"][0]
+    assert "beyond bounds" in motion["advice"][0]
 
 
 def test_info(call, archive):
