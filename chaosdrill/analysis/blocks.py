@@ -10,7 +10,7 @@ from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.kinds import Pointer, int64
 from chaosdrill.codegen.signatures import block, matrix
 from chaosdrill.dataset import Outcome
-from chaosdrill.engine.flow import flow
+from chaosdrill.engine.flow import SIGNATURE, flow
 from chaosdrill.engine.jit import Record, compiled
 from chaosdrill.engine.layout import DONE, EVENLY, EVENT_COLUMNS, FULL
 from chaosdrill.engine.records import integers, machine_at, state_of
@@ -153,7 +153,7 @@ class Blocks:
 
 @compiled(
     int64(
-        *(Pointer("Flow", flow.signature), int64, int64, integers, integers),
+        *(Pointer("Flow", SIGNATURE), int64, int64, integers, integers),
         *(matrix, matrix, block, matrix, matrix, block, int64[:, ::1]),
     )
 )

@@ -49,7 +49,10 @@ def margin(functions, tables, settings, state, scratch, samples, row, j, te, h, 
     return 0.0
 
 
-@compiled(int64(int64, int64, matrix, matrix))
+SIGNATURE = int64(int64, int64, matrix, matrix)
+
+
+@compiled(SIGNATURE)
 def flow(place, p, samples, events):
     """Continue run p; returns DONE, FULL, or the outcome that ended it.
 
