@@ -45,8 +45,6 @@ class Carrier:
         self.free = tuple(dict.fromkeys((*problem.free, *names)))
         self.wide = problem.alike(self.lifted.system.with_parameters(system.parameters), self.free)
         self.n, self.r = len(system.state_names), len(system.quadratures)
-        # passengers are shifted along nothing: where they end is asked for
-        self.wide.close_but_for(problem.shifts.among(self.wide.states))
         self.wide.sizes = np.concatenate([problem.sizes, np.ones(self.wide.states - self.n)])
         self.integrals = slice(self.n, self.n + self.r)
         self.tangent = slice(self.n + self.r, self.wide.states)

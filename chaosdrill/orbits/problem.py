@@ -113,9 +113,17 @@ class Problem:
         Parameters that orbits are looked for in; none by default.
     numerics : Numerics
         Method and tolerance.
+    shifts : Shifts, optional
+        Shifts of the states but for which orbits close; by default all that the system does not notice.
     """
 
-    def __init__(self, system: HybridSystem, free: Sequence[str] = (), numerics: Numerics | None = None) -> None:
+    def __init__(
+        self,
+        system: HybridSystem,
+        free: Sequence[str] = (),
+        numerics: Numerics | None = None,
+        shifts: Shifts | None = None,
+    ) -> None:
         # on the way to an orbit at its limit a parameter may step over it
         self.plain, self.free = system.limited({}), tuple(free)
         self.numerics = numerics or Numerics()
@@ -144,7 +152,8 @@ class Problem:
             machine(functions, self.numerics.method, settings, watching, self._states, scratch, search=first_event)
             for watching in (tables, tables._replace(active=np.zeros_like(tables.active)))
         )
-        self.close_but_for(shifts_of(self.plain))
+        self.shifts = shifts_of(self.plain) if shifts is None else shifts
+        self._ends = np.vstack([np.zeros((at.LINES, self.states)), self.shifts.lines])
         self._rooms: dict[int, tuple[Any, Any]] = {}
         self.carriers: dict[tuple[str, ...], Any] = {}
         """What derives its orbits by parameters (`chaosdrill.orbits.derivatives`), by their names."""
@@ -162,14 +171,9 @@ class Problem:
         run["fixed_step"] *= unit / run["period"]
         run["period"] = unit
 
-    def close_but_for(self, shifts: Shifts) -> None:
-        """Let orbits close but for shifts of the states that the system does not notice."""
-        self.shifts = shifts
-        self._ends = np.vstack([np.zeros((at.LINES, self.states)), shifts.lines])
-
     def alike(self, system: HybridSystem, free: Sequence[str]) -> "Problem":
-        """The problem of other parameters, followed in the same steps."""
-        other = Problem(system, free, self.numerics)
+        """The problem of other parameters, followed in the same steps; states behind its own are not shifted."""
+        other = Problem(system, free, self.numerics, self.shifts.among(len(system.state_names)))
         if not self.forced and self.unit is not None:
             other.set_unit(self.unit)
         other.conserved = self.conserved
