@@ -6,17 +6,14 @@ from time import perf_counter
 
 import numpy as np
 
-from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.kinds import Pointer, int64
 from chaosdrill.codegen.signatures import block, matrix
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.flow import SIGNATURE, flow
-from chaosdrill.engine.jit import Record, compiled
+from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.layout import DONE, EVENLY, EVENT_COLUMNS, FULL
 from chaosdrill.engine.records import integers, machine_at, state_of
 from chaosdrill.engine.run import Run
-from chaosdrill.engine.setup import scratch_of
-from chaosdrill.engine.stepper import machine
 
 HEARD = 0.05
 """Seconds that a call may take before the next ones are longer no more: an interruption is heard between calls."""
@@ -49,7 +46,6 @@ class Blocks:
         self._exponent_of = np.zeros(self._vectors.shape[:2], dtype=np.int64)
         self._keep_vectors(0)
         self._done = np.zeros(1, dtype=np.int64)
-        self._machine: Record | None = None
         self._no_samples = np.zeros((0, len(run.x) + len(run.system.quadratures) + 1))
         self._no_events = np.zeros((0, EVENT_COLUMNS + 2 * len(run.x)))
 
@@ -117,26 +113,13 @@ class Blocks:
 
     def _call(self, last: int, samples: np.ndarray | None, events: np.ndarray | None) -> Outcome:
         run = self._run
-        if self._machine is None:
-            # where a run may not begin, or the engine is not yet compiled, it says so
-            outcome, full = run.advance(int(self._targets[0]) - run.strobes, samples, events)
-            scratch = scratch_of(run.system, len(run.vectors), run.method)
-            functions = kernels_of(run.system).functions
-            self._machine = machine(functions, run.method, run.settings, run.tables, run.states, scratch)
-            if outcome == Outcome.OK and not full:
-                m = self._growth.shape[2]
-                self._growth[0, 0] = np.where(run.lost == 1, -np.inf, run.states.logs[0])[:m]
-                self._growth[1, 0] = run.states.grown[0, :m]
-                if self.states.size:
-                    self.integrals[0], self.states[0] = run.integrals(), run.x
-                    self._keep_vectors(1)
-                self._done[0] = 1
-            return outcome
+        if run.refused != Outcome.OK:
+            return run.refused
         run.settings["recording"] = 0 if samples is None else EVENLY
         run.states.run["event_rows"] = 0
         code = _through(
             flow,
-            self._machine,
+            run.machine,
             last,
             self._targets,
             self._done,

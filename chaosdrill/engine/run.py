@@ -1,6 +1,7 @@
 """A run of one system at one set of numbers: its arrays, and the calls that continue it."""
 
 from collections.abc import Collection, Iterator
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -100,8 +101,8 @@ class Run:
         self._no_samples = np.zeros((0, n + q + 1))
         self._no_events = np.zeros((0, at.EVENT_COLUMNS + 2 * n))
         self._scratch = scratch_of(system, m, numerics.method)
-        self._machine: Record | None = None
-        self._refused = Outcome(int(refused[0]))
+        self.refused = Outcome(int(refused[0]))
+        """What keeps the run from beginning; ``Outcome.OK`` if nothing does."""
 
     @property
     def standing(self) -> np.void:
@@ -268,6 +269,15 @@ class Run:
         run["period"], run["strobes"] = period, 0
         self.period = period
 
+    @cached_property
+    def machine(self) -> "Record":
+        """What compiled functions need for this run, once they are compiled."""
+        await_part(ONE_RUN)
+        from chaosdrill.engine.stepper import machine
+
+        functions = kernels_of(self.system).functions
+        return machine(functions, self.method, self.settings, self.tables, self.states, self._scratch)
+
     def advance(
         self,
         periods: int,
@@ -295,22 +305,17 @@ class Run:
         full : bool
             Whether a buffer was filled before the end; ``advance(0, ...)`` goes on to the same target.
         """
-        if self._refused != Outcome.OK:
-            return self._refused, False
-        await_part(ONE_RUN)
+        if self.refused != Outcome.OK:
+            return self.refused, False
+        place = self.machine
         from chaosdrill.engine.flow import flow
-        from chaosdrill.engine.stepper import machine
 
-        if self._machine is None:
-            self._machine = machine(
-                kernels_of(self.system).functions, self.method, self.settings, self.tables, self.states, self._scratch
-            )
         if periods:
             self.settings["target"] = self.strobes + periods
         self.settings["recording"] = 0 if samples is None else at.INSTANTS if instants else at.EVENLY
         self.states.run["sample_rows"] = self.states.run["event_rows"] = 0
         code = flow(
-            self._machine,
+            place,
             0,
             self._no_samples if samples is None else samples,
             self._no_events if events is None else events,
