@@ -425,6 +425,8 @@ def guess_of_autonomous(
         events = _within_bounds(system, events)
         if expected is not None and run.elapsed < expected:
             return outcome, None
+    if expected is not None:
+        moved = path[min(round(expected / unit * SETTINGS.return_samples), len(path) - 1)] - state
     if len(events):
         times = events[:, layout.EVENT_STROBES] * unit + events[:, layout.EVENT_TIME]
         if expected is None:
@@ -436,7 +438,6 @@ def guess_of_autonomous(
         else:
             times = times[times < expected]
             events, durations = events[: len(times)], np.diff(times, prepend=times[-1:] - expected)
-            moved = path[min(round(expected / unit * SETTINGS.return_samples), len(path) - 1)] - state
         if not len(events):
             return outcome, None
         orbit = orbit_of_events(problem, events, durations, 1, values, 0.0, moved)
@@ -448,8 +449,7 @@ def guess_of_autonomous(
     if (extent <= 1e-9 * np.maximum(problem.sizes, np.abs(path).max(axis=0))).all():
         return outcome, None
     if expected is not None:
-        drift = drift_in(problem, path[min(round(expected / unit * SETTINGS.return_samples), len(path) - 1)] - state)
-        return Outcome.OK, Orbit(segments, 1, starts, 0.0, np.array([expected]), drift)
+        return Outcome.OK, Orbit(segments, 1, starts, 0.0, np.array([expected]), drift_in(problem, moved))
     if ended:
         # as far as it had gone until then: what escapes is farther than anything that came back
         extent = np.maximum.accumulate(resting) - np.minimum.accumulate(resting)
