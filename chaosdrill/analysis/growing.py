@@ -132,6 +132,7 @@ class Segment:
         long = float(np.linalg.norm((start.end - start.begin) / bounds.scale))
         self._finest = 8 * np.finfo(float).eps * (1 + far / long) if long > 0 else 1.0
         self.track = self._seeds(np.array([0.0, 0.5, 1.0]))
+        self._last_errors = (self.track.sigma, self.track.error)
 
     @property
     def end(self) -> np.ndarray:
@@ -449,11 +450,11 @@ class Segment:
 
     def _note_errors(self) -> None:
         """Errors across the curve: those of the iterate before, as the tangent map carries them, and the step's own."""
+        if self.generation == 0:
+            return
         track, scale = self.track, self.bounds.scale
         error, known = track.error.copy(), self._errors_before()
         own = self.map.numerics.global_error * np.abs(track.states[:, -1] / scale).max(axis=1, initial=0.0)
-        if self.generation == 0:
-            return
         along = [_tangents(track.states[:, k] / scale) for k in (-2, -1)]
         for i in np.flatnonzero(track.ok[:, -1]).tolist():
             where = track.states[i, -1 if self.backward else -2]
@@ -474,10 +475,7 @@ class Segment:
 
     def _errors_before(self) -> np.ndarray:
         """Errors of the iterate before at the present points; between those of its own the larger one."""
-        last = getattr(self, "_last_errors", None)
-        if last is None:
-            return np.full(len(self.track.sigma), self.start.error)
-        sigma, errors = last
+        sigma, errors = self._last_errors
         right = np.clip(np.searchsorted(sigma, self.track.sigma), 0, len(sigma) - 1)
         left = np.clip(right - 1, 0, None)
         exact = sigma[right] == self.track.sigma
