@@ -14,10 +14,9 @@ from numba.core import codegen, cpu, registry
 from numba.np import arrayobj
 
 from chaosdrill.codegen.kinds import NamedTuple, Pointer, Tuple, float64, int64
-from chaosdrill.codegen.signatures import matrix, vector
+from chaosdrill.codegen.signatures import LaneFunctions, matrix, vector
 from chaosdrill.engine import front_end, inner_parts
 from chaosdrill.engine.jit import Layout, Record, at_address, compiled, inner, put_real, rare
-from chaosdrill.engine.layout import LaneFunctions
 
 # What the engine takes of numba's inner parts: a new numba that has changed one of them is named here.
 
