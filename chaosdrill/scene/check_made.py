@@ -87,10 +87,19 @@ def _names_time(table: Mapping[str, Any]) -> bool:
     """Whether an expression uses the name of time, if nothing else has this name."""
     from chaosdrill.model.reading import TIME
 
-    states = table["states"]
-    listed = states.replace(",", " ").split() if isinstance(states, str) else states
     texts = _texts({key: table[key] for key in ("surface", *SIDES, "quadratures") if key in table})
-    return TIME not in listed and any(TIME in _symbols(text) for text in texts)
+    return TIME not in _states(table) and any(TIME in _symbols(text) for text in texts)
+
+
+def _states(table: Mapping[str, Any]) -> list[str]:
+    states = table["states"]
+    return states.replace(",", " ").split() if isinstance(states, str) else list(states)
+
+
+def begun_by(table: Mapping[str, Any]) -> tuple[str, ...]:
+    """Names of the states that two fields may start from: their own, and that which is made of the surface."""
+    surface = table["surface"]
+    return (*_states(table), *(map(str, surface) if isinstance(surface, Mapping) else ()))
 
 
 def _texts(value: Any) -> Iterator[str]:

@@ -131,7 +131,9 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
             beside = (checked.known, table_in(raw, "initial"))
             found = None if table_in(raw, "drives") else sliding_before(raw["filippov"], beside)
             if found is not None:
-                checked.states = found.state_names
+                from chaosdrill.scene.check_made import begun_by
+
+                checked.states = begun_by(raw["filippov"])
             else:
                 _check_filippov(checked, raw["filippov"], table_in(raw, "drives"))
         if table_in(raw, "effects"):
@@ -224,9 +226,8 @@ def _check_filippov(checked: CheckedSystem, table: Mapping[str, Any], drives: Ma
             checked.problems.append(fault)
         elif (inner := check_made.placed(fault.path[2:])) is not None:
             checked.problems.append(replace(fault, path=(*place, *inner)))
-    surface = table["surface"]
-    if checked.states is not None and isinstance(surface, Mapping):
-        checked.states = (*checked.states, *map(str, surface))
+    if checked.states is not None:
+        checked.states = check_made.begun_by(table)
 
 
 def _make_filippov(checked: CheckedSystem, table: Mapping[str, Any]) -> None:

@@ -412,6 +412,19 @@ mu = 0.7
 [system.initial]
 x = 0.1
 """,
+    "a surface in the place of a state": """
+[system.filippov]
+states = ["x", "v"]
+period = "2*pi"
+surface = { s = "v + x/2" }
+above = { x = "v", v = "-x - mu + 3*cos(t)" }
+below = { x = "v", v = "-x + mu + 3*cos(t)" }
+[system.parameters]
+mu = 0.7
+[system.initial]
+x = 0.1
+v = 0.3
+""",
     "a drive": """
 [system.definition]
 name = "driven"
