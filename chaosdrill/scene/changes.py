@@ -19,8 +19,8 @@ from chaosdrill.settings import too_long
 
 MOST_PARTS = 16
 
-_NAME = r"""(?:[A-Za-z0-9_-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')"""
-_KEY = re.compile(rf"\s*+{_NAME}(?:\s*+\.\s*+{_NAME})*+\s*+")
+_NAME = r"""(?:[A-Za-z0-9_-]++|"(?:[^"\\\n]|\\.)*"|'[^'\n]*+')"""
+_KEY = re.compile(rf"\s*+{_NAME}(?:\s*+\.\s*+{_NAME})*\s*+")
 _NUMBER = re.compile(r"[0-9]{1,9}")
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 

@@ -23,11 +23,11 @@ MOST_KEY_PARTS = 64
 MOST_DIGITS = 400
 """Of a number: no double is longer, and Python reads integers of some thousands of digits at most."""
 
-_PART = r"""(?:[A-Za-z0-9_+-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')"""
+_PART = r"""(?:[A-Za-z0-9_+-]++|"(?:[^"\\\n]|\\.)*"|'[^'\n]*+')"""
 # a long text or comment is not a key
 _TOKEN = re.compile(
-    r'''#[^\n]*+|"""(?:[^"\\]|\\.|"(?!""))*+(?:"{3,5}|\Z)|\'\'\'(?:[^\']|\'(?!\'\'))*+(?:\'{3,5}|\Z)|'''
-    rf"(?P<key>{_PART}(?:[ \t]*+\.[ \t]*+{_PART})*+)",
+    r'''#[^\n]*+|"""(?:[^"\\]|\\.|"(?!""))*(?:"{3,5}|\Z)|\'\'\'(?:[^\']|\'(?!\'\'))*(?:\'{3,5}|\Z)|'''
+    rf"(?P<key>{_PART}(?:[ \t]*+\.[ \t]*+{_PART})*)",
     re.DOTALL,
 )
 _PLACE = re.compile(r"\s*\(at (?:line (\d+), column (\d+)|end of document)\)$")
