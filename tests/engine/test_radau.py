@@ -51,7 +51,7 @@ def step(system, mode, start, length, tolerance):
     )
     run.advance(0)
     run.states.run["next_step"] = 0.5 * length
-    functions, place = stepper("radau"), int(run._machine)
+    functions, place = stepper("radau"), int(run.machine)
     functions.expand(place, 0, 0.0)
     functions.advance(place, 0, 0.0, length)
     return run._scratch.out[:2].copy(), run.vectors.copy()
