@@ -136,12 +136,16 @@ def compile_object(text: str) -> bytes:
 def optimised_object(module: Any, *, loops: bool) -> bytes:
     """Machine code of a module of LLVM code with all that the compiler can do for it, as that of the engine.
 
-    ``loops`` says whether those of independent turns become vector instructions. No single operations are packed.
+    ``loops`` says whether loops are unrolled and those of independent turns become vector instructions: of functions
+    larger than the cache for instructions neither pays, since all of their code is run in turn. No single operations
+    are packed.
     """
     with _lock:
         machine = _target()
         module.triple = llvm.get_process_triple()
-        builder = llvm.create_pass_builder(machine, _options(3, loops=loops))
+        options = _options(3, loops=loops)
+        options.loop_unrolling = loops
+        builder = llvm.create_pass_builder(machine, options)
         passes = builder.getModulePassManager()
         passes.run(module, builder)
         code: bytes = machine.emit_object(module)
