@@ -75,9 +75,26 @@ KEPT["recall"] = _recall
 DISPLAYS |= {"html": _display("system_html"), "latex": _display("system_latex")}
 
 
+def _meant(name: str) -> str:
+    """The remedy of a name that is not public."""
+    spelt = {
+        "open": ("load", "read", "load_archive", "open_dataset"),
+        "trajectory": ("simulate", "solve", "integrate", "solve_ivp", "evolve", "orbit", "odeint"),
+        "lyapunov_spectrum": ("lyapunov", "lyapunovs", "lyapunov_exponents", "kaplan_yorke", "lce", "lyapunovspectrum"),
+        "continue_orbit": ("continuation", "continuate", "branch"),
+        "list_names": ("help", "names", "systems", "list"),
+        "periodic_orbit": ("find_orbit", "shooting", "limit_cycle"),
+    }
+    if own := next((ours for ours, theirs in spelt.items() if name.lower() in theirs), ""):
+        return f"did you mean {own!r}?"
+    told = import_module("chaosdrill.names").remedy(name, __all__)
+    return told if told.startswith("did") else "dir(chaosdrill) lists its names"
+
+
 def __getattr__(name: str) -> Any:
     if name not in _HOME:
-        raise AttributeError(f"module 'chaosdrill' has no attribute {name!r}")
+        way = "" if name.startswith("_") else f"; {_meant(name)}"
+        raise AttributeError(f"module 'chaosdrill' has no attribute {name!r}{way}")
     return getattr(import_module(_HOME[name]), name)
 
 

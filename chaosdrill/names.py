@@ -8,6 +8,10 @@ LONGEST = 100
 MOST_SHOWN = 100
 """What a message shows of names: at most this many letters of each, and this many names."""
 
+LEAST_PART = 4
+MOST_MEANT = 5
+"""A word of this many letters suggests the names that contain it, if they are no more than these."""
+
 
 def remedy(word: str, known: Iterable[str]) -> str:
     """The likely fix of an unknown name: the nearest known one, or all of them."""
@@ -16,6 +20,10 @@ def remedy(word: str, known: Iterable[str]) -> str:
     close = get_close_matches(word[:LONGEST].lower(), lowered, n=1)
     if close:
         return f"did you mean {shortened(lowered[close[0]])!r}?"
+    longer = [name for name in known if len(word) >= LEAST_PART and word[:LONGEST].lower() in name.lower()]
+    if 0 < len(longer) <= MOST_MEANT:
+        *others, last = (repr(shortened(name)) for name in longer)
+        return f"did you mean {', '.join(others)}{' or ' if others else ''}{last}?"
     shown = [shortened(name) for name in known[:MOST_SHOWN]]
     more = len(known) - len(shown)
     return f"known here: {', '.join(shown)}{f' and {more} more' if more else ''}" if known else "there are none here"
@@ -43,6 +51,12 @@ def shown(value: object) -> str:
         if isinstance(value, int):
             return f"an integer of {int(value.bit_length() * 0.30103) + 1} digits"
         return f"{type(value).__name__} that Python cannot write out"
+
+
+def brief(value: object, most: int = 60) -> str:
+    """The beginning of what `repr` writes of a value, on one line; an ellipsis stands for the rest."""
+    text, _, rest = shown(value).partition("\n")
+    return f"{text[: most - 3].rstrip()}..." if rest or len(text) > most else text
 
 
 def key_text(key: object) -> str:

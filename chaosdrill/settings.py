@@ -8,7 +8,7 @@ from typing import Any, Self, cast
 
 from chaosdrill.errors import SettingsError
 from chaosdrill.limits import Limit
-from chaosdrill.names import remedy, shown
+from chaosdrill.names import brief, remedy
 
 Path = tuple[int | str, ...]
 
@@ -347,7 +347,7 @@ def within(place: Path, faults: Faults) -> Faults:
 
 def told(words: str, value: Any) -> str:
     """A fault with the value, but for a table, which stands there to be read."""
-    return words if isinstance(value, Mapping) else f"{words}, received {shown(value):.60}"
+    return words if isinstance(value, Mapping) else f"{words}, received {brief(value)}"
 
 
 def _of_an_argument(name: str, value: Any, path: Path, text: str) -> str:
@@ -356,7 +356,7 @@ def _of_an_argument(name: str, value: Any, path: Path, text: str) -> str:
         name += f"[{key}]" if isinstance(key, int) else f".{key}"
         value = value.get(key) if isinstance(value, Mapping) else value[key]
     words = text.removesuffix(received := told("", value))
-    return f"{name} is {shown(value):.60}; {words}" if received and words != text else f"{name}: {text}"
+    return f"{name} is {brief(value)}; {words}" if received and words != text else f"{name}: {text}"
 
 
 def _beyond(value: Any, *, least: float = -inf, most: float = inf, above: float = -inf) -> Faults:

@@ -9,7 +9,7 @@ from numbers import Integral, Real
 from typing import Any, ParamSpec, TypeVar
 
 from chaosdrill.errors import ChaosdrillError
-from chaosdrill.names import remedy, shown
+from chaosdrill.names import brief, remedy
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -36,6 +36,7 @@ def _is_nested(value: Any) -> bool:
 
 
 PATH = Kind("the name of a file, as text or a pathlib.Path", _is_path)
+RESULT = Kind("what an analysis returned, and comes first: save(ds, path)", lambda value: not _is_path(value))
 TEXT = Kind("text", lambda value: isinstance(value, str))
 TABLE = Kind("a mapping of names to values, as in {'a': 0.3}", _is_table)
 TABLES = Kind("a mapping of names to mappings, as in {'motion': {'kind': 'trajectory'}}", _is_nested)
@@ -62,11 +63,70 @@ def refuse(error: type[ChaosdrillError], name: str, value: Any, kind: Kind) -> N
         Of the class that is given, with the name of the argument, the value, and what it must be.
     """
     if not kind.holds(value):
-        raise error(f"{name} is {shown(value):.60}; it must be {kind.words}")
+        unsaved = kind is PATH and hasattr(value, "attrs")
+        way = "; save it first, as in chaosdrill.save(ds, 'result.nc'), which returns its path" if unsaved else ""
+        raise error(f"{name} is {brief(value)}; it must be {kind.words}{way}")
 
 
-def known_names(function: str, known: Signature, keywords: Mapping[str, Any]) -> None:
-    """Refuse a keyword that a function does not have.
+_SPELT = {
+    "tolerance": ("tol", "rtol", "atol", "eps", "accuracy", "precision"),
+    "workers": ("n_jobs", "njobs", "jobs", "processes", "n_workers", "cores", "parallel"),
+    "periods": ("n", "n_periods", "num_periods", "cycles", "n_cycles", "iterations"),
+    "duration": ("t_end", "t_max", "tmax", "tend", "t_final", "t_span", "tspan", "T", "total_time"),
+    "times": ("t", "t_eval", "saveat"),
+    "transient": ("skip", "discard", "ttr", "Ttr", "burn_in", "burnin", "settle", "t_transient"),
+    "initial": ("x0", "y0", "u0", "ic", "initial_state", "initial_conditions", "start", "state0"),
+    "parameters": ("params", "param", "p", "args"),
+    "sweep": ("values", "range", "ranges", "parameter", "param_range", "grid"),
+    "at": ("section", "plane", "surface", "event", "crossing"),
+    "samples": ("dt", "step", "step_size", "h", "n_samples", "num_points", "resolution"),
+    "path": ("file", "filename", "fname", "filepath"),
+    "exponents": ("k", "n_exponents", "num_exponents"),
+    "method": ("solver", "integrator", "algorithm"),
+    "ax": ("axes", "axis", "axs"),
+    "modes": ("equations", "rhs", "rates", "flow", "odes", "ode", "vector_field"),
+    "transitions": ("events", "jumps", "impacts", "switches"),
+    "images": ("step", "map", "update", "image", "rule"),
+}
+"""What other packages call an argument."""
+
+_OF_LINES = (
+    *("color", "c", "lw", "linewidth", "marker", "s", "x", "y"),
+    *("label", "title", "xlabel", "ylabel", "xlim", "ylim"),
+)
+_OF_FIGURES = ("figsize", "dpi", "style", "fig")
+
+_ELSEWHERE = {
+    "parameters": ("system", "system.with_parameters(name=value) returns a copy with other parameters"),
+    "initial": ("system", "system.with_initial(name=value) returns a copy that starts elsewhere"),
+    "sweep": ("system", "bifurcation_diagram and parameter_chart sweep parameters"),
+    "samples": ("system", "the method chooses its own steps, by tolerance"),
+    **dict.fromkeys(_OF_LINES, ("ax", "change the axes that come back, as in axes.set(title='...')")),
+    **dict.fromkeys(_OF_FIGURES, ("ax", "pass axes of your own figure, or use matplotlib.rc_context")),
+}
+"""Where else a function with a certain argument, named first, has what its caller looks for."""
+
+
+def meant(name: str, keywords: Mapping[str, Any], names: list[str], system: Any = None) -> str:
+    """The remedy of a keyword that a function does not have."""
+    spelt = [ours for ours, theirs in _SPELT.items() if name in theirs]
+    if wanted := [own for own in spelt if own in names]:
+        return f"did you mean {wanted[0]!r}?"
+    own = spelt[0] if spelt else name
+    if name in getattr(system, "parameters", ()):
+        way = f"give sweep={{{name!r}: [...]}}" if "sweep" in names else f"pass system.with_parameters({name}=...)"
+        return f"it is a parameter of the system: {way}"
+    beside, way = _ELSEWHERE.get(own, ("", ""))
+    if beside in names:
+        return way
+    told = remedy(name, names)
+    if "parameters" in names and told.startswith("known"):
+        return f"a parameter goes into parameters={{{name!r}: {brief(keywords[name], 20)}}}; {told}"
+    return told
+
+
+def known_names(function: str, known: Signature, keywords: Mapping[str, Any], system: Any = None) -> None:
+    """Refuse a keyword that a function does not have; ``system`` is what it was called with, if anything.
 
     Raises
     ------
@@ -78,7 +138,24 @@ def known_names(function: str, known: Signature, keywords: Mapping[str, Any]) ->
     names = [name for name, one in known.parameters.items() if one.kind is not Parameter.POSITIONAL_ONLY]
     for name in keywords:
         if name not in names:
-            raise TypeError(f"{function}() got an unexpected keyword argument {name!r}; {remedy(name, names)}")
+            way = meant(name, keywords, names, system)
+            raise TypeError(f"{function}() got an unexpected keyword argument {name!r}; {way}")
+
+
+def not_too_many(function: str, known: Signature, count: int) -> None:
+    """Refuse more arguments without a name than a function takes.
+
+    Raises
+    ------
+    TypeError
+        With the names of those that it takes, and a name that another one may have had.
+    """
+    places = [name for name, one in known.parameters.items() if one.kind is Parameter.POSITIONAL_OR_KEYWORD]
+    named = [name for name, one in known.parameters.items() if one.kind is Parameter.KEYWORD_ONLY]
+    if count > len(places):
+        takes = f"{len(places)} argument{'s' * (len(places) != 1)} without a name ({', '.join(places)})"
+        way = f"name the others, as in {named[0]}=..." if named else "leave the others out"
+        raise TypeError(f"{function}() takes {takes}, received {count}; {way}")
 
 
 def expecting(error: type[ChaosdrillError], **kinds: Kind) -> Callable[[Callable[P, R]], Callable[P, R]]:

@@ -307,6 +307,7 @@ class Axes(Value):
     least: int
     most: int  # how many there may be, from `least` on
     rule: str  # what is said of another number of them
+    example: ClassVar[str] = "numpy.linspace(0, 1, 101)"
 
     def read(self, name: str, value: Any, system: Any) -> dict[str, Any]:
         return self.argument(super().read(name, value, system))
@@ -319,7 +320,8 @@ class Axes(Value):
 
     def faults(self, value: Any) -> Faults:
         if not isinstance(value, Mapping):
-            yield (), told(f"expected a table of values by name: {self.rule}", value)
+            example = f"{{'name of the {self.of}': {self.example}}}"
+            yield (), told(f"expected a table of values by name, as in {example}: {self.rule}", value)
             return
         if not self.least <= len(value) <= self.most:
             yield (), f"names {sorted(value)}; {self.rule}"
@@ -360,6 +362,8 @@ _LIMITS = ListOf(Number(), least=2, most=2)
 
 class Ranges(Axes):
     """One parameter or two, each with the limits within which it is followed from the system's own value."""
+
+    example = "(0, 1)"
 
     def read(self, name: str, value: Any, system: Any) -> dict[str, Any]:
         return {key: sorted(limits) for key, limits in super().read(name, value, system).items()}

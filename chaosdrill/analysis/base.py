@@ -24,11 +24,11 @@ from chaosdrill.dataset.references import SPECTRA
 from chaosdrill.dataset.schema import Table, rate_clash
 from chaosdrill.declared import ANALYSES, METHODS, unfit
 from chaosdrill.errors import ModelError, SettingsError, StartWarning
-from chaosdrill.names import key_text, shown
+from chaosdrill.names import brief, key_text
 from chaosdrill.package import docstring
 from chaosdrill.progress import Progress, teller, watched
 from chaosdrill.settings import LONGEST, Amount, Faults, Number, Settings, Whole, setting, told, whole
-from chaosdrill.typed import LISTENER, PATH, known_names, refuse
+from chaosdrill.typed import LISTENER, PATH, known_names, not_too_many, refuse
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -335,7 +335,7 @@ class Analysis:
         if not isinstance(system, HybridSystem):
             named = f"chaosdrill.build({system!r:.60})" if isinstance(system, str) else "chaosdrill.drill()"
             raise SettingsError(
-                f"system is {shown(system):.60}; it must be a HybridSystem: your own, the system of a scene, as in "
+                f"system is {brief(system)}; it must be a HybridSystem: your own, the system of a scene, as in "
                 f"load_scene(path).system, or one that has a name, as in {named}"
             )
         for name in system.quadratures:
@@ -355,7 +355,7 @@ class Analysis:
         try:
             settings = self.settings.read(given, system)
         except TypeError as fault:
-            raise TypeError(f"{self.function}() {fault}") from None
+            raise TypeError(f"{self.function}() {fault}; see help(chaosdrill.{self.function})") from None
         if not self.settings.parallel or not getattr(settings, "sweep", None):
             check_parameters(system)
         numerics = {} if self.settings.own_numerics else vars(NumericsSettings.read(given, system))
@@ -395,7 +395,9 @@ def analysis(
         signature = entry.signature()
 
         def called(*arguments: Any, **keywords: Any) -> Any:
-            known_names(entry.function, signature, keywords)
+            given_system = arguments[0] if arguments else keywords.get("system")
+            known_names(entry.function, signature, keywords, given_system)
+            not_too_many(entry.function, signature, len(arguments))
             try:
                 given = signature.bind_partial(*arguments, **keywords)
             except TypeError as fault:

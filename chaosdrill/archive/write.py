@@ -19,7 +19,8 @@ from chaosdrill.files import (
     signals_wait,
     small_netcdf_cache,
 )
-from chaosdrill.typed import PATH, expecting
+from chaosdrill.names import brief
+from chaosdrill.typed import PATH, RESULT, expecting
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,7 +41,7 @@ _OTHER_FORMATS = {
 COMPRESSION = {"zlib": True, "complevel": 4, "shuffle": True}
 
 
-@expecting(ArchiveError, path=PATH)
+@expecting(ArchiveError, tree=RESULT, path=PATH)
 def save(tree: "xr.DataTree | xr.Dataset", path: str | os.PathLike[str]) -> Path:
     """Write an archive.
 
@@ -73,7 +74,12 @@ def save(tree: "xr.DataTree | xr.Dataset", path: str | os.PathLike[str]) -> Path
             raise ArchiveError(f"tree: {bad[0]!r:.60} cannot name a variable, which is text without '/'; rename it")
         tree = xr.DataTree(tree)
     if not isinstance(tree, xr.DataTree):
-        received = f"{type(tree).__name__} {tree!r:.60}"
+        ways = {
+            xr.DataArray: "; save the dataset that it is part of",
+            dict: "; xarray.DataTree.from_dict makes a tree of datasets by name",
+            list: "; name them: xarray.DataTree.from_dict({'spectrum': ds, ...})",
+        }
+        received = f"{type(tree).__name__} {brief(tree)}{ways.get(type(tree), '')}"
         raise ArchiveError(f"tree: expected an xarray.DataTree or an xarray.Dataset, received {received}")
     if not any("kind" in node.attrs for node in tree.subtree):
         held = ", ".join(str(name) for node in tree.subtree for name in node.data_vars) or "nothing"

@@ -1,10 +1,22 @@
 """Codes: words that archives store as numbers."""
 
 from enum import IntEnum
+from typing import Any
+
+from chaosdrill.names import remedy
 
 
 class Code(IntEnum):
     """One of a few words; archives store the number, with the names as CF flag meanings."""
+
+    @classmethod
+    def _missing_(cls, value: object) -> Any:
+        if isinstance(value, str):
+            names = list(cls.__members__)
+            near = names[[name.lower() for name in names].index(value.lower())] if value.upper() in names else ""
+            way = f"write {cls.__name__}.{near}" if near else remedy(value, names)
+            raise ValueError(f"{value!r:.60} is no number of {cls.__name__}; {way}")
+        return None
 
     @property
     def meaning(self) -> str:

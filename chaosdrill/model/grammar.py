@@ -207,7 +207,11 @@ class _Parser:
         if self.kind == "end":
             raise ExpressionError(f"{self._shown()!r} ends where {expected} is to follow")
         hint = _INSTEAD.get(self.value, f"expected {expected}")
-        if expected.startswith("an operator") and (self.kind != "sign" or self.value == "("):
+        if self.value in ("if", "else"):
+            hint = "write Piecewise((a, x > 0), (b, True)) for cases, or a mode for each case"
+        elif self.kind == "name" and "')'" in expected:
+            hint = "write * for a product, or close the parenthesis before it"
+        elif expected.startswith("an operator") and (self.kind != "sign" or self.value == "("):
             hint = "write * for a product"
         place = f"letter {self.start + 1} of {self.text!r:.60}"
         raise ExpressionError(f"{self.value!r:.30} cannot stand at {place}; {hint}")

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from chaosdrill.errors import ModelError
 from chaosdrill.model.outline import LATE
-from chaosdrill.model.system import HybridSystem, Words
+from chaosdrill.model.system import HybridSystem, Words, arguments_of
 from chaosdrill.model.tables import UNNAMED_MAP
+from chaosdrill.typed import meant
 
 if TYPE_CHECKING:
     from chaosdrill.model.images import MapReader
@@ -74,8 +75,10 @@ class Map(HybridSystem):
         bounds: Mapping[Any, Any] | None = None,
         **words: Unpack[Words],
     ) -> None:
-        if unknown := [key for key in words if key not in Words.__annotations__]:
-            raise TypeError(f"Map.__init__() got an unexpected keyword argument {unknown[0]!r}")
+        for key in words:
+            if key not in Words.__annotations__:
+                way = meant(key, words, arguments_of(Map))
+                raise TypeError(f"Map() got an unexpected keyword argument {key!r}; {way}")
         given = {"name": name, "states": states, "images": images, "bounds": bounds, **words}
         reader = self.reader({} if parameters is None else parameters)
         found = reader.read(given)

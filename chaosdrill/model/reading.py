@@ -18,7 +18,7 @@ from sympy.logic.boolalg import Boolean, BooleanAtom, BooleanFunction
 
 from chaosdrill.errors import ModelError
 from chaosdrill.model.completion import never_completed
-from chaosdrill.model.grammar import ExpressionError
+from chaosdrill.model.grammar import ExpressionError, parse
 from chaosdrill.model.period import wrong_period
 from chaosdrill.model.python import Called, Source, called, fault_of, is_python, reads_time
 from chaosdrill.model.rules import folded, hidden, refused, wrong_completion
@@ -31,7 +31,7 @@ from chaosdrill.model.text import (
     unknown_name,
 )
 from chaosdrill.model.transition import Transition
-from chaosdrill.names import remedy, shortened, shown
+from chaosdrill.names import brief, remedy, shortened, shown
 
 Path = tuple[str | int, ...]
 
@@ -284,6 +284,12 @@ class Reader:
 
     def _read_modes(self, value: Any) -> dict[str, dict[Any, Any]]:
         given = self._table(("modes",), {} if value is None else value)
+        plain = not any(isinstance(one, Mapping) or is_python(one) for one in given.values())
+        if plain and set(given) & set(self.states or ()):
+            name = next(iter(given))
+            example = f"{{'free': {{{name!r}: {brief(given[name], 30)}, ...}}}}"
+            self._fault(("modes",), f"has the rates of one mode alone; give the mode a name, as in {example}")
+            return {}
         self._modes = tuple(given)
         if not given and not self._faulty("modes"):
             self._fault(("modes",), "missing; give the rate of every state in at least one, as in modes.free")
@@ -430,7 +436,8 @@ class Reader:
         for place, entry in enumerate(listed):
             before, path = len(self.faults), ("transitions", place)
             fields = self.transition(path, entry)
-            if len(self.faults) == before:
+            # an expression without a fault of its own may hold one of the names that are said to be missing elsewhere
+            if len(self.faults) == before and not self._lacking:
                 read.append(Transition(**fields))
         return tuple(read)
 
@@ -466,7 +473,7 @@ class Reader:
             else:
                 read["direction"] = int(direction)
         if "guard" in given:
-            read["guard"] = guard = self._expression((*path, "guard"), given["guard"], FLOW)
+            read["guard"] = guard = self._guard((*path, "guard"), given["guard"])
             if guard is not None and not guard.free_symbols & self._moving and not self.open:
                 self._fault((*path, "guard"), "depends on no state and not on time")
         resets = given.get("reset", {})
@@ -477,6 +484,17 @@ class Reader:
         read["condition"] = self._condition((*path, "condition"), given.get("condition"), read["source"])
         read["priority"] = self._whole((*path, "priority"), given.get("priority", 0))
         return read
+
+    def _guard(self, path: Path, value: Any) -> Any:
+        is_condition = isinstance(value, Relational)
+        if isinstance(value, str):
+            with suppress(ExpressionError):
+                is_condition = parse(value).is_condition
+        if is_condition:
+            way = "a guard is a number that crosses zero: write the difference of the two sides, as in 'x - 0.3'"
+            self._fault(path, f"{value!s:.60} is a comparison; {way}, and a direction")
+            return None
+        return self._expression(path, value, FLOW)
 
     def _source(self, path: Path, value: Any) -> tuple[str, ...]:
         sources = [value] if isinstance(value, str) or not isinstance(value, list | tuple) else value

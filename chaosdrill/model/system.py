@@ -5,6 +5,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping
 from copy import copy
 from dataclasses import fields
+from inspect import Parameter, signature
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, TypedDict, Unpack
 
@@ -16,6 +17,7 @@ from chaosdrill.model.outline import LATE, Whole, attributes, deriving, outline
 from chaosdrill.model.tables import ANOTHER, UNNAMED, finite, read_only
 from chaosdrill.model.transition import Transition
 from chaosdrill.names import remedy, shown
+from chaosdrill.typed import meant
 
 if TYPE_CHECKING:
     from chaosdrill.model.reading import Definition, Reader
@@ -25,6 +27,13 @@ _LATELY = 32
 
 RELATED = "related"
 """Under which `Shared` has the systems that were derived from one, by what tells them apart."""
+
+PUBLIC = (
+    *("name", "description", "labels", "states", "time", "period", "modes", "transitions", "regions", "quadratures"),
+    *("bounds", "parameters", "initial", "state_names", "mode_names", "forcing_period"),
+    *("with_parameters", "with_initial", "with_noise", "augmented"),
+)
+"""What users look for in a system, and find by completion."""
 
 _derived: "OrderedDict[Any, Shared]" = OrderedDict()
 
@@ -64,6 +73,12 @@ class Words(TypedDict, total=False):
 
     description: str
     labels: Mapping[str, str] | None
+
+
+def arguments_of(kind: type) -> list[str]:
+    """The names of all arguments that make a system."""
+    named = [name for name, one in signature(kind).parameters.items() if one.kind is not Parameter.VAR_KEYWORD]
+    return [*named, *Words.__annotations__]
 
 
 class HybridSystem:
@@ -156,8 +171,10 @@ class HybridSystem:
         bounds: Mapping[Any, Any] | None = None,
         **words: Unpack[Words],
     ) -> None:
-        if unknown := [key for key in words if key not in Words.__annotations__]:
-            raise TypeError(f"HybridSystem.__init__() got an unexpected keyword argument {unknown[0]!r}")
+        for key in words:
+            if key not in Words.__annotations__:
+                way = meant(key, words, arguments_of(HybridSystem))
+                raise TypeError(f"HybridSystem() got an unexpected keyword argument {key!r}; {way}")
         given = {
             "name": name, "states": states, "time": time, "period": period, "modes": modes, "transitions": transitions,
             "regions": regions, "quadratures": quadratures, "bounds": bounds, **words,
@@ -302,9 +319,23 @@ class HybridSystem:
         def __getattr__(self, name: str) -> Any:
             # what an outline leaves out
             if "whole" not in vars(self) or name not in type(self).late:
-                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}{self._instead(name)}")
             self._put(**{name: vars(self)["whole"].part(name)})
             return vars(self)[name]
+
+    def __dir__(self) -> list[str]:
+        return [*PUBLIC, *(name for name in super().__dir__() if name.startswith("__"))]
+
+    def _instead(self, name: str) -> str:
+        """Where to find what is no attribute."""
+        for table in ("parameters", "initial"):
+            if name in vars(self).get(table, ()):
+                return f"; its value is system.{table}[{name!r}]"
+        if name.startswith("_"):
+            return ""
+        near = remedy(name, PUBLIC)
+        way = near if near.startswith("did") else "analyses are functions, as in chaosdrill.trajectory(system)"
+        return f"; {way}"
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise SettingsError(f"{self.name}: a system is not changed, {name!r} stays as it is; {ANOTHER}")

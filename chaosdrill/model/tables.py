@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NoReturn
 
 from chaosdrill.errors import SettingsError
+from chaosdrill.names import remedy
 
 ANOTHER = (
     "with_parameters(name=value) returns a copy with other parameters, with_initial(name=value) a copy that starts "
@@ -42,6 +43,9 @@ class Table(_ReadOnly, dict[Any, Any]):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Table, (dict(self),)
+
+    def __missing__(self, key: Any) -> NoReturn:
+        raise KeyError(f"no entry {key!r:.60}; {remedy(key, map(str, self))}" if isinstance(key, str) else key)
 
     def __copy__(self) -> "Table":
         return self

@@ -63,6 +63,78 @@ def test_what_is_missing_hides_no_other_fault(duffing, call, told):
         call(duffing)
 
 
+OWN = {"states": "x v", "modes": {"free": {"x": "v", "v": "-x + cos(t)"}}}
+
+
+def _own(**changed):
+    return cd.HybridSystem(**{**OWN, **changed})
+
+
+def _with_guard(guard):
+    return _own(transitions=[{"name": "hit", "source": "free", "target": "free", "guard": guard, "direction": 1}])
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda s: cd.lyapunov_exponents(s), "did you mean 'lyapunov_spectrum'"),
+        (lambda s: cd.load("a.nc"), "did you mean 'open'"),
+        (lambda s: cd.simulate(s), "did you mean 'trajectory'"),
+        (lambda s: cd.bifurcation(s), "did you mean 'bifurcation_diagram'"),
+        (lambda s: cd.lyapunov_spectrum(s, 100), r"takes 1 argument .* \(system\), received 2; name the others"),
+        (lambda s: cd.bifurcation_diagram(s, "gamma", [1]), r"\(system, sweep\), received 3; name the others"),
+        (lambda s: cd.bifurcation_diagram(s, "gamma"), r"as in \{'name of the parameter': numpy.linspace"),
+        (lambda s: cd.continue_orbit(s, "gamma"), r"as in \{'name of the parameter': \(0, 1\)\}"),
+        (lambda s: cd.lyapunov_spectrum(s, periods=9, rtol=1e-9), "did you mean 'tolerance'"),
+        (lambda s: cd.lyapunov_spectrum(s, n=9), "did you mean 'periods'"),
+        (lambda s: cd.lyapunov_spectrum(s, periods=9, dt=0.01), "the method chooses its own steps"),
+        (lambda s: cd.lyapunov_spectrum(s, periods=9, x0=[0, 1]), r"system.with_initial\(name=value\)"),
+        (lambda s: cd.lyapunov_spectrum(s, periods=9, params={}), r"system.with_parameters\(name=value\)"),
+        (lambda s: cd.lyapunov_spectrum(s, periods=9, gamma=0.2), r"pass system.with_parameters\(gamma=...\)"),
+        (lambda s: cd.lyapunov_spectrum(s, periods=9, sweep={}), "bifurcation_diagram and parameter_chart sweep"),
+        (lambda s: cd.bifurcation_diagram(s, gamma=[1, 2]), r"give sweep=\{'gamma': \[...\]\}"),
+        (lambda s: cd.bifurcation_diagram(s, {"gamma": [1]}, n_jobs=2), "did you mean 'workers'"),
+        (lambda s: cd.build("lorenz", rho=28), r"a parameter goes into parameters=\{'rho': 28\}"),
+        (lambda s: cd.build("drill"), "did you mean 'drill-string', 'percussive-drill' or 'percussive-drill-5d'"),
+        (lambda s: cd.plot(s, color="red"), "change the axes that come back"),
+        (lambda s: cd.plot(s, figsize=(3, 2)), "pass axes of your own figure"),
+        (lambda s: cd.save("a.nc", s), r"tree is 'a.nc'; .* comes first: save\(ds, path\)"),
+        (lambda s: s.gamma, r"its value is system.parameters\['gamma'\]"),
+        (lambda s: s.params, "did you mean 'parameters'"),
+        (lambda s: s.simulate(10), r"analyses are functions, as in chaosdrill.trajectory\(system\)"),
+        (lambda s: s.parameters["Gamma"], "no entry 'Gamma'; did you mean 'gamma'"),
+        (lambda s: cd.Outcome("chaotic"), "write Outcome.CHAOTIC"),
+        (lambda s: _own(equations={}), "did you mean 'modes'"),
+        (lambda s: cd.Map("x", {}, step={"x": "x"}), "did you mean 'images'"),
+        (lambda s: _own(modes=OWN["modes"]["free"]), r"give the mode a name, as in \{'free': \{'x': 'v', ...\}\}"),
+        (lambda s: _own(modes={"free": {"x": "v", "v": "x if v > 0 else -x"}}), "or a mode for each case"),
+        (lambda s: _own(modes={"free": {"x": "v", "v": "cos(2 t)"}}), r"write \* for a product"),
+        (
+            lambda s: _with_guard("x > 0.3"),
+            "is a comparison; .* write the difference of the two sides, as in 'x - 0.3'",
+        ),
+    ],
+)
+def test_what_a_newcomer_writes_is_answered_with_the_way(duffing, call, told):
+    with pytest.raises((TypeError, AttributeError, KeyError, ValueError, cd.ChaosdrillError), match=told):
+        call(duffing)
+
+
+def test_states_run_together_are_told_where_they_are_missing():
+    """A transition that names them has no fault of its own."""
+    hit = {"name": "hit", "source": "free", "target": "free", "guard": "x - 1", "direction": 1, "reset": {"v": "-v"}}
+    with pytest.raises(cd.ModelError, match=r"modes\.free: gives no rate for 'xv'") as caught:
+        _own(states="xv", transitions=[hit])
+    assert "None" not in str(caught.value)
+
+
+def test_completion_offers_what_users_look_for(duffing):
+    offered = [name for name in dir(duffing) if not name.startswith("_")]
+    assert {"parameters", "initial", "with_parameters", "with_initial"} <= set(offered)
+    assert all(hasattr(duffing, name) for name in offered)
+    assert "told_held" not in offered
+
+
 def test_dates_are_no_times_of_a_run(duffing):
     with pytest.raises(cd.SettingsError, match="times"):
         cd.trajectory(duffing, periods=2, times=np.array(["2020-01-01", "2020-01-02"], dtype="datetime64[ns]"))
