@@ -1,8 +1,10 @@
 """Pages that are notebooks show their pictures in a kernel that nobody has prepared."""
 
+import math
 import re
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import pytest
 
 ROOT = Path(__file__).parents[2]
@@ -52,3 +54,25 @@ def test_every_picture_of_the_neuron_shows(run):
     drawn = [cell.count("cd.plot(") for cell in cells]
     assert sum(drawn) == 5
     assert [_pictures(outputs) for outputs in run(cells)] == drawn
+
+
+def test_the_first_hour_has_no_stumble(tmp_path, monkeypatch, capsys):
+    """The cells run in order, their numbers are right, and each mistake is answered with a remedy."""
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    for cell in CELL.findall((ROOT / "docs" / "first_hour.md").read_text(encoding="utf-8")):
+        exec(cell, names)
+    answers = [line for line in capsys.readouterr().out.splitlines() if "Error: " in line]
+    assert len(answers) == len(names["slips"])
+    assert all(
+        re.search(r"did you mean|pass |give |write |name the others|its value is|save\(ds", one) for one in answers
+    )
+    # closed forms of the heated room
+    assert abs(names["off"] - 2 * math.log(16 / 14)) < 1e-12
+    assert abs(names["cycles"] - names["expected"]).max() < 1e-12
+    # areas shrink by the damping and, at impacts, by the restitution
+    spectrum, own = names["spectrum"], names["hitter"].parameters
+    rate = float(spectrum["impacts_per_period"] / spectrum["forcing_period"])
+    shrinking = -2 * own["zeta"] + 2 * math.log(own["e"]) * rate
+    assert abs(float(spectrum["lyapunov_exponent"].sum()) - shrinking) < 1e-9
+    plt.close("all")
