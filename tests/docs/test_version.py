@@ -36,3 +36,12 @@ def test_the_citation_names_this_release():
 
 def test_the_comparison_compares_this_release():
     assert f"| chaosdrill | {VERSION} |" in (ROOT / "docs" / "comparison.md").read_text()
+
+
+def test_the_badges_are_true():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    said = re.findall(r">([^<>\n]+)</text>", (ROOT / "docs" / "_static" / "badges.svg").read_text())
+    oldest = project["requires-python"].removeprefix(">=") + " or newer"
+    assert said == ["version", VERSION, "python", oldest, "license", project["license"]]
+    words = f"Version {VERSION}, Python {oldest}, license {project['license']}"
+    assert f"![{words}](docs/_static/badges.svg)" in (ROOT / "README.md").read_text()
