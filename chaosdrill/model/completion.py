@@ -1,6 +1,6 @@
-"""Whether rebounds that a transition is to complete can be an infinite series that ends in a finite time.
+"""Tests whether the rebounds that a transition completes can be an infinite series that ends in a finite time.
 
-What is refused here is what can never be one, whatever the parameters; what may be one is left to the run.
+Refused here is only a series that ends for no values of the parameters; the run decides about all others.
 """
 
 from collections.abc import Mapping
@@ -22,7 +22,7 @@ _REMEDY = (
 
 
 def never_completed(found: "Definition", parameters: Mapping[str, Any], rebound: "Transition") -> str | None:
-    """Why no series of rebounds comes of one, or none that ends; None if one may.
+    """Say why a transition starts no series of rebounds, or none that ends; None if it may.
 
     A series needs a way back: a transition on the surface of the guard in a mode to which the rebound leads. It needs
     an acceleration that brings the motion back to the surface, so that the times between rebounds fall as their speeds
@@ -72,7 +72,7 @@ def never_completed(found: "Definition", parameters: Mapping[str, Any], rebound:
 
 
 def _way_back(found: "Definition", rebound: "Transition", zero: Any) -> "list[Transition] | None":
-    """The transitions from a rebound to the next one on its surface, in order; None if there are none."""
+    """The transitions from a rebound to the next one on its surface, in order; None without a way back."""
     usual = [t for t in found.transitions if t.completes is None and not t.marks_only()]
     ways: dict[str, list[Transition]] = {rebound.target: []}
     waiting = [rebound.target]

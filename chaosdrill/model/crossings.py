@@ -1,7 +1,7 @@
 """The surfaces on which guards vanish: guards that vanish on the same set, and change sign there together, share one.
 
 ``2*x``, ``-3*x``, ``x*(1 + v**2)``, ``sinh(x)`` and ``x + x**3`` are one surface, ``x``, crossed in one or the other
-way. What is told here is told from the expressions: constant factors, factors that cannot vanish, odd powers, monotone
+way. The expressions decide: constant factors, factors that cannot vanish, odd powers, monotone
 functions, sums of these. Whatever else vanishes together is seen when a run crosses it (`chaosdrill.engine.guards`).
 """
 
@@ -22,7 +22,7 @@ BOUNDED = (sympy.sin, sympy.cos, sympy.tanh, sympy.erf)
 """Functions with values from -1 to 1."""
 
 SAME = 1e-15
-"""Relative difference of two constants that are one, written in two ways, each of which has been rounded."""
+"""Relative difference up to which two rounded constants count as equal."""
 
 
 class Crossing(NamedTuple):
@@ -34,7 +34,7 @@ class Crossing(NamedTuple):
 
 
 def crossings(transitions: "Sequence[Transition]") -> tuple[Crossing, ...]:
-    """What each transition's guard and direction say, whatever the way in which they are written.
+    """The surface and direction of each transition, independent of how its guard is written.
 
     Of guards that differ by a constant factor the simplest one stands for all.
 
@@ -71,7 +71,7 @@ def _simplicity(core: Any) -> Any:
 
 
 def stripped(guard: Any) -> tuple[Any, int]:
-    """What vanishes where a guard does, with +1 if it grows there as the guard does, -1 if it falls instead."""
+    """The simplest expression with the zeros of a guard, and its sign relative to the guard: +1 or -1."""
     guard, way = sympy.sympify(guard), 1
     while True:
         core, turn = _stripped_once(guard)
@@ -123,7 +123,7 @@ def _without_factors(product: Any) -> tuple[Any, int]:
 
 
 def sign_of(expression: Any) -> int:
-    """The sign that an expression of real symbols has everywhere; 0 if it has none that can be told."""
+    """Sign of an expression for all real values of its symbols; 0 if it changes or is not known."""
     if expression.is_positive:
         return 1
     if expression.is_negative:
@@ -133,7 +133,7 @@ def sign_of(expression: Any) -> int:
 
 
 def bounds_of(e: Any) -> tuple[float, float]:
-    """Between which numbers the values of an expression lie, whatever its symbols are."""
+    """Lower and upper bound of an expression over all values of its symbols."""
     everything = (-math.inf, math.inf)
     if e.is_number:
         value = complex(e.evalf())
@@ -158,7 +158,7 @@ def bounds_of(e: Any) -> tuple[float, float]:
 
 
 def ratio(a: Any, b: Any) -> float | None:
-    """The number by which b is to be multiplied to be a, up to the rounding of constants; None if there is none."""
+    """The number a/b, up to the rounding of constants; None if a/b depends on symbols."""
     mine, others = a.as_coefficients_dict(), b.as_coefficients_dict()
     if mine.keys() != others.keys():
         return None
@@ -168,6 +168,6 @@ def ratio(a: Any, b: Any) -> float | None:
 
 
 def same_surface(guards: Iterable[Any]) -> bool:
-    """Whether all guards are told to vanish on one surface."""
+    """Whether all guards provably vanish on one surface."""
     cores = [stripped(guard)[0] for guard in guards]
     return all(ratio(core, cores[0]) is not None for core in cores)

@@ -1,6 +1,6 @@
 """A hybrid system as plain data: texts, numbers, lists and tables, written from it and read back without running code.
 
-What a definition holds are the equations; values of parameters and the initial state stand beside it, as in scenes.
+A definition holds the equations; the values of parameters and the initial state are stored beside it, as in scenes.
 """
 
 from collections.abc import Iterator, Mapping
@@ -93,7 +93,7 @@ def is_map(definition: Mapping[str, Any]) -> bool:
 
 
 def reader_of(definition: Mapping[str, Any], parameters: Any) -> Reader:
-    """What reads a definition, with values of its parameters."""
+    """The reader of a definition, with values of its parameters."""
     from chaosdrill.model.images import MapReader
 
     return MapReader(parameters) if is_map(definition) else Reader(parameters)
@@ -169,7 +169,7 @@ def _table(expressions: Mapping[Any, Any]) -> dict[str, str]:
 
 
 def one_or_by_mode(texts: Mapping[str, str]) -> Any:
-    """One text, if all modes have the same; else those of each; None if there is none."""
+    """One text if all modes share it, else one for each mode; None without any."""
     different = set(texts.values())
     return dict(texts) if len(different) > 1 else next(iter(different), None)
 
@@ -188,7 +188,7 @@ def operations(system: "HybridSystem | Definition", mode: str) -> int:
 
 
 def _differing(where: str, one: Any, other: Any) -> Iterator[tuple[str, Any, Any]]:
-    """What differs between two systems, with its place; the order of tables counts, and every digit of a number."""
+    """Differences between two systems, with their places; the order of tables and every digit count."""
     if isinstance(one, Transition) and isinstance(other, Transition):
         one, other = one.content(), other.content()
     if isinstance(one, dict) and isinstance(other, dict) and list(one) == list(other):

@@ -1,4 +1,4 @@
-"""Derivatives of a system's expressions: nobody writes one by hand."""
+"""Symbolic derivatives of a system's expressions."""
 
 from collections.abc import Mapping, Set
 from typing import TYPE_CHECKING, Any
@@ -131,10 +131,10 @@ def rate(system: "HybridSystem", mode: str, expression: Any) -> Any:
 
 
 def throw(system: "HybridSystem", transition: "Transition", surface: Any) -> tuple[Any, Any, Any]:
-    """How a transition throws the state off a surface, of the state before it: speed, acceleration and its rate.
+    """Speed, acceleration and its rate with which a transition leaves a surface, as functions of the state before it.
 
-    They are derivatives of the surface's expression along the motion after the transition. The rate counts as zero
-    where nobody knows it, off a guard that is a Python function.
+    They are derivatives of the surface's expression along the motion after the transition. The rate counts
+    as zero where it is unknown, for a guard that is a Python function.
     """
     image = dict(zip(system.states, reset_map(system, transition), strict=True))
     speed = rate(system, transition.target, surface)
@@ -175,7 +175,7 @@ Sparse = dict[int, Any]
 
 
 def shift_directions(system: "HybridSystem") -> list[list[float]]:
-    """Directions along which nothing ever changes, whatever the parameters: n numbers each, linearly independent.
+    """Directions along which a shift of the state changes nothing, for all parameters: independent n-vectors.
 
     They are the common null space of all Jacobians, guard gradients and reset Jacobians (less the identity).
     """
@@ -279,7 +279,7 @@ def _moved(system: "HybridSystem", transition: "Transition") -> dict[tuple[int, 
 
 
 def _lines(entries: dict[tuple[int, int], Any], axis: int) -> list[Sparse]:
-    """The rows (axis 0) or columns (axis 1) of a matrix of which some entries are given."""
+    """Rows (axis 0) or columns (axis 1) of a sparse matrix."""
     lines: dict[int, Sparse] = {}
     for place, e in entries.items():
         lines.setdefault(place[axis], {})[place[1 - axis]] = e
@@ -309,7 +309,7 @@ def _null_directions(rows: list[Sparse], n: int) -> list[list[float]]:
 
 
 def _vanishes(expression: Any) -> bool:
-    """Whether an expression is zero: most are once they are multiplied out, which takes far less than all else."""
+    """Whether an expression is zero; expansion, the cheapest test, comes first."""
     if expression == 0 or sympy.expand(expression) == 0:
         return True
     return bool(not expression.has(Called) and sympy.simplify(expression) == 0)
@@ -368,7 +368,7 @@ def pinned_states(system: "HybridSystem", mode: str, known: Set[Any] = frozenset
 
 
 def pinned_values(system: "HybridSystem", mode: str) -> dict[int, Any]:
-    """What a mode pins its states to, as functions of time; without those whose ways in differ in it."""
+    """Values at which a mode pins states, as functions of time; states whose entries differ are left out."""
     ways_in = [t for t in system.transitions if t.target == mode and set(t.source) != {mode}]
     values = {i: {t.reset[system.states[i]] for t in ways_in} for i in pinned_states(system, mode)}
     return {i: found.pop() for i, found in values.items() if len(found) == 1}

@@ -50,7 +50,7 @@ def expressions(system: "HybridSystem | Definition") -> Iterator[Any]:
 
 
 def motion(system: "HybridSystem | Definition") -> Iterator[Any]:
-    """What the motion is made of: rates, guards, resets and conditions."""
+    """All expressions that determine the motion: rates, guards, resets and conditions."""
     for rates in system.modes.values():
         yield from rates.values()
     for transition in system.transitions:

@@ -30,7 +30,7 @@ Field = dict[Any, Any]
 
 
 class More(TypedDict, total=False):
-    """What systems made here take as `HybridSystem` does."""
+    """Arguments passed on to `HybridSystem`."""
 
     period: Any
     quadratures: Mapping[str, Any] | None
@@ -203,7 +203,7 @@ class Parts:
 
 @dataclass(frozen=True)
 class Written:
-    """What a system has beside its modes and transitions, read.
+    """A system without its modes and transitions, as read.
 
     Attributes
     ----------
@@ -477,7 +477,7 @@ def vanishes(expression: Any) -> bool:
 
 
 def several(name: str, what: str) -> ModelError:
-    """Why more than one surface is refused."""
+    """The message that refuses more than one surface."""
     return ModelError(
         f"{name}: {what}; one surface is possible. Where two meet, four fields join, and the convex combinations of "
         "them that stay on both are not unique: which one is meant is part of the model. Write its modes and "

@@ -112,7 +112,7 @@ def _modes_on(
 
 
 class Trial:
-    """Says of expressions whether they are zero wherever surfaces are, whatever the time and the parameters.
+    """Tests whether expressions vanish on surfaces, for all times and parameters.
 
     They are tried at random numbers; what a special or a Python function gives is a number of its own.
     """

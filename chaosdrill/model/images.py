@@ -16,11 +16,11 @@ from chaosdrill.model.text import INSTEAD
 from chaosdrill.names import shown
 
 KEYS = ("name", "description", "states", "images", "bounds", "labels", "noise")
-"""What defines a map, as a table of a scene has it."""
+"""Keys of a map in a scene."""
 
 MODE, EVENT = "map", "iterate"
 _CLOCK = "the map's clock"
-"""What stands for time. No expression can hold it: a map has no time."""
+"""Symbol in the place of time, which no expression can hold, since maps have no time."""
 
 _NO_TIME = "a map has no time; let a state count iterates, as in n = 'n + 1'"
 

@@ -88,7 +88,7 @@ class Map(HybridSystem):
 
     @staticmethod
     def reader(parameters: Any) -> "MapReader":
-        """What reads a definition of a map, with these parameters."""
+        """The reader of definitions of maps, with these parameters."""
         from chaosdrill.model.images import MapReader
 
         return MapReader(parameters)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
 PERIOD = "period"
-"""What is said for an event once a forcing period."""
+"""The event name that stands for a draw once a forcing period."""
 
 CLOCK = "draw"
 """Kind of this event."""
@@ -44,7 +44,7 @@ class Distribution:
     """How many uniform numbers a draw takes."""
 
     limits: ClassVar[Mapping[str, Limit]] = {}
-    """Limits of its parameters, whatever is drawn."""
+    """Limits of its parameters that hold for any draw."""
 
     def __post_init__(self) -> None:
         for name, value in self.numbers().items():
@@ -354,7 +354,7 @@ def noisy(system: "HybridSystem", distributions: Any, at: Any, seed: int) -> "Hy
 
 
 class _Drawn:
-    """What the parameters become at an event: every draw takes numbers of its own of one sequence."""
+    """Resets of the noise states at an event; each draw takes the next numbers of one sequence."""
 
     def __init__(self, distributions: Mapping[str, Distribution]) -> None:
         self.distributions = distributions

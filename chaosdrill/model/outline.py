@@ -29,7 +29,7 @@ deriving = RLock()
 
 
 class Whole:
-    """What builds a system, once."""
+    """Builds a system on first use, once."""
 
     def __init__(self, make: "Callable[[], HybridSystem]") -> None:
         self._make = make

@@ -34,7 +34,7 @@ _SAMPLES = 12
 
 
 Values = Callable[[list[float], float], Sequence[float]]
-"""What is compared, at states and an instant; NaN for what is no number."""
+"""Values of the compared expressions at states and a time; NaN where undefined."""
 
 
 def strays(values: Values, states: int, period: float, count: int = _SAMPLES) -> bool:
@@ -71,7 +71,7 @@ def _nudge(rng: random.Random) -> float:
 
 
 def wrong_period(found: "Definition", numbers: Mapping[str, Any]) -> str | None:
-    """Why the declared period is none: no positive number, or no period of an expression that names time.
+    """Say why the declared period is wrong: not positive, or not a period of an expression that depends on time.
 
     One that also names a state which never changes (a parameter among the states) is left to the run, which knows it.
     """
@@ -115,7 +115,7 @@ def _mix(*arguments: float) -> float:
 
 
 def value_of(expression: Any, parameters: Mapping[str, float]) -> float:
-    """The number that an expression of parameters has; NaN if it is none."""
+    """Value of an expression of parameters; NaN without a real value."""
     try:
         return float(expression.subs({p: parameters[p.name] for p in expression.free_symbols}))
     except (TypeError, OverflowError):

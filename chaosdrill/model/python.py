@@ -21,7 +21,7 @@ LIBRARIES = ("builtins", "math", "numpy", "numba", "cmath", "operator")
 """Modules whose names stand for what they hold."""
 
 UNKNOWN = "unknown"
-"""What stands for data of a function that cannot be compared."""
+"""Marks data of a function that cannot be compared."""
 
 DERIVATIVES = "of Python functions by dual numbers, exact but for rounding; of expressions symbolic"
 """How the derivatives of a system with Python functions come about."""
@@ -34,7 +34,7 @@ DIGITS = 16
 
 
 class Source(sympy.Atom):
-    """A Python function and what it is told.
+    """A Python function and its arguments.
 
     Two are equal if they hold the same code, constants and data under the same names, wherever they stand.
 
@@ -93,7 +93,7 @@ def _unpacked(packed: bytes, *others: Any) -> Source:
 
 
 class _Opaque(sympy.Function):
-    """A real number of which only Python knows how it comes about; the first argument is its source."""
+    """A real number that a Python function computes; the first argument is its source."""
 
     is_real = True
     is_commutative = True
@@ -199,7 +199,7 @@ def reads_time(function: Any) -> bool:
 
 
 def called(source: Source, numbers: Sequence[Any]) -> list[Called]:
-    """What a function returns for these arguments."""
+    """Values that a function returns for these arguments."""
     return [Called(source, sympy.Integer(i), sympy.Tuple(), *numbers) for i in range(max(source.count, 1))]
 
 

@@ -36,7 +36,7 @@ from chaosdrill.names import brief, remedy, shortened, shown
 Path = tuple[str | int, ...]
 
 TIME = "t"
-"""What time is called in a system that calls nothing else so and names no other time."""
+"""Default name of time, unless a state or parameter has it."""
 
 DEFAULT_BOUND = 1e9
 
@@ -51,7 +51,7 @@ KEYS = (
     *("labels", "noise"),
 )
 OPTIONAL = ("time", "period", "regions", "quadratures", "bounds", "labels", "noise")
-"""What may be None, as if it were not given."""
+"""Keys that may be None, which means left out."""
 
 OF_NOISE = ("draw", "count")
 """What the states are called that a parameter becomes which is drawn anew, behind its name: the standard variate, and
@@ -304,13 +304,13 @@ class Reader:
             rates = self._table(path, rates)
             missing = [state for state in self.states or () if state not in rates]
             unknown = [name for name in rates if name not in (self.states or ())]
-            for state in missing if len(missing) != len(unknown) else ():  # else each is misspelt, which is told
+            for state in missing if len(missing) != len(unknown) else ():  # else they are misspelt
                 self._fault(path, f"gives no rate for {state!r:.60}; write 0 if the mode holds it")
             read[mode] = self._assignments(path, rates, FLOW)
         return read
 
     def _all_states(self, path: Path, function: Any) -> dict[Any, Any]:
-        """What a Python function returns, by the state that each number belongs to."""
+        """Values of a Python function by state."""
         # a transition whose system is not known yet has its function stand for one state
         states = self._moved_states() or (sympy.Symbol("x", real=True),)
         try:
@@ -323,7 +323,7 @@ class Reader:
         return tuple(sympy.Symbol(one, real=True) for one in self.states or ())
 
     def _from_python(self, function: Any, count: int = 0) -> list[Any]:
-        """The numbers that a Python function returns: one, or a tuple of so many."""
+        """Values of a Python function: one, or a tuple of ``count``."""
         if told := fault_of(function):
             raise ExpressionError(told)
         if self.open:
@@ -359,7 +359,7 @@ class Reader:
         return read
 
     def _stranger(self, path: Path, state: str) -> None:
-        """What is no state is named as one."""
+        """Record that a name is not a state."""
         if not self._lacking.get(state):
             self._fault(path, f"unknown state; {remedy(state, self.states or ())}")
         if state in self._lacking:
@@ -537,7 +537,7 @@ class Reader:
         return read
 
     def _expression(self, path: Path, value: Any, level: int = CONDITION, *, condition: bool = False) -> Any:
-        """What is given as an expression of symbols that are real; None with a fault.
+        """The value as an expression of real symbols; None with a fault.
 
         ``level`` says what it is for, and so which functions of states and time it may hold.
         """
@@ -620,7 +620,7 @@ class Reader:
         return found
 
     def _check_whole(self, found: Definition) -> None:
-        """What can be told of a definition without other faults."""
+        """Check what concerns the definition as a whole."""
         for place, transition in enumerate(found.transitions):
             if transition.completes is not None and (told := self._wrong_completion(found, transition)):
                 self._fault(("transitions", place, "completes"), told)
@@ -691,7 +691,7 @@ def _name_of(entry: Any) -> str | None:
 
 
 def _end(value: Any) -> float:
-    """One bound; NaN if it is none."""
+    """One bound as a number; NaN if it is not a number."""
     if isinstance(value, str | bytes | bool) and value not in ("inf", "-inf"):
         return float("nan")
     try:

@@ -39,7 +39,7 @@ def modes_at(
     Returns
     -------
     modes : ndarray of int, shape (P,)
-        The first whose region holds the start, `UNTOLD` where there is none.
+        The first whose region holds the start; `UNTOLD` without one.
     possible : ndarray of bool, shape (P,)
         Whether all that the regions ask of parameters alone, each of them the same, holds.
     """
@@ -69,7 +69,7 @@ def check_parameters(system: "HybridSystem") -> None:
 
 
 def _common(system: "HybridSystem") -> set[Any]:
-    """What every region asks of parameters alone."""
+    """Conditions on parameters alone that all regions share."""
     import sympy
 
     parts = (set(sympy.And.make_args(region)) for region in system.regions.values())
@@ -146,7 +146,7 @@ def _compared(system: "HybridSystem", number: int, values: "list[np.ndarray]", c
 
 
 def _more_than_arithmetic(system: "HybridSystem", number: int) -> Callable[..., Any]:
-    """What calculates the terms of a comparison that holds other functions than those of arithmetic."""
+    """Evaluates comparisons with functions beyond arithmetic."""
     if ("terms", number) not in system.shared:
         import sympy
 

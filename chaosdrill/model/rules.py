@@ -1,4 +1,4 @@
-"""What a system must not be, beside what each of its entries is: rules about expressions and outcomes."""
+"""Rules about expressions and outcomes that go beyond the type of each entry."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -76,7 +76,7 @@ def folded(expression: Any, moving: set[Any], numbers: Mapping[str, float]) -> s
 
 
 def _modes_instead(name: str, part: Any) -> str:
-    """What to write in a flow instead of a function with a kink or a jump, or without a series."""
+    """The remedy for a function in a flow that has a kink, a jump or no series."""
     one, *others = part.args
     if name in ("Abs", "sign", "Heaviside", "Max", "Min"):
         branches = {"Abs": (one, -one), "sign": (1, -1), "Heaviside": (1, 0)}.get(name, part.args)

@@ -151,7 +151,7 @@ class random_uniform(sympy.Function):
 
 @dataclass(frozen=True)
 class Special:
-    """What is known of one special function.
+    """Properties of one special function.
 
     Attributes
     ----------
@@ -174,7 +174,7 @@ class Special:
 
     @property
     def level(self) -> int:
-        """What may hold it where states or time stand in it."""
+        """Where it may stand if its arguments hold states or time."""
         return FLOW if self.moving else RESET if "fdiff" in vars(self.make) else CONDITION
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from chaosdrill.model.reading import Definition, Reader
 
 _LATELY = 32
-"""Systems of which what was derived is kept for others of the same equations."""
+"""Number of recent systems whose derived code is kept for others with the same equations."""
 
 RELATED = "related"
 """Under which `Shared` has the systems that were derived from one, by what tells them apart."""
@@ -43,14 +43,14 @@ _listed: "OrderedDict[Any, HybridSystem]" = OrderedDict()
 
 
 class Shared(dict[Any, Any]):
-    """What systems of the same equations have in common: compiled kernels and what was derived from the equations.
+    """Compiled kernels and derived expressions that systems with the same equations share.
 
-    Another process, to which a system is sent, begins with an empty one, shared again by the copies sent together.
+    In another process, to which systems are sent, it starts empty; copies sent together share it again.
 
     Parameters
     ----------
     key : tuple of str, optional
-        What a system of the library is made of, under which what was derived of it is kept on the disk.
+        Identifies a system of the library; its derived code is kept on the disk under this key.
     """
 
     outline: Any = None
@@ -69,7 +69,7 @@ class Shared(dict[Any, Any]):
 
 
 class Words(TypedDict, total=False):
-    """What is said of a system, beside its name."""
+    """Description and labels of a system."""
 
     description: str
     labels: Mapping[str, str] | None
@@ -143,7 +143,7 @@ class HybridSystem:
     quadratures: Mapping[str, Mapping[str, Any]]
     bounds: Mapping[str, tuple[float, float]]
     noise: Mapping[str, Mapping[str, Any]] = MappingProxyType({})
-    """How parameters are drawn anew, by what they were called; see `with_noise`."""
+    """Distribution and events of each drawn parameter, by its original name; see `with_noise`."""
     parameters: dict[str, float]
     initial: Mapping[str, Any]
     names_mode: bool
@@ -187,7 +187,7 @@ class HybridSystem:
 
     @staticmethod
     def reader(parameters: Any) -> "Reader":
-        """What reads a definition of such a system, with these parameters."""
+        """The reader of definitions, with these parameters."""
         from chaosdrill.model.reading import Reader
 
         return Reader(parameters)
@@ -205,12 +205,12 @@ class HybridSystem:
     def listed(
         cls, key: tuple[str, ...], make: Callable[[], "HybridSystem"], limits: Mapping[str, Limit]
     ) -> "HybridSystem":
-        """A system of the library with its defaults, or one of a scene: from an outline that is known of it, or built.
+        """A system of the library with its defaults, or of a scene, from a stored outline or built.
 
         Parameters
         ----------
         key : tuple of str
-            All that makes it, beside the code of the package.
+            Determines the system, together with the code of the package.
         make : callable
             What builds it, which can be sent to another process.
         limits : mapping of str to Limit
@@ -223,7 +223,7 @@ class HybridSystem:
         return found
 
     def enlisted(self, key: tuple[str, ...]) -> "HybridSystem":
-        """This system, known from now on by a key: all that makes it, beside the code of the package."""
+        """Register this system under a key that, with the code of the package, determines it."""
         with deriving:
             # others of the same equations may be known by another key
             self.shared.key, self.shared.outline, self.shared.recalled = key, outline(self), frozenset()
@@ -234,7 +234,7 @@ class HybridSystem:
     def known(
         cls, key: tuple[str, ...], make: Callable[[], "HybridSystem"], limits: Mapping[str, Limit]
     ) -> "HybridSystem | None":
-        """As `listed`, but None for a system that neither this process nor an earlier one has built."""
+        """As `listed`, but None if neither this process nor an earlier one has built the system."""
         with deriving:
             found = _listed.get(key)
             if found is None:
@@ -247,12 +247,12 @@ class HybridSystem:
         return found
 
     def relative(self, how: tuple[str, ...], make: "Callable[[], HybridSystem]") -> "HybridSystem":
-        """A system that is derived from the equations of this one, with numbers of its own: known before, or built.
+        """A system derived from the equations of this one, with numbers of its own; stored or built.
 
         Parameters
         ----------
         how : tuple of str
-            What tells it from others that are derived from this one.
+            Identifies it among the systems derived from this one.
         make : callable
             What builds it, which can be sent to another process.
         """
@@ -265,7 +265,7 @@ class HybridSystem:
 
     @property
     def told_held(self) -> Mapping[str, Any] | None:
-        """The surfaces that its modes hold, if it was derived from a system of which they are known."""
+        """Surfaces that its modes hold, if known from the system that it was derived from."""
         whole = vars(self)["whole"]() if "whole" in vars(self) else self
         found: Mapping[str, Any] | None = self.shared.get("held", whole.shared.get("held"))
         return found
@@ -344,7 +344,7 @@ class HybridSystem:
         self.__setattr__(name, None)
 
     def _shared_with_others(self) -> Shared:
-        """What a system that differs in numbers alone, made not long ago, has derived; else an empty place for it."""
+        """The `Shared` of a recent system with the same equations; else a new one."""
         key = (type(self), *self._content())
         with deriving:
             shared = _derived.setdefault(key, Shared())
@@ -354,7 +354,7 @@ class HybridSystem:
         return shared
 
     def _content(self) -> tuple[Any, ...]:
-        """All that makes this system, its numbers apart, to be looked up by."""
+        """Hashable content of the system without its numbers."""
         return (
             *(self.name, self.description, repr(self.labels), self.states, self.time, tuple(self.parameters)),
             tuple((name, tuple(rates.items())) for name, rates in self.modes.items()),
@@ -401,7 +401,7 @@ class HybridSystem:
     def autonomous(self) -> bool:
         """Whether no rate, guard, reset or condition depends on time, so that a motion shifted in time is a motion.
 
-        A symbol for time that nothing names says nothing, and quadratures feed back into nothing.
+        Quadratures do not count, since they feed back into nothing.
         """
         if "autonomous" not in self.shared:
             from chaosdrill.model.exponents import motion
@@ -431,7 +431,7 @@ class HybridSystem:
         return tuple(self.modes)
 
     def integrands(self, mode: str) -> list[Any]:
-        """What is integrated in a mode, in the order of the quadratures."""
+        """Integrands in a mode, in the order of the quadratures."""
         return [rates[mode] for rates in self.quadratures.values()]
 
     @property
@@ -566,9 +566,9 @@ class HybridSystem:
         """A copy in which parameters are drawn anew whenever certain events happen, or once a period.
 
         A value that was drawn at an event holds from then on, beginning after its reset, up to the next draw; until the
-        first one the parameter has the median of its distribution. The numbers depend on the seed and on how many were
-        drawn before, and on nothing else: they are the same to the bit in every run, whatever runs beside it, so that
-        exponents and means are those given the noise. Other noise comes of another seed, which may be swept.
+        first one the parameter has the median of its distribution. The numbers depend only on the seed and on the count
+        of earlier draws: they are the same to the bit in every run, with any number of workers, so that exponents and
+        means are those of this realisation of the noise. Another seed gives other noise, and may be swept.
 
         Parameters
         ----------
@@ -601,7 +601,7 @@ class HybridSystem:
         return noisy(self, distributions, at, seed)
 
     def limited(self, limits: Mapping[str, Limit]) -> "HybridSystem":
-        """A copy whose parameters have limits, those of them that it has, from which on no copy may leave them."""
+        """A copy whose parameters, and those of its own copies, must stay within limits."""
         return self.changed(limits={name: one for name, one in limits.items() if name in self.parameters})
 
     def augmented(self, *, time: bool = False, parameters: Iterable[str] = ()) -> "HybridSystem":
@@ -674,7 +674,7 @@ class HybridSystem:
         self._find_mode()
 
     def _find_mode(self) -> None:
-        """Let the initial mode be that of the region in which the initial state is, unless it was named."""
+        """Set the initial mode to that of the region that holds the initial state, unless it was named."""
         if self.names_mode:
             return
         import numpy as np

@@ -1,4 +1,4 @@
-"""The tables and numbers of a system, which stay as they are: what was derived from a system belongs to them."""
+"""Read-only tables and numbers of a system: code derived from it depends on them."""
 
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -24,7 +24,7 @@ MOST = sys.float_info.max
 
 
 class _ReadOnly:
-    """What no table of a system lets anybody do."""
+    """Methods that would change a table; they raise an error."""
 
     def _refuse(self, *_: Any, **__: Any) -> NoReturn:
         raise SettingsError(f"a system cannot be changed in place; {ANOTHER}; dict(table) is a copy that can")
@@ -59,7 +59,7 @@ class Table(_ReadOnly, dict[Any, Any]):
 
 
 class Entries(_ReadOnly, Mapping[str, Any]):
-    """A table of which the names are known; read only as `Table`, and else what it does."""
+    """A read-only table whose names are known and whose entries are found on first use."""
 
     def __init__(self, names: Sequence[str], find: Callable[[], Mapping[str, Any]]) -> None:
         self._names = dict.fromkeys(names)

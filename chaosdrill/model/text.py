@@ -146,7 +146,7 @@ def _unknown(node: Node, names: Mapping[str, Any], hints: Mapping[str, str], clo
 
 
 def no_function(name: str, *, delayed: bool) -> str:
-    """What is said of a name that is written as a function; of time, if it is ``delayed``."""
+    """The message for a name that is called like a function; ``delayed``: with a shifted time."""
     if delayed:
         return (
             f"{name[:40]!r} is written as a function of time: its present value is {name[:40]}, and a value at another "
@@ -157,12 +157,12 @@ def no_function(name: str, *, delayed: bool) -> str:
 
 
 def unknown_name(name: str, names: Mapping[str, Any], hints: Mapping[str, str]) -> str:
-    """What is said of a name that stands for nothing."""
+    """The message for an unknown name."""
     return f"unknown name {name[:40]!r}; {hints.get(name) or remedy(name, (*names, 'pi'))}"
 
 
 def unknown_function(name: str) -> str:
-    """What to write instead of a function that there is not."""
+    """The remedy for an unknown function."""
     return INSTEAD.get(name) or remedy(name, PLAIN)
 
 
@@ -381,7 +381,7 @@ _OF_SYMPY_ALONE = {"erf": RESET, "erfc": RESET, "gamma": CONDITION, "loggamma": 
 
 
 def level_of(name: str) -> int | None:
-    """What may hold a function; None if there is no such function."""
+    """Where a function may stand; None for an unknown function."""
     return FUNCTIONS[name].level if name in FUNCTIONS else _OF_SYMPY_ALONE.get(name)
 
 

@@ -28,7 +28,7 @@ MOST_PARTS = 200
 """Parts of an expression that is decomposed; larger ones are left to the run, as are those of the next two."""
 
 MOST_TERMS = 2000
-"""Terms that polynomials of its degree in so many variables may have."""
+"""Largest number of terms of a polynomial, from its degree and variables."""
 
 MOST_DEGREE = 12
 """Of a polynomial that is factored further than into squares."""

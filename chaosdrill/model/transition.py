@@ -10,7 +10,7 @@ from chaosdrill.model.tables import read_only
 
 _PLAIN = ("name", "source", "target", "direction", "priority", "completes", "kind")
 EXPRESSIONS = ("guard", "reset", "condition", "given")
-"""What an outline of a transition leaves out."""
+"""Attributes that an outline of a transition leaves out."""
 
 _MAY_BE_NONE = ("condition", "completes", "kind")
 
@@ -93,14 +93,14 @@ class Transition:
 
     @property
     def conditions(self) -> dict[str, Any]:
-        """The condition in every source mode; empty if there is none."""
+        """The condition in every source mode; empty without conditions."""
         if self.condition is None:
             return {}
         one = self.condition
         return dict(one) if isinstance(one, Mapping) else dict.fromkeys(self.source, one)
 
     def content(self) -> tuple[Any, ...]:
-        """All that makes this transition, to be compared and looked up by."""
+        """Hashable content of the transition."""
         return (*(self.name, self.source, self.target, self.guard, self.direction, tuple(self.reset.items())),
                 *(tuple(self.conditions.items()), self.priority, self.completes, self.kind))  # fmt: skip
 
