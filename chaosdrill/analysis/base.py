@@ -23,6 +23,7 @@ from chaosdrill.analysis.starts import told_of_starts
 from chaosdrill.dataset.references import SPECTRA
 from chaosdrill.dataset.schema import Table, rate_clash
 from chaosdrill.declared import ANALYSES, METHODS, unfit
+from chaosdrill.engine.methods import DEFAULT
 from chaosdrill.errors import ModelError, SettingsError, StartWarning
 from chaosdrill.names import brief, key_text
 from chaosdrill.package import docstring
@@ -212,7 +213,7 @@ class Orbit(AnalysisSettings):
 class NumericsSettings(Settings):
     """Method, its tolerance, the steps a period of a method with a fixed step, and the limits of its events."""
 
-    method: str = setting(Method(), "taylor")
+    method: str = setting(Method(), DEFAULT)
     tolerance: float = setting(Number(1e-16, 1e-2), 1e-12)
     steps: int | None = setting(Whole(4, 10_000_000), None)
     max_events: int | None = setting(Whole(1, 1_000_000_000), None)

@@ -7,12 +7,12 @@ from time import perf_counter
 import numpy as np
 
 from chaosdrill.codegen.kinds import Pointer, int64
-from chaosdrill.codegen.signatures import block, matrix
+from chaosdrill.codegen.signatures import cube, integers, matrix
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.flow import SIGNATURE, flow
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.layout import DONE, EVENLY, EVENT_COLUMNS, FULL
-from chaosdrill.engine.records import integers, machine_at, state_of
+from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.run import Run
 
 HEARD = 0.05
@@ -137,7 +137,7 @@ class Blocks:
 @compiled(
     int64(
         *(Pointer("Flow", SIGNATURE), int64, int64, integers, integers),
-        *(matrix, matrix, block, matrix, matrix, block, int64[:, ::1]),
+        *(matrix, matrix, cube, matrix, matrix, cube, int64[:, ::1]),
     )
 )
 def _through(go_on, place, last, targets, done, samples, events, growth, integrals, states, vectors, exponent_of):

@@ -21,13 +21,13 @@ from chaosdrill.analysis.spectra import computed_exponents
 from chaosdrill.analysis.statistics import error_of_exponents, in_blocks
 from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.kinds import Pointer, int64, void
-from chaosdrill.codegen.signatures import matrix
+from chaosdrill.codegen.signatures import cube, integer_matrix, integers, matrix
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.build import dataset
 from chaosdrill.engine.flow import flow
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.layout import DONE, EVENT_COLUMNS
-from chaosdrill.engine.records import cube, integer_matrix, integers, machine_at, state_of
+from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.run import Run
 from chaosdrill.engine.setup import scratch_of
 from chaosdrill.engine.stepper import machine

@@ -11,11 +11,10 @@ import numpy as np
 
 from chaosdrill.analysis.recurrence import sizes
 from chaosdrill.codegen.kinds import float64, void
-from chaosdrill.codegen.signatures import matrix
+from chaosdrill.codegen.signatures import integers, matrix
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.jit import compiled
-from chaosdrill.engine.records import integers
 
 _cubes = float64[:, :, ::1]
 

@@ -197,7 +197,7 @@ def make_plan(
         part, periods = cast(float, given.duration) / PARTS, PARTS
         transient = -(-float(given.transient) // part)
     count = tangent_count(system, given.exponents)
-    if numerics.method == "taylor":
+    if numerics.traits.lanes:
         compile_ahead(LANES)
     structure = examine(system)
     # of a complex pair only both exponents together are known well, and tangents are stepped in pairs anyway

@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from chaosdrill.analysis.precision_start import TIGHT_METHODS, Mapped, Place, Survey, find_cycle, run_map
+from chaosdrill.analysis.precision_start import TIGHT, TIGHT_METHODS, Mapped, Place, Survey, find_cycle, run_map
 from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
+from chaosdrill.engine.methods import METHODS
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 from chaosdrill.errors import SettingsError
@@ -19,9 +20,6 @@ QUANTITIES = ("strobe", "event_time", "tangent", "multiplier", "flow_direction",
 TARGET = 1e-6
 """Distance, in sizes of the states, at which a chaotic trajectory has left the true one."""
 
-TIGHTEST = 1e-16
-OF_RADAU = 1e-13
-"""Tightest tolerance of a reference by radau, whose steps of order 5 are as short as rounding allows there."""
 _HORIZON_STARTS = 3
 _CYCLE_STEPS = 4
 
@@ -59,7 +57,7 @@ class Yardstick:
 
     def numerics(self, method: str) -> Numerics:
         """A method at the tightest tolerance that it reaches."""
-        return replace(self.found.numerics, method=method, tolerance=TIGHTEST if method != "radau" else OF_RADAU)
+        return replace(self.found.numerics, method=method, tolerance=METHODS[method].tightest)
 
     def rates_by(self, method: str) -> np.ndarray:
         """Growth over the restarts, shape (restarts,)."""
@@ -133,7 +131,7 @@ def measure(yardstick: Yardstick, numerics: Numerics) -> Errors:
             return errors
         if np.isfinite(rates).all():
             errors.values["exponent"], errors.exponent_spread = _mean_difference(rates, yardstick.rates_by(other))
-        if yardstick.most and numerics.tolerance > 10 * TIGHTEST:
+        if yardstick.most and numerics.tolerance > TIGHT:
             errors.horizon = trusted_time(*yardstick.paths(other), place.sizes, place.unit, numerics)
     except (SettingsError, np.linalg.LinAlgError):
         errors.outcome = Outcome.FAILED

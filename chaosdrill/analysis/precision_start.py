@@ -23,14 +23,19 @@ from chaosdrill.analysis.recurrence import find_period
 from chaosdrill.analysis.statistics import standard_error
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
+from chaosdrill.engine.methods import METHODS
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 from chaosdrill.model import HybridSystem
 
 TIGHT = 1e-15
-TIGHT_METHODS = ("dop853", "taylor", "radau")
+TIGHT_METHODS = sorted(
+    (name for name, one in METHODS.items() if not one.fixed_step),
+    key=lambda name: (METHODS[name].tightest, METHODS[name].series),
+)
 """Methods that survey an attractor and that others are held against, in order of preference: one may fail where a field
-is stiff, not analytic, or too steep for it."""
+is stiff, not analytic, or too steep for it. First come those that reach the last digits, and of them those that need
+no series."""
 
 MAX_PERIOD = 16
 """Longest cycle whose multipliers are measured, in forcing periods."""
@@ -94,9 +99,9 @@ class Survey:
 def survey(system: HybridSystem, plan: Span, judged: Collection[str] = ()) -> Survey:
     """Let the transient pass, then keep the state at the start of every unit; by a method that is not judged, if any.
 
-    That is one of the first two, which reach the last digits.
+    Those that reach the last digits come first.
     """
-    for method in (*sorted(TIGHT_METHODS[:2], key=lambda one: one in judged), *TIGHT_METHODS[2:]):
+    for method in sorted(TIGHT_METHODS, key=lambda name: (METHODS[name].tightest, name in judged)):
         found = _survey(system, plan, Numerics(method, TIGHT))
         if found.outcome == Outcome.OK:
             break

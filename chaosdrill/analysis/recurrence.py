@@ -5,9 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from chaosdrill.codegen.kinds import float64, int64, void
-from chaosdrill.codegen.signatures import matrix, vector
+from chaosdrill.codegen.signatures import integers, matrix, vector
 from chaosdrill.engine.jit import compiled, inner
-from chaosdrill.engine.records import integers
 from chaosdrill.engine.scales import SMALLEST
 
 CLOSE = 1e-6

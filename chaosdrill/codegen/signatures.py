@@ -1,12 +1,15 @@
 """The fixed signatures through which the engine sees a system; arrays are C-contiguous doubles."""
 
-from typing import Any, NamedTuple
+from collections import namedtuple
+from typing import NamedTuple
 
 from chaosdrill.codegen.kinds import float64, int64, void
 
 vector = float64[::1]
 matrix = float64[:, ::1]
-block = float64[:, :, ::1]
+cube = float64[:, :, ::1]
+integers = int64[::1]
+integer_matrix = int64[:, ::1]
 
 SIGNATURES = {
     "jet": void(int64, int64, float64, vector, vector, matrix),
@@ -91,9 +94,9 @@ WIDTH = 28
 """Coefficients of a series, at most; beyond the order a row holds zeros, so that all sums have one length."""
 
 LANE_SIGNATURES = {
-    "jet": void(int64, int64, vector, matrix, matrix, block),
-    "jacobian_jet": void(int64, int64, matrix, block),
-    "tangent": void(int64, int64, matrix, matrix, matrix, block, int64),
+    "jet": void(int64, int64, vector, matrix, matrix, cube),
+    "jacobian_jet": void(int64, int64, matrix, cube),
+    "tangent": void(int64, int64, matrix, matrix, matrix, cube, int64),
 }
 """The three functions of series for eight trajectories at once: as above, every number being a row of eight.
 
@@ -104,25 +107,8 @@ Their arrays are those of ``engine.lanes.aligned``: times (8,), constants (numbe
 CONSTANTS = void(vector, vector)
 """``constants(p, c)``: parameters, then the expressions of parameters that the code needs"""
 
+Functions = namedtuple("Functions", SIGNATURES)
+"""The compiled functions of `SIGNATURES`."""
 
-class Functions(NamedTuple):
-    """The compiled functions of `SIGNATURES`."""
-
-    jet: Any
-    jacobian_jet: Any
-    tangent: Any
-    field: Any
-    variation: Any
-    guard: Any
-    guard_error: Any
-    event_map: Any
-    watch: Any
-    rate_error: Any
-
-
-class LaneFunctions(NamedTuple):
-    """Those of `LANE_SIGNATURES`, for eight runs at once."""
-
-    jet: Any
-    jacobian_jet: Any
-    tangent: Any
+LaneFunctions = namedtuple("LaneFunctions", LANE_SIGNATURES)
+"""Those of `LANE_SIGNATURES`, for eight runs at once."""

@@ -10,6 +10,7 @@ from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.ahead import LANES, ONE_RUN, await_part
+from chaosdrill.engine.methods import METHODS
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import check_period, forcing_periods, repeats
 from chaosdrill.engine.run import BESIDE, STANDING
@@ -308,7 +309,7 @@ class Batch:
             self.times = np.zeros((points, len(ends)))
         stretches = np.array([transient, *np.diff(ends)], dtype=np.int64)
         self.ends = np.asarray(ends)
-        if self.method == "taylor":
+        if METHODS[self.method].lanes:
             self._step_in_lanes(which, stretches)
         elif self.counts_returns:
             self._step_to_the_section(which, stretches)

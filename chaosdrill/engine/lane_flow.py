@@ -8,7 +8,7 @@ one by the functions of a single run. No number of a run depends on which others
 import math
 
 from chaosdrill.codegen.kinds import int64, uint64, void
-from chaosdrill.codegen.signatures import matrix
+from chaosdrill.codegen.signatures import integers, matrix
 from chaosdrill.engine import lane_events, lane_step, taylor
 from chaosdrill.engine.checked import first_row, look_along_series, proven
 from chaosdrill.engine.jit import compiled, inlined, rare
@@ -34,7 +34,6 @@ from chaosdrill.engine.layout import (
 )
 from chaosdrill.engine.records import (
     SMALLEST_STEP,
-    integers,
     lane_functions_type,
     lane_room_type,
     machine_at,

@@ -1,14 +1,20 @@
-"""What a run is made of: settings, its state as one record, and the arrays that go with it, by their names.
+"""What a run is made of: settings, its state as one record, and the arrays that go with it, by name and type.
 
-Nothing here is compiled. `chaosdrill.engine.records` has the types of all this for compiled code.
+Nothing here is compiled. `chaosdrill.engine.records` makes the types that compiled code has of these tuples.
 """
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from chaosdrill.codegen.signatures import WIDTH
-from chaosdrill.declared import METHODS
+from chaosdrill.codegen.kinds import Array, RecordOf
+from chaosdrill.codegen.signatures import WIDTH, cube, integer_matrix, integers, matrix, vector
+
+Vector = Annotated[Any, vector]
+Matrix = Annotated[Any, matrix]
+Cube = Annotated[Any, cube]
+Integers = Annotated[Any, integers]
+IntegerMatrix = Annotated[Any, integer_matrix]
 
 SETTINGS = np.dtype(
     [
@@ -21,6 +27,8 @@ SETTINGS = np.dtype(
 """What holds for all runs of a batch; ``target`` is the number of strobes at which a call ends, ``recording`` says what
 is recorded: nothing, ``EVENLY`` so many samples a period, or states at ``INSTANTS`` that the buffer's rows hold,
 ``dense_noise`` is the rounding units by which the dense output of the method moves the polynomial of a state."""
+
+AllSettings = Annotated[Any, Array(RecordOf(SETTINGS), 1)]
 
 EVENLY, INSTANTS = 1, 2
 
@@ -46,180 +54,154 @@ what the guard's value was at the event. ``turning`` says whether a guard that w
 ``waiting`` are not over before ``wait_until``, as long as they are faster than ``wait_above``.
 """
 
+Runs = Annotated[Any, Array(RecordOf(RUN), 1)]
+
 
 class Tables(NamedTuple):
     """What is known of a system's events and states, whatever the run."""
 
-    active: Any
+    active: IntegerMatrix
     """(modes, 1 + guards): number of guards, then their directions"""
-    keys: Any
+    keys: IntegerMatrix
     """(modes, guards): number of a guard with its direction, the same in all modes"""
-    surfaces: Any
+    surfaces: IntegerMatrix
     """(modes, guards): number of the surface on which a guard is zero"""
-    watched: Any
+    watched: IntegerMatrix
     """(modes, keys): whether a mode watches a guard"""
-    marks: Any
+    marks: IntegerMatrix
     """(modes, guards): bits that describe a guard, see MARKS, ..."""
-    transitions: Any
+    transitions: IntegerMatrix
     """(transitions, 5): TO_MODE, MARKS_ONLY, RANK_DEFICIENT, COMPLETES, COMPLETED"""
-    moves: Any
+    moves: IntegerMatrix
     """(transitions, keys): whether the reset may change the guard's value"""
-    returns: Any
+    returns: IntegerMatrix
     """(transitions, 2): guards that what is thrown off a surface meets there again, from above and from below, or -1"""
-    bounds: Any
+    bounds: Matrix
     """(2, n): lower and upper bounds of the states"""
-    symmetries: Any
+    symmetries: Matrix
     """(k, n): directions in which nothing ever changes"""
-    constrained: Any
+    constrained: IntegerMatrix
     """(modes, n): states that a mode leaves no freedom"""
-    held: Any
+    held: Integers
     """(modes,): number of surfaces that a mode holds; ``guard`` knows them behind the guards"""
-    slack: Any
+    slack: Vector
     """(n,): how far states may lie off the guards on which a run begins"""
-    steep: Any
+    steep: IntegerMatrix
     """(modes, 1 + operations): number of steep operations, then the rows of what they are applied to, where such are"""
-    shapes: Any
+    shapes: Cube
     """(modes, operations, 7): `codegen.layout.Shape` of each"""
 
 
 class States(NamedTuple):
     """All that P runs carry from step to step; the first axis of every array is the run."""
 
-    run: Any
+    run: Runs
     """(P,) of RUN"""
-    c: Any
+    c: Matrix
     """(P, constants)"""
-    x: Any
+    x: Matrix
     """(P, n)"""
-    scale: Any
+    scale: Matrix
     """(P, n + q): sizes that states have had of late, and what integrals have moved in a step"""
-    sums: Any
+    sums: Cube
     """(P, 3, q): quadratures as compensated sums, and how far they have moved in all"""
-    vectors: Any
+    vectors: Cube
     """(P, m, n): tangents, one a row"""
-    exponent_of: Any
+    exponent_of: IntegerMatrix
     """(P, m): the exponent to which a live tangent belongs"""
-    lost: Any
+    lost: IntegerMatrix
     """(P, m): whether an exponent's tangent is lost"""
-    logs: Any
+    logs: Matrix
     """(P, m): logarithms of the tangents' growth, but for its last factors"""
-    grown: Any
+    grown: Matrix
     """(P, m): the product of these"""
-    sooner: Any
+    sooner: Matrix
     """(P, m): by how much the last event comes sooner along a live tangent"""
-    shares: Any
+    shares: Cube
     """(P, m, m), or (P, 0, 0) where nobody asks: of which tangents at the start of a block each was made, in parts of
     its own; rows and columns are exponents, and ``logs`` counts from that start, too"""
-    sides: Any
+    sides: IntegerMatrix
     """(P, keys): side of every guard: -1, 1, 0 where it is not known, times ``guards.JUMPED``, ``PUT_ACROSS``, ``HELD``
     or ``PLACED``"""
-    counts: Any
+    counts: IntegerMatrix
     """(P, transitions)"""
-    grazing: Any
+    grazing: Matrix
     """(P, transitions): smallest normal speed met"""
-    hardest: Any
+    hardest: Matrix
     """(P, keys): largest normal speed met since rebounds from the guard were last completed"""
-    extent: Any
+    extent: Matrix
     """(P, n): largest values of the states at the start and where steps with a strobe ended"""
-    doubt: Any
+    doubt: Matrix
     """(P, n): errors of the states where the run began or after the last event, in units of ``guards.ROUNDING``"""
-    normal: Any
+    normal: Matrix
     """(P, n + 1): gradient of the guard that has just fired, by states and, last, time"""
 
 
-class State(NamedTuple):
+class State(States):
     """One of the runs: `States` without the first axis."""
 
-    run: Any
-    c: Any
-    x: Any
-    scale: Any
-    sums: Any
-    vectors: Any
-    exponent_of: Any
-    lost: Any
-    logs: Any
-    grown: Any
-    sooner: Any
-    shares: Any
-    sides: Any
-    counts: Any
-    grazing: Any
-    hardest: Any
-    extent: Any
-    doubt: Any
-    normal: Any
+    __slots__ = ()
 
 
 class Implicit(NamedTuple):
     """Arrays of Newton's method for s stages of n states; without rows for methods that need none."""
 
-    at_start: Any
+    at_start: Matrix
     """(n, n): Jacobian at the start of a step"""
-    jacobians: Any
+    jacobians: Cube
     """(s, n, n): those of which the matrix is made"""
-    matrix: Any
+    matrix: Matrix
     """(s n, s n): its factors"""
-    filter: Any
+    filter: Matrix
     """(n, n): factors for errors"""
-    changes: Any
+    changes: Matrix
     """(s + 1, n)"""
-    right: Any
+    right: Vector
     """(s n,)"""
-    spare: Any
+    spare: Matrix
     """(2, n)"""
-    pivots: Any
-    filter_pivots: Any
-    active: Any
+    pivots: Integers
+    filter_pivots: Integers
+    active: Integers
     """(n,): states that are unknowns, the first ones"""
 
 
 class Scratch(NamedTuple):
     """Arrays that hold nothing from one step to the next."""
 
-    workspace: Any
+    workspace: Matrix
     """(rows, COLUMNS): series of states, quadratures, guards; then of what drives them, and of tangents"""
-    polynomial: Any
-    shifted: Any
-    stack: Any
-    ends: Any
-    times: Any
+    polynomial: Vector
+    shifted: Vector
+    stack: Matrix
+    ends: Matrix
+    times: Vector
     """(guards,): first event of every guard in the step, or -1"""
-    backs: Any
+    backs: Vector
     """(guards,): when a guard that was passed is back on its near side, or -1"""
-    gradient: Any
-    errors: Any
+    gradient: Vector
+    errors: Vector
     """(2,): bounds of a guard's and its rate's rounding errors"""
-    weights: Any
+    weights: Vector
     """(n,): one over the scales of the states"""
-    metric: Any
+    metric: Vector
     """(n,): factors by which components of tangents are compared"""
-    none: Any
+    none: Vector
     """(n,): zeros"""
-    before: Any
-    after: Any
-    out: Any
-    image: Any
-    event: Any
-    jump: Any
-    stages: Any
-    normals: Any
+    before: Vector
+    after: Vector
+    out: Vector
+    image: Vector
+    event: Vector
+    jump: Vector
+    stages: Matrix
+    normals: Matrix
     """(surfaces, n + 2): gradients of surfaces that a mode holds, then their time derivative and value"""
-    implicit: Any
-    """`Implicit`"""
-    doubt: Any
+    implicit: Implicit
+    doubt: Vector
     """(n + q,): what rounding may make of rates"""
-    watched: Any
+    watched: Matrix
     """(4, operations): what steep operations are applied to, at two places, its largest and its first size in a step"""
-
-
-class Stepper(NamedTuple):
-    """A method's functions, see ``engine.stepper``."""
-
-    expand: Any
-    locate: Any
-    evaluate: Any
-    advance: Any
 
 
 class Machine(NamedTuple):
@@ -229,11 +211,11 @@ class Machine(NamedTuple):
     stepper: Any
     search: Any
     """`chaosdrill.engine.first_event.first_event`, for lanes and orbits"""
-    settings: Any
+    settings: AllSettings
     """(1,) of SETTINGS"""
-    tables: Any
-    states: Any
-    scratch: Any
+    tables: Tables
+    states: States
+    scratch: Scratch
 
 
 class Method(NamedTuple):
@@ -251,73 +233,73 @@ class Method(NamedTuple):
 class Block(NamedTuple):
     """Arrays of eight runs that are stepped together, the last axis being the lane."""
 
-    t: Any
-    c: Any
-    x: Any
-    v: Any
-    ws: Any
-    scale: Any
+    t: Vector
+    c: Matrix
+    x: Matrix
+    v: Cube
+    ws: Cube
+    scale: Matrix
     """(n, lanes)"""
-    weights: Any
+    weights: Matrix
     """(n, lanes): one over the scales"""
-    metric: Any
+    metric: Matrix
     """(n, lanes): factors by which components of tangents are compared"""
-    h: Any
-    reach: Any
-    gap: Any
+    h: Vector
+    reach: Vector
+    gap: Matrix
     """(3, lanes): what raises suspicion of the series of states, of what follows from them, of steep operations"""
-    out: Any
-    period: Any
-    scaled: Any
+    out: Matrix
+    period: Vector
+    scaled: Cube
     """(guards, COLUMNS, lanes): polynomials of the guards, with the step as the unit of time"""
-    total: Any
+    total: Matrix
     """(guards, lanes): sums of the sizes of their terms"""
-    later: Any
+    later: Matrix
     """(guards, lanes): sums of the terms but the first"""
-    wanted: Any
+    wanted: Matrix
     """(guards, lanes): 1.0 where a root is searched, else 0.0"""
-    alone: Any
+    alone: Vector
     """1.0 where the guards are looked at for one trajectory, else 0.0"""
-    which: Any
+    which: Vector
     """the guard that fires first in the step, or -1.0"""
-    sign: Any
+    sign: Matrix
     """(guards, lanes): 1.0 where a guard is below zero, -1.0 where it is above"""
-    shift: Any
+    shift: Matrix
     """(guards, lanes): order of its zero at the start of the step"""
-    times: Any
-    backs: Any
-    polynomial: Any
-    bernstein: Any
+    times: Matrix
+    backs: Matrix
+    polynomial: Matrix
+    bernstein: Matrix
 
 
 class LaneRoom(NamedTuple):
     """What ``lane_flow`` keeps in order by, and its scratch."""
 
-    queues: Any
+    queues: IntegerMatrix
     """(keys, 2 + ACTIVE): of each the first place and the length, then a ring of runs"""
-    ends: Any
+    ends: IntegerMatrix
     """(LANES + 1, LANES): how the steps of a block end"""
-    row: Any
+    row: Matrix
     """one row of the event buffer"""
-    spare: Any
+    spare: Matrix
     """(window, n + 1)"""
-    block: Any
+    block: Block
 
 
 class Results(NamedTuple):
     """What a batch of P runs is for, and how far each is."""
 
-    progress: Any
+    progress: IntegerMatrix
     """(P, PROGRESS): STAGE, GOAL, LAST, TAKEN, LEFT, CELL, MET"""
-    growth: Any
+    growth: Cube
     """(P, stretches, m): sums of logarithms at the ends of the stretches"""
-    integrals: Any
+    integrals: Cube
     """(P, stretches, q): quadratures there"""
-    times: Any
+    times: Matrix
     """(P, stretches): times there, of runs whose stretches are counted in section points"""
-    window: Any
+    window: Cube
     """(P, size, n + 1): the last section points and their modes, a ring"""
-    outcome: Any
+    outcome: Integers
     """(P,)"""
 
 
@@ -335,14 +317,6 @@ MARKS, LOSES_RANK, AFFINE, STEEP, TIMED, OPEN, PASSES = 1, 2, 4, 8, 16, 32, 64
 
 # how a method is stepped: by the series that are part of the engine, by steps of one length, by steps that it chooses
 (TAYLOR, RK4, ADAPTIVE) = range(3)
-
-
-def method_code(name: str) -> int:
-    """How the method of this name is stepped."""
-    if name == "taylor":
-        return TAYLOR
-    return RK4 if METHODS[name].fixed_step else ADAPTIVE
-
 
 # columns of how far a run of a batch is: its stretch, the strobe where it is looked at and the last of all stretches,
 # section points kept; where stretches are counted in these, those left in this one, the strobes between two looks (else

@@ -29,7 +29,11 @@ class Method:
     implicit : bool
         Whether a step is solved for by Newton's method.
     series : bool
-        Whether it takes series of expressions, which a Python function has none of.
+        Whether it takes series of expressions, which a Python function has none of, and is part of the engine itself.
+    lanes : bool
+        Whether eight runs are stepped side by side.
+    tightest : float
+        Tolerance at which its errors are smallest, as those of a reference are.
     """
 
     summary: str
@@ -37,6 +41,8 @@ class Method:
     fixed_step: bool = False
     implicit: bool = False
     series: bool = False
+    lanes: bool = False
+    tightest: float = 1e-16
 
 
 def _found() -> Iterator[tuple[str, Method]]:
@@ -59,5 +65,8 @@ _methods = dict(_found())
 for _name, _method in _methods.items():
     METHODS.enter(_name, _method)
 
-NAMES = sorted(_methods, key=lambda name: (name != "taylor", name))
-"""In order; the first is taken unless another is named."""
+DEFAULT = "taylor"
+"""Taken unless another is named."""
+
+NAMES = sorted(_methods, key=lambda name: (name != DEFAULT, name))
+"""In order, first the default."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chaosdrill.engine.dop853_tables import GUARD_DEGREE
+from chaosdrill.engine.methods import DEFAULT, METHODS, Method
 
 ORDERS = np.arange(7, 28, 4)
 """Orders of the Taylor series: its coefficients are computed four at a time."""
@@ -34,17 +35,33 @@ class Numerics:
         Events in succession without time passing, beyond which a run ends with the outcome ``stalled``.
     """
 
-    method: str = "taylor"
+    method: str = DEFAULT
     tolerance: float = 1e-12
     steps: int | None = None
     max_events: int | None = None
     max_stalls: int = 50
 
     @property
+    def traits(self) -> Method:
+        """What the method says of itself."""
+        traits: Method = METHODS[self.method]
+        return traits
+
+    @property
+    def steps_a_period(self) -> int:
+        """Steps that a method with a fixed step takes in a period, or in a unit of time."""
+        return self.steps or _STEPS
+
+    @property
+    def angle(self) -> float:
+        """The part of a period that such a step takes, in radians."""
+        return 2 * math.pi / self.steps_a_period
+
+    @property
     def step_error(self) -> float:
         """Error that a step may make, as a part of what it moves: the tolerance, but for rounding."""
-        if self.method == "rk4":
-            return float((2 * math.pi / (self.steps or 200)) ** 5)
+        if self.traits.fixed_step:
+            return self.angle**5
         return max(self.tolerance, _ROUNDING)
 
     @property
@@ -53,24 +70,26 @@ class Numerics:
 
         Adaptive methods are more accurate than their tolerance where motion contracts; fixed steps lose an order.
         """
-        return self.step_error * ((self.steps or 200) / (2 * math.pi) if self.method == "rk4" else 1.0)
+        return self.step_error * (self.steps_a_period / (2 * math.pi) if self.traits.fixed_step else 1.0)
 
     @property
     def order(self) -> int:
         """Degree of a guard's polynomial on a step.
 
-        For ``"taylor"`` that is the order of the series: a step costs order**2, and its length grows like
+        Of a method of series that is their order: a step costs order**2, and its length grows like
         tolerance**(1/order).
         """
-        if self.method != "taylor":
+        if not self.traits.series:
             return GUARD_DEGREE
         return _nearest_order(6 - 0.62 * math.log(self.tolerance))
 
     @property
     def batch_order(self) -> int:
         """The same for runs that are stepped in lanes: there the series is the smaller part of a step's cost."""
-        return self.order if self.method != "taylor" else _nearest_order(12.5 - 0.42 * math.log(self.tolerance))
+        return self.order if not self.traits.series else _nearest_order(12.5 - 0.42 * math.log(self.tolerance))
 
+
+_STEPS = 200
 
 _ROUNDING = 4e-15
 """What rounding adds to a step, however small the tolerance."""

@@ -1,64 +1,19 @@
 """The types that compiled code has of what `chaosdrill.engine.layout` names, and when a run ends early."""
 
 import math
+from collections import namedtuple
+from typing import Any, get_type_hints
 
-from chaosdrill.codegen.kinds import Array, NamedTuple, Pointer, RecordOf, Tuple, float64, int64, uint64, void
-from chaosdrill.codegen.signatures import LANE_SIGNATURES, SIGNATURES, Functions, LaneFunctions, block, matrix, vector
+from chaosdrill.codegen.kinds import Kind, NamedTuple, Pointer, Signature, Tuple, float64, int64, uint64, void
+from chaosdrill.codegen.signatures import LANE_SIGNATURES, SIGNATURES, Functions, LaneFunctions
 from chaosdrill.engine.jit import at_address, inlined, inner
-from chaosdrill.engine.layout import (
-    DONE,
-    ESCAPED,
-    NONFINITE,
-    RUN,
-    SETTINGS,
-    Block,
-    Implicit,
-    LaneRoom,
-    Machine,
-    Results,
-    Scratch,
-    State,
-    States,
-    Stepper,
-    Tables,
-)
+from chaosdrill.engine.layout import DONE, ESCAPED, NONFINITE, LaneRoom, Machine, Results, State, States
 
 SMALLEST_STEP = 1e-15
 """Shortest step, as a part of the longest one taken so far."""
 
 LARGE_GROWTH = 1e4
 """Tangents are orthonormalised at once after an event that makes one this long."""
-
-integers = int64[::1]
-integer_matrix = int64[:, ::1]
-cube = float64[:, :, ::1]
-settings_record = RecordOf(SETTINGS)
-run_record = RecordOf(RUN)
-settings_type = Array(settings_record, 1)
-
-tables_type = NamedTuple(
-    (*[integer_matrix] * 8, matrix, matrix, integer_matrix, integers, vector, integer_matrix, cube), Tables
-)
-states_type = NamedTuple(
-    (
-        *(Array(run_record, 1), matrix, matrix, matrix, cube, cube, integer_matrix, integer_matrix),
-        *(matrix, matrix, matrix, cube, integer_matrix, integer_matrix, *[matrix] * 5),
-    ),
-    States,
-)
-implicit_type = NamedTuple((matrix, cube, *[matrix] * 3, vector, matrix, *[integers] * 3), Implicit)
-scratch_type = NamedTuple(
-    (matrix, vector, vector, matrix, matrix, *[vector] * 13, matrix, matrix, implicit_type, vector, matrix), Scratch
-)
-block_type = NamedTuple(
-    (
-        *(vector, matrix, matrix, block, block, matrix, matrix, matrix, vector, vector, matrix, matrix, vector),
-        *(block, *[matrix] * 3, vector, vector, *[matrix] * 6),
-    ),
-    Block,
-)
-results_type = NamedTuple((integer_matrix, cube, cube, matrix, cube, integers), Results)
-lane_room_type = NamedTuple((integer_matrix, integer_matrix, matrix, matrix, block_type), LaneRoom)
 
 STEPPER_SIGNATURES = {
     "expand": float64(int64, int64, float64),
@@ -71,52 +26,51 @@ STEPPER_SIGNATURES = {
 SEARCH_SIGNATURE = Tuple((float64, int64, int64, float64))(int64, int64, float64, float64)
 """``first_event(place, p, h, t)``: time of it or -1, -2 for a start that is refused; guard; ties; length of the step"""
 
-functions_type = NamedTuple((Pointer(name, s) for name, s in SIGNATURES.items()), Functions)
-lane_functions_type = NamedTuple((Pointer(f"lane_{name}", s) for name, s in LANE_SIGNATURES.items()), LaneFunctions)
-stepper_type = NamedTuple((Pointer(name, s) for name, s in STEPPER_SIGNATURES.items()), Stepper)
-machine_type = NamedTuple(
-    (
-        functions_type,
-        stepper_type,
-        Pointer("search", SEARCH_SIGNATURE),
-        settings_type,
-        tables_type,
-        states_type,
-        scratch_type,
-    ),
+Stepper = namedtuple("Stepper", STEPPER_SIGNATURES)
+"""A method's functions, see ``engine.stepper``."""
+
+
+def _pointers(functions: type, signatures: dict[str, Signature], prefix: str = "") -> NamedTuple:
+    return NamedTuple([Pointer(prefix + name, one) for name, one in signatures.items()], functions)
+
+
+def _type_of(fields: type, **others: Kind) -> NamedTuple:
+    """The type of a named tuple whose fields are annotated with theirs; those of ``others`` are given."""
+    hints = get_type_hints(fields, include_extras=True) | others
+    return NamedTuple([_kind_of(one) for one in hints.values()], fields)
+
+
+def _kind_of(hint: Any) -> Kind:
+    if isinstance(hint, Kind):
+        return hint
+    return hint.__metadata__[0] if hasattr(hint, "__metadata__") else _type_of(hint)
+
+
+functions_type = _pointers(Functions, SIGNATURES)
+lane_functions_type = _pointers(LaneFunctions, LANE_SIGNATURES, "lane_")
+states_type, results_type, lane_room_type = map(_type_of, (States, Results, LaneRoom))
+machine_type = _type_of(
     Machine,
+    functions=functions_type,
+    stepper=_pointers(Stepper, STEPPER_SIGNATURES),
+    search=Pointer("search", SEARCH_SIGNATURE),
 )
 
 machine_at = at_address(machine_type)
 """The `Machine` at an address."""
 
 
-@inlined
-def state_of(states, p):
-    """Run p of many."""
+def _state_of():
+    """The function of that name, as long as `State` has fields: numba has no loop over those of several types."""
+    rows = (f"states.{name}[{'p : p + 1' if name == 'run' else 'k'}]" for name in State._fields)
+    names = {"__name__": __name__, "State": State, "uint64": uint64}
     # every array would look whether a number with a sign counts from its end
-    k = uint64(p)
-    return State(
-        states.run[p : p + 1],
-        states.c[k],
-        states.x[k],
-        states.scale[k],
-        states.sums[k],
-        states.vectors[k],
-        states.exponent_of[k],
-        states.lost[k],
-        states.logs[k],
-        states.grown[k],
-        states.sooner[k],
-        states.shares[k],
-        states.sides[k],
-        states.counts[k],
-        states.grazing[k],
-        states.hardest[k],
-        states.extent[k],
-        states.doubt[k],
-        states.normal[k],
-    )
+    exec(f"def state_of(states, p):\n    k = uint64(p)\n    return State({', '.join(rows)})", names)
+    return inlined(names["state_of"])
+
+
+state_of = _state_of()
+"""``state_of(states, p)``: run p of many."""
 
 
 @inner

@@ -3,10 +3,10 @@
 import math
 
 from chaosdrill.codegen.kinds import int64, void
-from chaosdrill.codegen.signatures import matrix
+from chaosdrill.codegen.signatures import integer_matrix, matrix
 from chaosdrill.engine.jit import compiled, inner
 from chaosdrill.engine.layout import CHECKED
-from chaosdrill.engine.records import integer_matrix, machine_at, state_of, states_type, time_of
+from chaosdrill.engine.records import machine_at, state_of, states_type, time_of
 from chaosdrill.engine.tangents import normals_of
 
 INDEPENDENT = 1e-6

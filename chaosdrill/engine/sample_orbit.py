@@ -1,14 +1,14 @@
 """States at given times along orbits."""
 
 from chaosdrill.codegen.kinds import int64, void
-from chaosdrill.codegen.signatures import matrix, vector
+from chaosdrill.codegen.signatures import cube, integer_matrix, integers, matrix, vector
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.layout import Method
-from chaosdrill.engine.records import integer_matrix, integers, machine_at, state_of
+from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.segment import begin, follow
-from chaosdrill.engine.shooting import CLOCK, FORCED, SEGMENT_END, SEGMENT_MODE, cube
+from chaosdrill.engine.shooting import CLOCK, FORCED, SEGMENT_END, SEGMENT_MODE
 
-SIGNATURE = void(*(int64, int64, integers, integer_matrix, cube, vector, matrix, matrix, cube, int64[:, ::1]))
+SIGNATURE = void(*(int64, int64, integers, integer_matrix, cube, vector, matrix, matrix, cube, integer_matrix))
 
 
 @compiled(SIGNATURE)

@@ -11,10 +11,10 @@ from chaosdrill.codegen.formulas import function_of
 from chaosdrill.codegen.layout import Shape
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.dataset import Outcome
-from chaosdrill.declared import METHODS
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.dop853_tables import stage_rows
 from chaosdrill.engine.lanes import aligned
+from chaosdrill.engine.methods import METHODS, Method
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.radau_tables import MOST_STAGES
 from chaosdrill.engine.roots import DEPTH
@@ -29,7 +29,7 @@ def settings_of(
     system: "HybridSystem", numerics: Numerics, order: int, *, samples: int = 1, orthonormalise: bool = True
 ) -> np.ndarray:
     """Settings of runs, one record; ``order`` is that of a guard's polynomial."""
-    if METHODS[numerics.method].series and (found := system.sources):
+    if numerics.traits.series and (found := system.sources):
         place, one = next(iter(found.items()))
         others = [repr(name) for name, method in METHODS.items() if not method.series]
         raise SettingsError(
@@ -37,7 +37,7 @@ def settings_of(
             f"function, {one.name!r:.60} at {place:.200}; pass method={' or '.join(others)}"
         )
     settings = np.zeros(1, dtype=at.SETTINGS)
-    settings["method"] = at.method_code(numerics.method)
+    settings["method"] = _stepping(numerics.traits)
     settings["order"] = order
     settings["quadratures"] = len(system.quadratures)
     settings["samples"] = samples
@@ -51,6 +51,12 @@ def settings_of(
     # at this part of the radius of convergence the last term is a quarter of the tolerance
     settings["reach"] = (numerics.tolerance / 4) ** (1 / order)
     return settings
+
+
+def _stepping(method: Method) -> int:
+    if method.series:
+        return at.TAYLOR
+    return at.RK4 if method.fixed_step else at.ADAPTIVE
 
 
 def tables_of(
@@ -221,7 +227,7 @@ def states_of(
     run["fired"] = run["surface"] = run["moved_by"] = run["blocked"] = run["waiting"] = -1
     run["qr_wait"], run["rank_check"] = 1, at.CHECKED
     run["period"] = periods
-    run["fixed_step"] = periods / (numerics.steps or 200)
+    run["fixed_step"] = periods / numerics.steps_a_period
     return at.States(
         run=run,
         c=constants,

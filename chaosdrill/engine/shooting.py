@@ -15,15 +15,13 @@ Columns of reduced unknowns: d states of the first start, its phase, N durations
 import math
 
 from chaosdrill.codegen.kinds import Tuple, float64, int64
-from chaosdrill.codegen.signatures import event_places, matrix, vector
+from chaosdrill.codegen.signatures import cube, event_places, integer_matrix, integers, matrix, vector
 from chaosdrill.engine.events import FAR, normal_speed, saltation_jump
 from chaosdrill.engine.jit import compiled, inner
 from chaosdrill.engine.layout import COMPLETES, DONE, FAILED, Method
-from chaosdrill.engine.records import integer_matrix, integers, machine_at, state_of
+from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.segment import begin, follow
 from chaosdrill.engine.tangents import normals_of
-
-cube = float64[:, :, ::1]
 
 # rows of what an orbit begins on and ends at; after them the directions along which it need not close
 START, NORMAL, DRIFT, GAP, LINES = range(5)

@@ -17,8 +17,9 @@ from importlib import import_module
 from typing import Any
 
 from chaosdrill.engine.jit import Layout, Record, compiled
-from chaosdrill.engine.layout import Machine, Stepper
-from chaosdrill.engine.records import STEPPER_SIGNATURES, machine_type
+from chaosdrill.engine.layout import Machine
+from chaosdrill.engine.methods import METHODS
+from chaosdrill.engine.records import STEPPER_SIGNATURES, Stepper, machine_type
 
 
 class _Absent:
@@ -38,7 +39,7 @@ def offered(function: Any) -> Any:
 @cache
 def stepper(method: str) -> Stepper:
     """The four functions of a method."""
-    if method == "taylor":
+    if METHODS[method].series:
         return Stepper(*[_Absent] * 4)
     module = import_module(f"chaosdrill.engine.{method}")
     return Stepper(*(getattr(module, name) for name in STEPPER_SIGNATURES))

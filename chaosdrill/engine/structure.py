@@ -15,10 +15,10 @@ import numpy as np
 
 from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.kinds import float64, int64, void
-from chaosdrill.codegen.signatures import event_places, matrix, vector
+from chaosdrill.codegen.signatures import event_places, integer_matrix, matrix, vector
 from chaosdrill.engine.events import normal_speed, saltate, saltation_jump
 from chaosdrill.engine.jit import compiled, inner
-from chaosdrill.engine.records import functions_type, integer_matrix
+from chaosdrill.engine.records import functions_type
 from chaosdrill.engine.uncompiled import in_python
 
 if TYPE_CHECKING:

@@ -15,6 +15,7 @@ METHOD = {
     "summary": "adaptive Taylor series of variable order; events are roots of the guards' polynomials",
     "cites": ("jorba2005", "farouki2012"),
     "series": True,
+    "lanes": True,
 }
 
 LONGEST = 1e9

@@ -10,7 +10,6 @@ import numpy as np
 
 from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
-from chaosdrill.declared import METHODS
 from chaosdrill.engine import layout
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.numerics import Numerics
@@ -64,7 +63,7 @@ def standpoint(problem: "Problem", orbit: Orbit) -> tuple[int, float, np.ndarray
     There no event is near, so that a run that begins there meets all of them.
     """
     longest = int(orbit.durations.argmax())
-    step = (problem.unit or 1.0) / (problem.numerics.steps or 200)
+    step = (problem.unit or 1.0) / problem.numerics.steps_a_period
     clock = orbit.phase if problem.forced else 0.0
     middle = float(orbit.durations[:longest].sum() + orbit.durations[longest] / 2)
     # fixed steps fall where those of the orbit fell
@@ -117,7 +116,7 @@ def _pinned(system: "HybridSystem", mode: int, state: np.ndarray, time: float) -
 
 def step_of(problem: "Problem", forcing: float | None) -> float:
     """Step of methods of fixed step, the same wherever a run of a system begins."""
-    return (forcing or problem.unit or 1.0) / (problem.numerics.steps or 200)
+    return (forcing or problem.unit or 1.0) / problem.numerics.steps_a_period
 
 
 def run_from(
@@ -179,7 +178,7 @@ def _first_unit(place: Place, numerics: Numerics) -> float:
 
     It is looked at from below: in a unit of time that is not its own a motion may take any number of them.
     """
-    if METHODS[numerics.method].fixed_step:
+    if numerics.traits.fixed_step:
         return 1.0
     units: list[float] = (10.0 ** np.arange(-12, 1)).tolist()
     for unit in units[:-1]:

@@ -182,8 +182,8 @@ class Problem:
     @property
     def accuracy(self) -> float:
         """Error of an orbit due to the method, relative to its size."""
-        if self.numerics.method == "rk4":
-            return float((2 * np.pi / (self.numerics.steps or 200)) ** 4)
+        if self.numerics.traits.fixed_step:
+            return self.numerics.angle**4
         return max(SETTINGS.tangent_error, self.numerics.tolerance)
 
     @property

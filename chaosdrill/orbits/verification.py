@@ -211,8 +211,8 @@ def check(problem: "Problem", orbit: "Orbit", found: FoundOrbit, repeated: Repea
     limit = (
         SETTINGS.same_logarithm + repeated.explained(tolerance) + 10 * (SETTINGS.step_error + tolerance) / slowest**2
     )
-    if problem.numerics.method == "rk4":
-        limit += (2 * np.pi / (problem.numerics.steps or 200)) ** 4 * max(1.0, repeated.growth)
+    if problem.numerics.traits.fixed_step:
+        limit += problem.numerics.angle**4 * max(1.0, repeated.growth)
     disagreements = []
     exponents, ends = exponents_of(problem, orbit, moduli, found.rank)
     contraction = volume_contraction(problem, orbit) if found.rank == problem.states else np.nan
