@@ -14,15 +14,13 @@ from typing import Any
 
 from chaosdrill.errors import SettingsError
 from chaosdrill.names import shown
-from chaosdrill.scene.lines import Layout, Path, layout
+from chaosdrill.scene.lines import BARE, DOTTED, NAME, Layout, Path, layout
 from chaosdrill.settings import too_long
 
 MOST_PARTS = 16
 
-_NAME = r"""(?:[A-Za-z0-9_-]++|"(?:[^"\\\n]|\\.)*"|'[^'\n]*+')"""
-_KEY = re.compile(rf"\s*+{_NAME}(?:\s*+\.\s*+{_NAME})*\s*+")
+_KEY = re.compile(rf"\s*{DOTTED}\s*")
 _NUMBER = re.compile(r"[0-9]{1,9}")
-_BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def parse_change(text: str) -> tuple[str, Any]:
@@ -136,7 +134,7 @@ def toml_value(value: Any, place: str) -> str:
 
 def _path(key: str) -> tuple[str, ...]:
     found = _KEY.fullmatch(key)
-    if found is None or len(parts := re.findall(_NAME, key)) > MOST_PARTS:
+    if found is None or len(parts := re.findall(NAME, key)) > MOST_PARTS:
         raise SettingsError(f"--set {key!r:.100}: expected a dotted key, as in system.parameters.eta")
     try:
         return tuple(next(iter(tomllib.loads(f"{part} = 0"))) for part in parts)
@@ -222,7 +220,7 @@ def _sorted(value: Any) -> Any:
 
 def bare_or_quoted(name: str) -> str:
     """A key as TOML writes it."""
-    return name if _BARE.fullmatch(name) else _quoted(name)
+    return name if re.fullmatch(BARE, name) else _quoted(name)
 
 
 def _quoted(text: str) -> str:

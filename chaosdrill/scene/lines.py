@@ -16,15 +16,21 @@ from chaosdrill.names import shortened
 
 Path = tuple[str | int, ...]
 
-# Python 3.11.4 and older do not match groups that repeat possessively as they should (gh-106052): here they repeat as
-# usual, since of their alternatives never more than one fits
-_BLANK = re.compile(r"(?:[ \t\n]|#[^\n]*)*")
-_SPACE = re.compile(r"[ \t]*+")
-_KEY = re.compile(r"""[A-Za-z0-9_-]++|"(?:[^"\\\n]|\\.)*"|'[^'\n]*+'""")
-_STRING = re.compile(
-    r'''"""(?:[^"\\]|\\.|"(?!""))*"{3,5}|\'\'\'(?:[^']|'(?!''))*'{3,5}|"(?:[^"\\\n]|\\.)*"|'[^'\n]*+\'''', re.DOTALL
-)
-_SCALAR = re.compile(r"[^,\]}#\n]*+")
+# nothing repeats possessively, which Python 3.11.4 and older do not match as they should (gh-106052), and nothing needs
+# to: of the alternatives in a repetition never more than one fits
+BARE = "[A-Za-z0-9_-]+"
+_QUOTED = r"""(?:"(?:[^"\\\n]|\\[^\n])*"|'[^'\n]*')"""
+NAME = f"(?:{BARE}|{_QUOTED})"
+DOTTED = rf"{NAME}(?:[ \t]*\.[ \t]*{NAME})*"
+COMMENT = r"#[^\n]*"
+LONG_STRING = r'''(?:"""(?:[^"\\]|\\[\s\S]|"(?!""))*(?:"{3,5}|\Z)|\'\'\'(?:[^']|'(?!''))*(?:'{3,5}|\Z))'''
+"""In three quotes, over lines; to the end of a text that does not close it."""
+
+_BLANK = re.compile(rf"(?:[ \t\n]|{COMMENT})*")
+_SPACE = re.compile(r"[ \t]*")
+_NAME = re.compile(NAME)
+_STRING = re.compile(f"{LONG_STRING}|{_QUOTED}")
+_SCALAR = re.compile(r"[^,\]}#\n]*")
 
 SHOWN = 50
 NO_LINE = 0  # line of what stands in no file, since it was set on the command line
@@ -121,7 +127,7 @@ class _Scanner:
         names = []
         while True:
             self._skip(_SPACE)
-            raw = self._skip(_KEY)
+            raw = self._skip(_NAME)
             names.append(next(iter(tomllib.loads(f"{raw} = 0"))))
             self._skip(_SPACE)
             if not self.text.startswith(".", self.at):
@@ -221,6 +227,6 @@ def show(path: Path) -> str:
             text += f"[{part}]"
         else:
             part = shortened(part)
-            name = part if re.fullmatch(r"[A-Za-z0-9_-]+", part) else json.dumps(part, ensure_ascii=False)
+            name = part if re.fullmatch(BARE, part) else json.dumps(part, ensure_ascii=False)
             text += f".{name}" if text else name
     return text

@@ -11,7 +11,7 @@ from typing import Any
 from chaosdrill.errors import SceneError
 from chaosdrill.files import name_text
 from chaosdrill.scene.changes import change, toml_value
-from chaosdrill.scene.lines import NO_LINE, InvalidSceneError, Problem, key_lines
+from chaosdrill.scene.lines import COMMENT, DOTTED, LONG_STRING, NAME, NO_LINE, InvalidSceneError, Problem, key_lines
 from chaosdrill.scene.lines import Path as KeyPath
 from chaosdrill.scene.scene import PIPED, STDIN, Scene
 from chaosdrill.typed import PATH, TABLE, TEXT, expecting
@@ -23,13 +23,8 @@ MOST_KEY_PARTS = 64
 MOST_DIGITS = 400
 """Of a number: no double is longer, and Python reads integers of some thousands of digits at most."""
 
-_PART = r"""(?:[A-Za-z0-9_+-]++|"(?:[^"\\\n]|\\.)*"|'[^'\n]*+')"""
-# a long text or comment is not a key
-_TOKEN = re.compile(
-    r'''#[^\n]*+|"""(?:[^"\\]|\\.|"(?!""))*(?:"{3,5}|\Z)|\'\'\'(?:[^\']|\'(?!\'\'))*(?:\'{3,5}|\Z)|'''
-    rf"(?P<key>{_PART}(?:[ \t]*+\.[ \t]*+{_PART})*)",
-    re.DOTALL,
-)
+# a long text or comment is not a key, nor is a text that its line does not close
+_TOKEN = re.compile(rf"""{COMMENT}|{LONG_STRING}|(?P<key>{DOTTED})|"[^\n]*""")
 _PLACE = re.compile(r"\s*\(at (?:line (\d+), column (\d+)|end of document)\)$")
 
 
@@ -165,9 +160,9 @@ def _place_change(lines: dict[KeyPath, int], path: KeyPath) -> None:
 
 def _fault_of_key(key: str) -> str:
     """Why a dotted key is too long, or a number has too many digits; empty if neither."""
-    if len(re.findall(_PART, key)) > MOST_KEY_PARTS:
+    if len(re.findall(NAME, key)) > MOST_KEY_PARTS:
         return f"a key of more than {MOST_KEY_PARTS} parts"
-    if len(key) > MOST_DIGITS and re.fullmatch(r"[+-]?(?:0[xob])?[0-9a-fA-F_]++", key):
+    if len(key) > MOST_DIGITS and re.fullmatch(r"[+-]?(?:0[xob])?[0-9a-fA-F_]+", key):
         return f"a number of {len(key)} digits; write it as a double with an exponent, such as 1e20, or shorter"
     return ""
 

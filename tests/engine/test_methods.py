@@ -1,6 +1,8 @@
 """Every method keeps its promises: errors on states, event times and tangents, and the events that it finds."""
 
+import ast
 import math
+from pathlib import Path
 
 import mpmath
 import numpy as np
@@ -14,6 +16,7 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.declared import METHODS
 from chaosdrill.engine import dop853_tables as tables
 from chaosdrill.engine import layout as at
+from chaosdrill.engine.methods import DEFAULT, NAMES
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 
@@ -403,3 +406,13 @@ def test_guards_are_interpolated_to_eleven_digits(function):
     powers = tables.TO_POWERS.T @ series
     u = np.linspace(0, 1, 33)
     np.testing.assert_allclose(np.polynomial.polynomial.polyval(u, powers), function(u), atol=1e-11)
+
+
+def test_no_method_is_known_by_name_but_the_default():
+    """What a method can do stands in its own file."""
+    found = []
+    for path in Path(cd.__file__).parent.rglob("*.py"):
+        module = ast.parse(path.read_text(encoding="utf-8"))
+        texts = (one for one in ast.walk(module) if isinstance(one, ast.Constant))
+        found += [(path.name, one.value) for one in texts if isinstance(one.value, str) and one.value in NAMES]
+    assert found == [("methods.py", DEFAULT)]

@@ -57,6 +57,12 @@ def test_key_given_twice(tmp_path):
     assert refusal(written(tmp_path, b"a = 1\na = 2\n")).startswith("scene.toml:2: invalid TOML: Cannot overwrite")
 
 
+def test_a_text_of_escaped_quotes_that_nothing_closes(tmp_path):
+    # at every quote a reader could begin anew
+    text = b'a = "' + b'\\"' * 400_000
+    assert "invalid TOML" in refusal(written(tmp_path, text))
+
+
 @pytest.mark.parametrize("opening", [b"[", b"{ a = "])
 def test_deep_nesting(tmp_path, opening):
     assert "nested too deeply" in refusal(written(tmp_path, b"a = " + opening * 50_000))
