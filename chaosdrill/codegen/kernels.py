@@ -14,15 +14,19 @@ from chaosdrill.codegen.expression import Expressions
 from chaosdrill.codegen.layout import Layout
 from chaosdrill.codegen.machine import FROM_PYTHON, register_width
 from chaosdrill.codegen.mathematics import imports
+from chaosdrill.codegen.mode import Mode
 from chaosdrill.codegen.pointwise import Pointwise
-from chaosdrill.codegen.series import ModeSeries
+from chaosdrill.codegen.series import InLine
 from chaosdrill.codegen.signatures import LANES, POINTWISE
 from chaosdrill.codegen.steep import Steep, steep_operations
+from chaosdrill.codegen.tables import InTables
 from chaosdrill.model.held import held_surfaces
 from chaosdrill.model.python import sources
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
+
+Series = InLine | InTables
 
 _VECTOR, _MATRIX, _BLOCK = array(1), array(2), array(3)
 
@@ -32,7 +36,7 @@ class Written:
     """The code of a system and the layout that goes with it."""
 
     single: tuple[Code, ...]
-    modes: tuple[ModeSeries, ...]
+    modes: tuple[Series, ...]
     events: tuple[tuple[Event, ...], ...]
     steep: tuple[tuple[Steep, ...], ...]
     """Operations of each mode that are watched."""
@@ -53,7 +57,7 @@ def write(system: "HybridSystem") -> Written:
         for m, ev in zip(system.modes, events, strict=True)
     )
     modes = tuple(
-        ModeSeries(system, m, [e.guard for e in ev], [s.argument for s in watched], constants)
+        _series_of(Mode(system, m, [e.guard for e in ev], [s.argument for s in watched], constants))
         for m, ev, watched in zip(system.modes, events, steep, strict=True)
         if not sources(system)
     )
@@ -63,7 +67,7 @@ def write(system: "HybridSystem") -> Written:
     layout = Layout(
         events=tuple(tuple(one.watched() for one in ev) for ev in events),
         rows=max((m.row_count for m in modes), default=filled),
-        own_jacobian=any(m.in_jacobian for m in modes),
+        own_jacobian=any(m.mode.in_jacobian for m in modes),
         constants=len(constants.places),
         held=tuple(map(len, held)),
         steep=tuple(tuple(one.shape for one in watched) for watched in steep),
@@ -75,16 +79,21 @@ def write(system: "HybridSystem") -> Written:
     return Written(single=single, modes=modes, events=events, steep=steep, layout=layout)
 
 
+def _series_of(mode: Mode) -> Series:
+    """The series of a mode, in the way that suits its size."""
+    return InLine(mode) if mode.small else InTables(mode)
+
+
 def _code(module: Module, names: Sequence[str]) -> Code:
     return Code(tuple(names), str(module), tuple(imports(module)))
 
 
-def _series(modes: tuple[ModeSeries, ...], width: int) -> Code:
+def _series(modes: tuple[Series, ...], width: int) -> Code:
     """The functions of series."""
     module = Module(width, max(width // register_width(), 1))
     row, table, time = (_VECTOR, _MATRIX, DOUBLE) if width == 1 else (_MATRIX, _BLOCK, _VECTOR)
 
-    def entry(name: str, types: dict[str, Any], each: Callable[[ModeSeries, str], Any]) -> None:
+    def entry(name: str, types: dict[str, Any], each: Callable[[Series, str], Any]) -> None:
         f = Function(module, name, {"mode": INT, "order": INT, **types})
         mode, order, *rest = f.arguments
         passed = [order]
@@ -129,12 +138,12 @@ def _pointwise(
     constants: Constants,
     events: tuple[tuple[Event, ...], ...],
     held: tuple[tuple[Any, ...], ...],
-    series: tuple[ModeSeries, ...],
+    series: tuple[Series, ...],
     steep: tuple[tuple[Steep, ...], ...],
 ) -> Code:
     """The functions of one point."""
     module = Module()
-    tables = {mode: one.tables for mode, one in zip(system.modes, series, strict=False) if one.tables is not None}
+    tables = {mode: one for mode, one in zip(system.modes, series, strict=False) if isinstance(one, InTables)}
     large = {mode: f"field_{i}" for i, mode in enumerate(system.modes) if mode in tables}
     modes = [Pointwise(module, system, constants, mode, large) for mode in system.modes]
 

@@ -1,131 +1,47 @@
-"""Taylor coefficients of one mode and of its tangents, as LLVM code.
+"""Taylor coefficients of one small mode and of its tangents, as LLVM code that is written in line.
 
 Row i of the workspace holds the coefficients of state i, then come those of the quadratures and of the guards, then the
 history that products and functions need, then the tangents.
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Index, Module, Number, Row, total
+from chaosdrill.codegen.mode import HISTORY, Mode
 from chaosdrill.codegen.recurrence import PASS, Expansion, Recurrences, sums_of_older
 from chaosdrill.codegen.signatures import WIDTH
-from chaosdrill.codegen.tables import Operations
-from chaosdrill.codegen.tape import POSITIVE, Tape
-
-if TYPE_CHECKING:
-    from chaosdrill.codegen.constants import Constants
-    from chaosdrill.model.system import HybridSystem
-
-IN_LINE = 48
-"""Products of series of a mode whose operations are written in line; of a larger one they stand in tables."""
-
-SUMS = 8 * IN_LINE
-"""The same for terms of sums."""
-
-_HISTORY = {"mul", "square", "div", "power", "log", "integral", "expanded"}
+from chaosdrill.codegen.tape import POSITIVE
 
 
-class ModeSeries:
-    """The nodes behind the series of one mode, and the rows that the series fill.
+class InLine:
+    """The rows that the series of one mode fill, and the functions that fill them.
 
-    Attributes
+    Parameters
     ----------
-    kept : list of int
-        Nodes whose variations are computed by themselves; behind the states they are rows and columns of the Jacobian.
-    linear : dict of (int, int) to expression
-        Entries of the Jacobian that depend on parameters only.
-    products : dict of (int, int) to (int, expression)
-        Node and weight, whose product the other entries have besides.
-    watched : list of int
-        Nodes that steep operations are applied to.
-    tables : Operations or None
-        What writes the functions of a large mode; those of a small one are written here, in line.
+    mode : Mode
     """
 
-    def __init__(
-        self, system: "HybridSystem", mode: str, guards: list[Any], watched: list[Any], constants: "Constants"
-    ) -> None:
-        self.n = len(system.states)
-        self.constants = constants
-        field = system.modes[mode]
-        self.tape = Tape(system.states, system.time, frozenset(s for s in system.states if field[s] == 0))
-        self.rates = [self.tape.lower(field[s]) for s in system.states]
-        self.rates += [self.tape.lower(q) for q in system.integrands(mode)]
-        self.guards = [self.tape.lower(g) for g in guards]
-        self.watched = [self.tape.lower(w) for w in watched]
-        self.in_jet = self._reach([*self.rates, *self.guards, *self.watched])
-        self.kept: list[int] = []
-        in_line = self._is_small(self.in_jet)
-        if in_line:
-            self._lower_jacobian()
-            pairs = {(index, j) for (_, j), (index, _) in self.products.items()}
-            in_line = self._is_small(self.in_jet | self.in_jacobian, len(pairs))
-        if not in_line:
-            self.tape.keep(self.rates[: self.n])
-            self.kept = self.tape.kept
-            self._lower_jacobian()
+    def __init__(self, mode: Mode) -> None:
+        self.mode, self.tape, self.n = mode, mode.tape, mode.n
         self.rows: dict[int, int] = {}
         self.slope_rows: dict[int, int] = {}
-        self.tables = None if in_line else Operations(self)
-        self.row_count = self._assign_rows() if self.tables is None else self.tables.row_count
-
-    def _is_small(self, nodes: set[int], products: int = 0) -> bool:
-        found = [self.tape.nodes[i] for i in nodes]
-        products += sum(node.op in _HISTORY for node in found)
-        return products <= IN_LINE and sum(len(node.args) for node in found if node.op == "linear") <= SUMS
-
-    def _lower_jacobian(self) -> None:
-        self.linear: dict[tuple[int, int], Any] = {}
-        self.products: dict[tuple[int, int], tuple[int, Any]] = {}
-        rates = [self.tape.variation(rate) for rate in self.rates[: self.n]]
-        for i, gradient in enumerate([*rates, *map(self.tape.gradient, self.kept)]):
-            for j, terms in sorted(gradient.items()):
-                constant, index, weight = self.tape.entry(terms)
-                if constant != 0:
-                    self.linear[i, j] = constant
-                if index is not None:
-                    self.products[i, j] = (index, weight)
-        self._columns: list[list[int]] = [[] for _ in range(self.n + len(self.kept))]
-        for i, j in sorted({*self.linear, *self.products}):
-            self._columns[i].append(j)
-        self.wanted = {index for index, _ in self.products.values()}
-        self.in_jacobian = self._reach(sorted(self.wanted)) - self.in_jet
+        self.row_count = self._assign_rows()
 
     def watched_rows(self) -> list[int]:
         """Rows of what the steep operations are applied to."""
-        rows = self.rows
-        if self.tables is not None:
-            rows = {i: row for (kind, i), row in self.tables.rows.items() if kind == "node"}
-        return [rows.get(i, -1) for i in self.watched]
-
-    def columns_of(self, i: int) -> list[int]:
-        """The states that the rate of state i depends on."""
-        return self._columns[i]
-
-    def _reach(self, roots: list[int]) -> set[int]:
-        seen: set[int] = set()
-        stack = list(roots)
-        while stack:
-            index = stack.pop()
-            if index in seen:
-                continue
-            seen.add(index)
-            stack.extend(self.tape.nodes[index].args)
-            if index in self.tape.slopes:
-                stack.append(self.tape.slopes[index][0])
-        return seen
+        return [self.rows.get(i, -1) for i in self.mode.watched]
 
     def _assign_rows(self) -> int:
         """Give a row to every node whose history is read; returns the number of rows."""
-        tape, need = self.tape, set(self.wanted)
-        for index in self.in_jet | self.in_jacobian:
+        tape, need = self.tape, set(self.mode.wanted)
+        for index in self.mode.in_jet | self.mode.in_jacobian:
             node = tape.nodes[index]
-            if node.op in _HISTORY and not tape.is_known(index):
+            if node.op in HISTORY and not tape.is_known(index):
                 need.update([index, *node.args])
                 if index in tape.slopes:
                     need.add(tape.slopes[index][0])
-        need |= {*self._inputs(), *self.watched}
-        free = len(self.rates) + len(self.guards)
+        need |= {*self._inputs(), *self.mode.watched}
+        free = len(self.mode.rates) + len(self.mode.guards)
         for index in sorted(need):
             node = tape.nodes[index]
             if node.op == "state":
@@ -133,14 +49,14 @@ class ModeSeries:
             elif not tape.is_number(index):
                 self.rows[index] = free
                 free += 1
-        for index in sorted(self.in_jet | self.in_jacobian):
+        for index in sorted(self.mode.in_jet | self.mode.in_jacobian):
             node = tape.nodes[index]
             if node.op == "integral" and tape.turning(index) is None and node.args[0] not in self.slope_rows:
                 self.slope_rows[node.args[0]] = free
                 free += 1
         self.expanded: dict[int, int] = {}
         """Nodes with an expansion, and the rows from which it stands."""
-        for index in sorted(self.in_jet | self.in_jacobian):
+        for index in sorted(self.mode.in_jet | self.mode.in_jacobian):
             if tape.nodes[index].op == "expanded" and not tape.is_still(index):
                 self.expanded[index] = free
                 free += WIDTH
@@ -148,9 +64,9 @@ class ModeSeries:
 
     def _inputs(self) -> set[int]:
         """Nodes of the jet from which the Jacobian's own nodes are made."""
-        used = {a for i in self.in_jacobian for a in self.tape.nodes[i].args}
-        used |= {self.tape.slopes[i][0] for i in self.in_jacobian if i in self.tape.slopes}
-        return {i for i in used & self.in_jet if not self.tape.is_number(i)}
+        used = {a for i in self.mode.in_jacobian for a in self.tape.nodes[i].args}
+        used |= {self.tape.slopes[i][0] for i in self.mode.in_jacobian if i in self.tape.slopes}
+        return {i for i in used & self.mode.in_jet if not self.tape.is_number(i)}
 
     def _beginning(self, nodes: set[int]) -> list[int]:
         """Nodes whose coefficient 0 is computed."""
@@ -159,8 +75,8 @@ class ModeSeries:
     def _continuing(self, nodes: set[int]) -> list[int]:
         """Nodes that are computed above order 0: without states, and without what only starts a sine in time."""
         tape, kept = self.tape, self._beginning(nodes)
-        used = {i for i in kept if i in self.guards or i in self.rows}
-        for rate in self.rates:
+        used = {i for i in kept if i in self.mode.guards or i in self.rows}
+        for rate in self.mode.rates:
             node = tape.nodes[rate]
             used.update(node.args if node.op == "linear" else (rate,))
         for i in reversed(kept):
@@ -174,7 +90,7 @@ class ModeSeries:
         slope_rows = {index: row_of(place) for index, place in self.slope_rows.items()}
         last = Index(f, f.arguments[0])
         expansions = {i: Expansion(f.table(row_of(place).data, columns), last) for i, place in self.expanded.items()}
-        return Recurrences(f, self.tape, rows, slope_rows, self.constants.loaded(f, c), expansions)
+        return Recurrences(f, self.tape, rows, slope_rows, self.mode.constants.loaded(f, c), expansions)
 
     def _store(self, made: Recurrences, index: int, k: Any) -> None:
         """Keep coefficient k of a node, if it has a row."""
@@ -188,8 +104,6 @@ class ModeSeries:
 
     def jet(self, module: Module, name: str) -> Any:
         """Write ``(order, t, c, x, ws, columns)``: coefficients of states, quadratures and guards up to ``order``."""
-        if self.tables is not None:
-            return self.tables.jet(module, name)
         row = DOUBLE.as_pointer()
         types = {"order": INT, "t": module.type, "c": row, "x": row, "ws": row, "columns": INT}
         return module.in_parts(name, types, self._write_jet)
@@ -199,17 +113,17 @@ class ModeSeries:
         with f.at_entry():
             ws = _rows(f, f.table(f.arguments[4], f.arguments[5]))
         made = self._recurrences(f, ws, c, f.arguments[5])
-        count = len(self.rates)
-        states = {i: self.tape.nodes[i].value for i in self.in_jet if self.tape.nodes[i].op == "state"}
+        count = len(self.mode.rates)
+        states = {i: self.tape.nodes[i].value for i in self.mode.in_jet if self.tape.nodes[i].op == "state"}
         for i in range(count):
             ws(i)[0] = x[i] if i < self.n else 0.0
-        for index in self._beginning(self.in_jet):
+        for index in self._beginning(self.mode.in_jet):
             made.become(index, made.start(index, x, t))
             if index in self.rows and index not in states:
                 made.rows[index][0] = made.now[index].now
-        for j, guard in enumerate(self.guards):
+        for j, guard in enumerate(self.mode.guards):
             ws(count + j)[0] = made.value(guard)
-        following = [f.variable(made.value(rate)) for rate in self.rates]
+        following = [f.variable(made.value(rate)) for rate in self.mode.rates]
 
         def before(k: Any) -> None:
             for i, next_one in enumerate(following):
@@ -220,13 +134,13 @@ class ModeSeries:
                     self._store(made, index, k)
 
         def after(k: Any) -> None:
-            for j, guard in enumerate(self.guards):
+            for j, guard in enumerate(self.mode.guards):
                 ws(count + j)[k] = 0.0 if self.tape.is_number(guard) else made.now[guard].now
             jk = f.reciprocal(k + 1) if isinstance(k, Index) else f.number(1.0 / (k + 1))
-            for rate, next_one in zip(self.rates, following, strict=True):
+            for rate, next_one in zip(self.mode.rates, following, strict=True):
                 next_one.become(self._next(made, rate, jk))
 
-        nodes = self._continuing(self.in_jet)
+        nodes = self._continuing(self.mode.in_jet)
         made.passes(nodes, order, before, after, lambda index, k: self._store(made, index, k))
 
     def _next(self, made: Recurrences, rate: int, jk: Number) -> Number:
@@ -239,14 +153,12 @@ class ModeSeries:
 
     def jacobian_jet(self, module: Module, name: str) -> Any:
         """Write ``(order, c, ws, columns)``: coefficients of the Jacobian's entries that the jet does not hold."""
-        if self.tables is not None:
-            return self.tables.jacobian_jet(module, name)
         row = DOUBLE.as_pointer()
         types = {"order": INT, "c": row, "ws": row, "columns": INT}
         return module.in_parts(name, types, self._write_jacobian_jet)
 
     def _write_jacobian_jet(self, f: Function) -> None:
-        if not self.in_jacobian:
+        if not self.mode.in_jacobian:
             return
         with f.at_entry():
             ws = _rows(f, f.table(f.arguments[2], f.arguments[3]))
@@ -261,11 +173,11 @@ class ModeSeries:
                     made.slope_now.setdefault(index, f.variable()).become(slope)
 
         read(0)
-        for index in self._beginning(self.in_jacobian):
+        for index in self._beginning(self.mode.in_jacobian):
             made.become(index, made.start(index, Row(f, None), f.number(0.0)))
             if index in self.rows:
                 made.rows[index][0] = made.now[index].now
-        nodes = self._continuing(self.in_jacobian)
+        nodes = self._continuing(self.mode.in_jacobian)
         made.passes(nodes, Index(f, f.arguments[0]), read, lambda k: None, lambda i, k: self._store(made, i, k))
 
     def tangent(self, module: Module, name: str) -> Any:
@@ -274,8 +186,6 @@ class ModeSeries:
         The rows from ``row`` hold the n series of one vector, then those of the other. All modes fill them up to
         ``order`` + 1, for one polynomial must not end in what another mode has left.
         """
-        if self.tables is not None:
-            return self.tables.tangent(module, name)
         row = DOUBLE.as_pointer()
         vectors = {"first": row, "second": row}
         types = {"order": INT, "c": row, **vectors, "ws": row, "columns": INT, "row": INT}
@@ -283,13 +193,11 @@ class ModeSeries:
 
     def variation(self, module: Module, name: str) -> Any:
         """Write ``(t, c, x, d, out)``: the Jacobian times d."""
-        if self.tables is not None:
-            return self.tables.variation(module, name)
         row = DOUBLE.as_pointer()
         f = Function(module, name, {"t": DOUBLE, "c": row, "x": row, "d": row, "out": row}, own=True)
         c, x, d, out = (f.row(argument) for argument in f.arguments[1:])
-        made = Recurrences(f, self.tape, {}, {}, self.constants.loaded(f, c))
-        for index in self._beginning(self._reach(sorted(self.wanted))):
+        made = Recurrences(f, self.tape, {}, {}, self.mode.constants.loaded(f, c))
+        for index in self._beginning(self.mode.reach(sorted(self.mode.wanted))):
             value = made.start(index, x, Number(f, f.arguments[0]))
             node = self.tape.nodes[index]
             if node.op == "power" and node.name == POSITIVE:
@@ -297,10 +205,10 @@ class ModeSeries:
             made.become(index, value)
         for i in range(self.n):
             terms = []
-            for j in self.columns_of(i):
-                entry = [made.constants[self.linear[i, j]]] if (i, j) in self.linear else []
-                if (i, j) in self.products:
-                    index, weight = self.products[i, j]
+            for j in self.mode.columns_of(i):
+                entry = [made.constants[self.mode.linear[i, j]]] if (i, j) in self.mode.linear else []
+                if (i, j) in self.mode.products:
+                    index, weight = self.mode.products[i, j]
                     entry.append(made.times(weight, made.value(index)))
                 terms.append(total(entry) * d[j])
             out[i] = total(terms) if terms else 0.0
@@ -328,8 +236,9 @@ class _Tangents:
     between one order and the next is a product with the Jacobian at the start, whose entries wait in registers.
     """
 
-    def __init__(self, mode: ModeSeries, f: Function) -> None:
-        self.mode, self.f, n = mode, f, mode.n
+    def __init__(self, series: InLine, f: Function) -> None:
+        self.mode = mode = series.mode
+        self.rows, self.f, n = series.rows, f, mode.n
         order, c, first, second, ws, columns, row = f.arguments
         self.order = Index(f, order)
         self.constants = mode.constants.loaded(f, f.row(c))
@@ -339,7 +248,7 @@ class _Tangents:
             self.kept = [[table[Index(f, row) + v * n + i] for i in range(n)] for v in range(2)]
         starts = (f.row(first), f.row(second))
         self.now = [[f.variable(start[i]) for i in range(n)] for start in starts]
-        self.pairs = sorted({(mode.rows[index], j) for (_, j), (index, _) in mode.products.items()})
+        self.pairs = sorted({(series.rows[index], j) for (_, j), (index, _) in mode.products.items()})
         self.needed = {j for _, j in self.pairs}
 
     def write(self) -> None:
@@ -362,7 +271,7 @@ class _Tangents:
         mode = self.mode
         start = {place: self.constants[entry] for place, entry in mode.linear.items()}
         for place, (index, weight) in mode.products.items():
-            product = self._times(weight, self.begun[mode.rows[index]][0])
+            product = self._times(weight, self.begun[self.rows[index]][0])
             start[place] = start[place] + product if place in start else product
         return start
 
@@ -389,7 +298,7 @@ class _Tangents:
         for j in self.mode.columns_of(i):
             if (i, j) in self.mode.products:
                 index, weight = self.mode.products[i, j]
-                row = self.mode.rows[index]
+                row = self.rows[index]
                 inner = self.old[v, row, j][lane]
                 for m in range(lane):
                     inner = inner + self.begun[row][lane - m] * self.in_pass[v][j][m]

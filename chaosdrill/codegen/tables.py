@@ -8,17 +8,15 @@ which they wait for each other, and those of one kind that could be done togethe
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Index, Module, Number, Row, Table, Test, Variable
 from chaosdrill.codegen.mathematics import START, power, special
+from chaosdrill.codegen.mode import Mode
 from chaosdrill.codegen.recurrence import PASS, Expansion, sums_of_older, value_alone
 from chaosdrill.codegen.signatures import WIDTH
 from chaosdrill.codegen.tape import PATH, POSITIVE
 from chaosdrill.model.special import SPECIAL
-
-if TYPE_CHECKING:
-    from chaosdrill.codegen.series import ModeSeries
 
 CHAINS = 4
 """Sums that a product of series is added up in, so that none waits for the one before it."""
@@ -35,15 +33,15 @@ Variation = tuple[int, dict[int, Any], dict[int, tuple[int, Any]]]
 """Place of a variation; by the places of those that it is made of: weights, and nodes with weights."""
 
 
-class Operations:
+class InTables:
     """The operations of one mode, and the functions that loop over them.
 
     Parameters
     ----------
-    mode : ModeSeries
+    mode : Mode
     """
 
-    def __init__(self, mode: "ModeSeries") -> None:
+    def __init__(self, mode: Mode) -> None:
         self.mode, self.tape, self.n = mode, mode.tape, mode.n
         self.in_jet = self._items(self._without_sums(mode.in_jet), set())
         self.in_jacobian = self._items(mode.in_jacobian, set(self.in_jet))
@@ -65,6 +63,10 @@ class Operations:
         self.older = free + 2 * len(mode.kept)
         """The row from which sums over older coefficients stand, eight a product; no row is shorter than 24."""
         self.row_count = self.older + len(mode.products) // 3 + 1
+
+    def watched_rows(self) -> list[int]:
+        """Rows of what the steep operations are applied to."""
+        return [self.rows.get(("node", i), -1) for i in self.mode.watched]
 
     def _without_sums(self, nodes: set[int]) -> set[int]:
         """Nodes without sums that are rates or guards and nothing else: these are added up where they are wanted."""
@@ -348,14 +350,14 @@ class _Variations:
 
     Parameters
     ----------
-    operations : Operations
+    operations : InTables
     function : Function
     name : str
     made : list
         For each its place, weights by the places of variations, and nodes and weights by such places.
     """
 
-    def __init__(self, operations: Operations, function: Function, name: str, made: list[Variation]) -> None:
+    def __init__(self, operations: InTables, function: Function, name: str, made: list[Variation]) -> None:
         self.function, place = function, operations.place
         plain: list[tuple[int, int]] = []
         products: list[tuple[int, int, int]] = []
@@ -397,7 +399,7 @@ class _Writer:
 
     Parameters
     ----------
-    operations : Operations
+    operations : InTables
     function : Function
     c : Row
         The constants.
@@ -411,7 +413,7 @@ class _Writer:
 
     def __init__(
         self,
-        operations: Operations,
+        operations: InTables,
         function: Function,
         c: Row,
         ws: Table,

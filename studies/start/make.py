@@ -113,7 +113,7 @@ from chaosdrill.engine.run import Run
 from chaosdrill.engine.structure import examine
 
 system = chain(1.5)
-(mode,) = write(system.placed).modes
+mode = write(system.placed).modes[0].mode
 nodes = [mode.tape.nodes[i] for i in mode.in_jet | mode.in_jacobian]
 operations = sum(max(1, len(node.args)) for node in nodes)
 found = {"operations": operations, "edges": len(mode.linear) + len(mode.products)}

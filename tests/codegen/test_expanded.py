@@ -6,7 +6,7 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.codegen import kernels_of, series
+from chaosdrill.codegen import kernels_of, mode
 from chaosdrill.codegen.rounding import UNIT
 from chaosdrill.codegen.signatures import LANES
 from chaosdrill.codegen.special import hunt_crossley_duration_lam, hunt_crossley_duration_series
@@ -59,7 +59,7 @@ def system(title):
 def kernels(request):
     with pytest.MonkeyPatch.context() as patched:
         if request.param == "in tables":
-            patched.setattr(series, "IN_LINE", -1)
+            patched.setattr(mode, "IN_LINE", -1)
         return kernels_of(system(f"durations {request.param}"))
 
 

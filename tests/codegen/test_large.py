@@ -5,7 +5,7 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.codegen import kernels_of, series
+from chaosdrill.codegen import kernels_of, mode
 from chaosdrill.codegen.kernels import write
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.engine.layout import COLUMNS
@@ -64,8 +64,8 @@ def both(request):
     found = []
     for limit in (-1, 10**6):
         with pytest.MonkeyPatch.context() as patched:
-            patched.setattr(series, "IN_LINE", limit)
-            patched.setattr(series, "SUMS", limit)
+            patched.setattr(mode, "IN_LINE", limit)
+            patched.setattr(mode, "SUMS", limit)
             system = MAKERS[request.param](SIZE)
             found.append((system, kernels_of(system)))
     return found
@@ -114,8 +114,8 @@ def test_an_event_is_that_of_code_in_line():
     found = []
     for limit in (-1, 10**6):
         with pytest.MonkeyPatch.context() as patched:
-            patched.setattr(series, "IN_LINE", limit)
-            patched.setattr(series, "SUMS", limit)
+            patched.setattr(mode, "IN_LINE", limit)
+            patched.setattr(mode, "SUMS", limit)
             system = chain(SIZE)
             kernels = kernels_of(system)
         n = len(system.states)
@@ -131,8 +131,8 @@ def test_an_event_is_that_of_code_in_line():
 
 
 def edges(system):
-    (mode,) = write(system.placed).modes
-    return len(mode.linear) + len(mode.products)
+    (series,) = write(system.placed).modes
+    return len(series.mode.linear) + len(series.mode.products)
 
 
 @pytest.mark.parametrize("name", MAKERS)

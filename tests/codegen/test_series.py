@@ -11,7 +11,7 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.codegen import kernels_of, series
+from chaosdrill.codegen import kernels_of, mode
 from chaosdrill.codegen.signatures import LANES
 from chaosdrill.engine.lanes import aligned
 from chaosdrill.engine.layout import COLUMNS
@@ -99,7 +99,7 @@ def kernels(request):
     """Small systems have their products of series in line; those of large ones stand in tables."""
     with pytest.MonkeyPatch.context() as patched:
         if request.param == "in tables":
-            patched.setattr(series, "IN_LINE", -1)
+            patched.setattr(mode, "IN_LINE", -1)
         return kernels_of(system(NAMES, f"every operation {request.param}"))
 
 

@@ -9,7 +9,7 @@ import sympy
 
 import chaosdrill as cd
 from chaosdrill.analysis.precision_reference import EXACT
-from chaosdrill.codegen import kernels_of, series
+from chaosdrill.codegen import kernels_of, mode
 from chaosdrill.codegen.rounding import UNIT, rounding_bound
 from chaosdrill.codegen.signatures import LANES
 from chaosdrill.codegen.special import CODE
@@ -34,7 +34,7 @@ def system(rate, title):
 def kernels(request):
     with pytest.MonkeyPatch.context() as patched:
         if request.param == "in tables":
-            patched.setattr(series, "IN_LINE", -1)
+            patched.setattr(mode, "IN_LINE", -1)
         return kernels_of(system(hunt_crossley_exit(X * Y, Q), request.param))
 
 

@@ -1,0 +1,100 @@
+"""What the series of one mode are made of: its operations as nodes, and the entries of its Jacobian."""
+
+from typing import TYPE_CHECKING, Any
+
+from chaosdrill.codegen.tape import Tape
+
+if TYPE_CHECKING:
+    from chaosdrill.codegen.constants import Constants
+    from chaosdrill.model.system import HybridSystem
+
+IN_LINE = 48
+"""Products of series of a mode whose operations are written in line; of a larger one they stand in tables."""
+
+SUMS = 8 * IN_LINE
+"""The same for terms of sums."""
+
+HISTORY = {"mul", "square", "div", "power", "log", "integral", "expanded"}
+"""Operations that read older coefficients of what they are applied to."""
+
+
+class Mode:
+    """The nodes behind the series of one mode.
+
+    Attributes
+    ----------
+    kept : list of int
+        Nodes whose variations are computed by themselves; behind the states they are rows and columns of the Jacobian.
+    linear : dict of (int, int) to expression
+        Entries of the Jacobian that depend on parameters only.
+    products : dict of (int, int) to (int, expression)
+        Node and weight, whose product the other entries have besides.
+    watched : list of int
+        Nodes that steep operations are applied to.
+    small : bool
+        Whether its operations are written in line, as in `chaosdrill.codegen.series`; those of a large one stand in
+        tables, as in `chaosdrill.codegen.tables`.
+    """
+
+    def __init__(
+        self, system: "HybridSystem", mode: str, guards: list[Any], watched: list[Any], constants: "Constants"
+    ) -> None:
+        self.n = len(system.states)
+        self.constants = constants
+        field = system.modes[mode]
+        self.tape = Tape(system.states, system.time, frozenset(s for s in system.states if field[s] == 0))
+        self.rates = [self.tape.lower(field[s]) for s in system.states]
+        self.rates += [self.tape.lower(q) for q in system.integrands(mode)]
+        self.guards = [self.tape.lower(g) for g in guards]
+        self.watched = [self.tape.lower(w) for w in watched]
+        self.in_jet = self.reach([*self.rates, *self.guards, *self.watched])
+        self.kept: list[int] = []
+        self.small = self._is_small(self.in_jet)
+        if self.small:
+            self._lower_jacobian()
+            pairs = {(index, j) for (_, j), (index, _) in self.products.items()}
+            self.small = self._is_small(self.in_jet | self.in_jacobian, len(pairs))
+        if not self.small:
+            self.tape.keep(self.rates[: self.n])
+            self.kept = self.tape.kept
+            self._lower_jacobian()
+
+    def _is_small(self, nodes: set[int], products: int = 0) -> bool:
+        found = [self.tape.nodes[i] for i in nodes]
+        products += sum(node.op in HISTORY for node in found)
+        return products <= IN_LINE and sum(len(node.args) for node in found if node.op == "linear") <= SUMS
+
+    def _lower_jacobian(self) -> None:
+        self.linear: dict[tuple[int, int], Any] = {}
+        self.products: dict[tuple[int, int], tuple[int, Any]] = {}
+        rates = [self.tape.variation(rate) for rate in self.rates[: self.n]]
+        for i, gradient in enumerate([*rates, *map(self.tape.gradient, self.kept)]):
+            for j, terms in sorted(gradient.items()):
+                constant, index, weight = self.tape.entry(terms)
+                if constant != 0:
+                    self.linear[i, j] = constant
+                if index is not None:
+                    self.products[i, j] = (index, weight)
+        self._columns: list[list[int]] = [[] for _ in range(self.n + len(self.kept))]
+        for i, j in sorted({*self.linear, *self.products}):
+            self._columns[i].append(j)
+        self.wanted = {index for index, _ in self.products.values()}
+        self.in_jacobian = self.reach(sorted(self.wanted)) - self.in_jet
+
+    def columns_of(self, i: int) -> list[int]:
+        """The states that the rate of state i depends on."""
+        return self._columns[i]
+
+    def reach(self, roots: list[int]) -> set[int]:
+        """Nodes, and all that they are made of."""
+        seen: set[int] = set()
+        stack = list(roots)
+        while stack:
+            index = stack.pop()
+            if index in seen:
+                continue
+            seen.add(index)
+            stack.extend(self.tape.nodes[index].args)
+            if index in self.tape.slopes:
+                stack.append(self.tape.slopes[index][0])
+        return seen
