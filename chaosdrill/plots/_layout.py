@@ -8,6 +8,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.text import Text
 
 from chaosdrill.plots.labels import wrapped
+from chaosdrill.plots.settings import SETTINGS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -16,15 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.legend import Legend
-
-_SHORTEST = 6
-"""Smallest number of letters in a line of broken text."""
-_SMALLEST = 0.6
-"""Smallest part of its size to which a text shrinks whose words are longer than its room."""
-_ROUNDS = 3
-"""Breaking a label changes the room of others; after this number of rounds nothing changes."""
-_EDGE = 4.0
-"""Points between a text and the edge of the figure."""
 
 
 class Entries:
@@ -65,7 +57,7 @@ class FittedLayout(ConstrainedLayoutEngine):
             self._whole[text] = (whole, broken) if shown == broken else (shown, shown)
             text.set_text(self._whole[text][0])
         changed = True
-        for _ in range(_ROUNDS):
+        for _ in range(SETTINGS.label_rounds):
             for legend in _legends(fig) if changed else ():
                 fit_legend(legend, fig)
             super().execute(fig)
@@ -96,7 +88,7 @@ def _legends(fig: "Figure") -> "list[Legend]":
 
 def _rooms(fig: "Figure") -> "Iterator[tuple[Text, float]]":
     """Texts beside the axes, each with the length that it may have in pixels."""
-    page, edge = fig.bbox, _EDGE * fig.dpi / 72
+    page, edge = fig.bbox, SETTINGS.edge * fig.dpi / 72
     for text in fig.texts:
         yield text, (page.height if text.get_rotation() == 90 else page.width) - 2 * edge
     for ax in fig.axes:
@@ -140,11 +132,11 @@ def _break(text: Text, whole: str, room: float) -> None:
         return float(extent.height if text.get_rotation() == 90 else extent.width)
 
     longest = max(map(len, whole.split("\n")))
-    while (found := length()) > room > 0 and longest > _SHORTEST:
-        longest = max(_SHORTEST, min(longest - 1, int(longest * room / found)))
+    while (found := length()) > room > 0 and longest > SETTINGS.fewest_letters:
+        longest = max(SETTINGS.fewest_letters, min(longest - 1, int(longest * room / found)))
         text.set_text("\n".join(wrapped(line, longest) for line in whole.split("\n")))
     if found > room > 0:
-        text.set_fontsize(size * max(_SMALLEST, room / found))
+        text.set_fontsize(size * max(SETTINGS.smallest_text, room / found))
         _sizes[text] = size, float(text.get_fontsize())
 
 
@@ -152,7 +144,9 @@ def fit_legend(legend: "Legend", fig: "Figure") -> bool:
     """Give a legend as many columns as fit, break entries that are too long; return whether it changed."""
     own = entries[legend]
     em = legend.prop.get_size_in_points() * fig.dpi / 72
-    room = (fig.bbox.width if legend in fig.legends else fig.bbox.x1 - legend.axes.bbox.x0) - 2 * _EDGE * fig.dpi / 72
+    room = (
+        fig.bbox.width if legend in fig.legends else fig.bbox.x1 - legend.axes.bbox.x0
+    ) - 2 * SETTINGS.edge * fig.dpi / 72
     if own.loc is None:
         room = legend.axes.bbox.width
     pads = em * (legend.handlelength + legend.handletextpad)
@@ -175,7 +169,7 @@ def _broken(label: str, width: float, room: float) -> str:
     if width <= room or room <= 0:
         return label
     longest = max(map(len, label.split("\n")))
-    letters = max(_SHORTEST, int(0.95 * longest * room / width))
+    letters = max(SETTINGS.fewest_letters, int(0.95 * longest * room / width))
     return "\n".join(wrapped(line, letters) for line in label.split("\n"))
 
 

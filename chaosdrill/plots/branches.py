@@ -28,6 +28,7 @@ from chaosdrill.plots.palette import BACKGROUND, LINE_COLOURS
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.plane import Plane
 from chaosdrill.plots.sections import first_that_varies
+from chaosdrill.plots.settings import SETTINGS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -37,13 +38,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-_MARK, _BAR = 6.5, 11.0
-_MANY, _MOST_OF_THEM, _PART = 16, 0.6, 0.36
-"""Number of special points, share of them, and part of the range, from which a crowded part gets its own panel."""
-_JUMP = 12.0
-"""A step of the section this many times longer than both its neighbours is a jump."""
-_SEEN = 0.01
-"""Jumps below this fraction of the extent are invisible."""
 _NO_BIFURCATION = "real multipliers of product 1: no bifurcation"
 _DASHES = {
     "fold": "-",
@@ -187,19 +181,21 @@ def _jumps(section: "NDArray[np.float64]") -> "NDArray[np.int64]":
     extent = np.maximum(np.nanmax(section, axis=(0, 1)) - np.nanmin(section, axis=(0, 1)), 1e-300)
     step = np.nan_to_num(np.abs(np.diff(section, axis=0)) / extent).max(axis=(1, 2))
     padded = np.pad(step, 1)
-    return np.flatnonzero((step > _SEEN) & (step > _JUMP * np.maximum(padded[:-2], padded[2:])))
+    return np.flatnonzero(
+        (step > SETTINGS.visible_on_branch) & (step > SETTINGS.jump_of_branch * np.maximum(padded[:-2], padded[2:]))
+    )
 
 
 def _crowd(datasets: "tuple[xr.Dataset, ...]", name: str, extent: float) -> tuple[float, float] | None:
     """The shortest interval with most of the special points, if they crowd in a small part of the range."""
     found = [dataset[name].values[points] for dataset in datasets for _, points in specials(dataset)]
     x = np.sort(np.concatenate([np.zeros(0), *found]))
-    most = int(np.ceil(_MOST_OF_THEM * x.size))
-    if x.size < _MANY:
+    most = int(np.ceil(SETTINGS.crowd_share * x.size))
+    if x.size < SETTINGS.crowd:
         return None
     widths = x[most - 1 :] - x[: x.size - most + 1]
     first = int(np.argmin(widths))
-    if widths[first] > _PART * extent:
+    if widths[first] > SETTINGS.crowd_part * extent:
         return None
     edge = max(0.04 * float(widths[first]), 1e-3 * extent)
     return float(x[first]) - edge, float(x[first + most - 1]) + edge
@@ -235,7 +231,7 @@ def _marks(axes: "Axes", datasets: "tuple[xr.Dataset, ...]", name: str, index: i
                 shown = section[here]
                 known = np.isfinite(shown)
                 places.append(np.column_stack([np.broadcast_to(x[here, None], shown.shape)[known], shown[known]]))
-                sizes.append(np.full(len(places[-1]), _MARK * size))
+                sizes.append(np.full(len(places[-1]), SETTINGS.special_mark * size))
                 kinds += [(kind, off)] * len(places[-1])
     every, widths = np.concatenate(places), np.concatenate(sizes)
     widths = np.minimum(widths, room(axes, every))
@@ -250,9 +246,9 @@ def _marks(axes: "Axes", datasets: "tuple[xr.Dataset, ...]", name: str, index: i
         reasons.update(dict.fromkeys(names))
         for here, size in _sizes(section, last):
             shown = section[here]
-            bar(axes, np.broadcast_to(x[here, None], shown.shape), shown, _BAR * size)
+            bar(axes, np.broadcast_to(x[here, None], shown.shape), shown, SETTINGS.branch_bar * size)
     if reasons:
-        bar(axes, [], [], _BAR, end_label(reasons))
+        bar(axes, [], [], SETTINGS.branch_bar, end_label(reasons))
 
 
 def _sizes(section: "NDArray[np.float64]", points: "NDArray[np.int64]") -> "list[tuple[NDArray[np.int64], float]]":

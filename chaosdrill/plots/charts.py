@@ -26,6 +26,7 @@ from chaosdrill.plots.labels import label, readable, shorten, state_label, subsc
 from chaosdrill.plots.palette import EVENT_MARKERS, diverging, sequential
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.plane import Plane
+from chaosdrill.plots.settings import SETTINGS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -36,23 +37,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
     from numpy.typing import NDArray
-
-# the few points beyond this percentile on either side, near superstable cycles above all, do not set the scale
-_EXPONENTS_COVERED = 99.0
-_ERRORS, _ROUND_OFF = 3.0, 1e-9
-"""An exponent counts as nonzero beyond this number of standard errors and this fraction of the largest exponent."""
-# the few points beyond this percentile, runs about to escape above all, do not set the scale
-_RATES_COVERED = 99.9
-# more steps of lightness cannot be distinguished
-_STEPS = 8
-_MOST = 12
-"""Largest number of attractors that are distinguished; the legend has no room, and the palette no colours, for more."""
-_HEIGHT = 5.5
-"""Height in inches of the figure without its legend."""
-_LETTERS = 54
-"""Letters of a legend entry up to which two stand side by side."""
-_IN_PLANE = 1e-6
-"""Distance from the plane of the grid, relative to the state, at which a point still lies in it."""
 
 
 def _category_chart(
@@ -96,10 +80,10 @@ def _told(dataset: "xr.Dataset") -> "NDArray[np.bool_]":
     """Where the largest exponent is distinguished from zero, that of the flow direction above all."""
     every = dataset["lyapunov_exponent"].values
     size = np.abs(dataset["lyapunov_exponent"].isel(exponent=0).values)
-    least = np.array(_ROUND_OFF * np.abs(every[np.isfinite(every)]).max(initial=0.0))
+    least = np.array(SETTINGS.nonzero_part * np.abs(every[np.isfinite(every)]).max(initial=0.0))
     if "lyapunov_error" in dataset.variables:
         errors = dataset["lyapunov_error"].isel(exponent=0).values
-        least = np.fmax(least, _ERRORS * errors)
+        least = np.fmax(least, SETTINGS.nonzero_errors * errors)
     told: NDArray[np.bool_] = size > least
     return told
 
@@ -110,8 +94,8 @@ def _scale(values: np.ndarray) -> "tuple[Normalize, str]":
 
     finite = values[np.isfinite(values)]
     below, above = (part[part > 0] for part in (-finite, finite))
-    low = float(np.percentile(below, _EXPONENTS_COVERED)) if below.size else 0.0
-    high = float(np.percentile(above, _EXPONENTS_COVERED)) if above.size else 0.0
+    low = float(np.percentile(below, SETTINGS.exponents_covered)) if below.size else 0.0
+    high = float(np.percentile(above, SETTINGS.exponents_covered)) if above.size else 0.0
     # a sign that does not occur has the scale of the other
     low, high = low or high or 1.0, high or low or 1.0
     ends = (bool((below > low).any()), bool((above > high).any()))
@@ -126,7 +110,7 @@ def progression_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Fi
 
     rate = dataset["progression_rate"]
     finite = rate.values[np.isfinite(rate.values)]
-    top = float(np.percentile(finite, _RATES_COVERED, method="higher"))
+    top = float(np.percentile(finite, SETTINGS.rates_covered, method="higher"))
     plane = Plane(dataset, "outcome", ax)
     norm = Normalize(min(0.0, finite.min()), top or 1.0)
     plane.shade(rate, norm, sequential(), "max" if finite.max() > top else "neither")
@@ -139,12 +123,12 @@ def attractor_count_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) ->
     from matplotlib.colors import to_hex
 
     counts = dataset["attractor_count"].values
-    most = min(int(counts.max()), _STEPS)
+    most = min(int(counts.max()), SETTINGS.counted_attractors)
     # from the palest colour of that scale to its dark end: one attractor is nothing to be struck by
     shades = [to_hex(shade) for shade in diverging()(np.linspace(0.5, 0, max(most, 2)))]
     table = [(counts == 0, NO_ATTRACTOR)]
     for number in range(1, most + 1):
-        last = number == _STEPS and counts.max() > _STEPS
+        last = number == SETTINGS.counted_attractors and counts.max() > SETTINGS.counted_attractors
         name = f"{number} or more attractors" if last else "1 attractor" if number == 1 else f"{number} attractors"
         mask = counts >= number if last else counts == number
         table.append((mask, Category(name, shades[number - 1], short=f"≥ {number}" if last else str(number))))
@@ -172,9 +156,9 @@ def basins(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     if fixed := _fixed(dataset):
         axes.set_title("at " + ", ".join(f"{name} = {shorten(value)}" for name, value in fixed.items()))
     names = [*(category.name for category in categories), *(str(mark.get_label()) for mark in marks)]
-    columns = 2 if max(map(len, names)) <= _LETTERS else 1
+    columns = 2 if max(map(len, names)) <= SETTINGS.legend_letters else 1
     if ax is None:
-        plane.figure.set_figheight(size_of(_HEIGHT + 0.18 * -(-len(names) // columns))[1])
+        plane.figure.set_figheight(size_of(SETTINGS.chart_height + 0.18 * -(-len(names) // columns))[1])
     plane.legend(marks, ncols=columns)
     return plane.figure
 
@@ -201,7 +185,7 @@ def starts(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Seq
     codes, categories = attractor_cells(dataset)
     count = 1 if isinstance(state, str) or dataset.sizes["state"] == 1 else 2
     places = places_of(dataset, state, count)
-    figure, axes = one_panel(ax, _HEIGHT)
+    figure, axes = one_panel(ax, SETTINGS.chart_height)
     states = dataset["initial_state"].transpose("run", "state").values
     x, y = states[:, places[0]], states[:, places[1]] if count == 2 else dataset["attractor"].values
     for index, category in enumerate(categories):
@@ -221,9 +205,9 @@ def attractor_cells(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Cat
     numbers = dataset["attractor_number"].values.tolist()
     table = [
         (reached == number, attractor_category(place, _describe(dataset.isel(attractor_number=place), number)))
-        for place, number in enumerate(numbers[:_MOST])
+        for place, number in enumerate(numbers[: SETTINGS.told_attractors])
     ]
-    table.append((np.isin(reached, numbers[_MOST:]), FURTHER))
+    table.append((np.isin(reached, numbers[SETTINGS.told_attractors :]), FURTHER))
     lost = reached == 0
     ended, others = by_outcome(dataset)
     for code, category in enumerate(others):
@@ -231,7 +215,9 @@ def attractor_cells(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Cat
             table.append((lost & (ended == code), category))
             lost &= ended != code
     table.append((lost, UNRECOGNISED))
-    for place, (mask, category) in enumerate(table[len(numbers[:_MOST]) :], start=len(numbers[:_MOST])):
+    for place, (mask, category) in enumerate(
+        table[len(numbers[: SETTINGS.told_attractors]) :], start=len(numbers[: SETTINGS.told_attractors])
+    ):
         part = float(mask.mean())
         error = float(np.sqrt(part * (1 - part) / mask.size))
         table[place] = mask, replace(category, name=f"{category.name}; {_percent(part, error)}")
@@ -271,9 +257,9 @@ def mark_attractors(axes: "Axes", dataset: "xr.Dataset", across: str, up: str) -
 
     names = [str(name) for name in dataset["state"].values]
     plane = np.array([_fixed(dataset).get(name, np.nan) for name in names])
-    points = dataset["attractor_state"].transpose("attractor_number", "state").values[:_MOST]
+    points = dataset["attractor_state"].transpose("attractor_number", "state").values[: SETTINGS.told_attractors]
     off = np.array([name not in (across, up) for name in names])
-    near = np.abs(points - plane) <= _IN_PLANE * (1 + np.abs(points))
+    near = np.abs(points - plane) <= SETTINGS.in_plane * (1 + np.abs(points))
     inside = near[:, off].all(axis=1)
     for axis, (low, high) in ((across, axes.get_xlim()), (up, axes.get_ylim())):
         inside &= (points[:, names.index(axis)] >= low) & (points[:, names.index(axis)] <= high)

@@ -8,22 +8,12 @@ from chaosdrill.plots.figures import legend_outside, new_figure
 from chaosdrill.plots.labels import label, state_label, subscript, uncertain
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
+from chaosdrill.plots.settings import SETTINGS
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-MOST_POINTS = 150
-"""Largest number of points with vectors: more would cover each other."""
-
-MOST_SPLITS = 6
-"""Largest number of distributions of angles that can be distinguished."""
-
-_LENGTH = 0.05
-"""Length of a vector, as a fraction of the plane's extent."""
-
-_PLANE, _ANGLES = 3.2, 2.3
 
 
 @picture("covariant-vectors", "covariant-vectors", "covariant vectors in the plane of two states, angles between them")
@@ -44,9 +34,9 @@ def covariant(dataset: "xr.Dataset") -> "Figure":
     """
     states, exponents = dataset["states"].values, dataset["lyapunov_exponent"].values
     shown = np.flatnonzero(np.isfinite(exponents))[: len(PALETTE)].tolist()
-    splits = np.flatnonzero(np.isfinite(dataset["smallest_angle"].values))[:MOST_SPLITS].tolist()
-    heights = [_PLANE] * (states.shape[1] > 1) + [_ANGLES] * bool(splits)
-    figure = new_figure(0.9 + sum(heights or [_ANGLES]))
+    splits = np.flatnonzero(np.isfinite(dataset["smallest_angle"].values))[: SETTINGS.most_splits].tolist()
+    heights = [SETTINGS.vectors_height] * (states.shape[1] > 1) + [SETTINGS.angles_height] * bool(splits)
+    figure = new_figure(0.9 + sum(heights or [SETTINGS.angles_height]))
     panels = np.atleast_1d(figure.subplots(max(len(heights), 1), 1, height_ratios=heights or None))
     if not heights:
         panels[0].set_axis_off()
@@ -63,13 +53,17 @@ def covariant(dataset: "xr.Dataset") -> "Figure":
 def _draw_plane(axes: "Axes", dataset: "xr.Dataset", shown: list[int]) -> None:
     states, vectors = dataset["states"].values[:, :2], dataset["vector"].values[:, :2]
     axes.plot(*states.T, ".", color="0.65", markersize=2, zorder=1)
-    kept = np.unique(np.linspace(0, len(states) - 1, MOST_POINTS).astype(int))
+    kept = np.unique(np.linspace(0, len(states) - 1, SETTINGS.most_vectors).astype(int))
     extent = np.ptp(states[np.isfinite(states).all(axis=1)], axis=0) if np.isfinite(states).any() else np.ones(2)
     extent = np.where(extent > 0, extent, np.abs(vectors).max(axis=(0, 2), initial=1e-300))
     for i in reversed(shown):
         scaled = vectors[kept, :, i] / extent
         length = np.linalg.norm(scaled, axis=1, keepdims=True)
-        half = np.divide(scaled, length, out=np.zeros_like(scaled), where=length > 0) * (_LENGTH / 2) * extent
+        half = (
+            np.divide(scaled, length, out=np.zeros_like(scaled), where=length > 0)
+            * (SETTINGS.vector_length / 2)
+            * extent
+        )
         ends = np.stack([states[kept] - half, states[kept] + half, np.full_like(half, np.nan)], axis=1).reshape(-1, 2)
         value, error = float(dataset["lyapunov_exponent"][i]), float(dataset["lyapunov_error"][i])
         name = f"{subscript('λ', i + 1)} = {uncertain(value, error)}"

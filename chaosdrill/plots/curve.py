@@ -9,6 +9,7 @@ import numpy as np
 from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.errors import ArchiveError, ChaosdrillError
 from chaosdrill.plots.palette import PALETTE
+from chaosdrill.plots.settings import SETTINGS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -18,20 +19,10 @@ if TYPE_CHECKING:
 
     from chaosdrill.model import HybridSystem
 
-_SEEN = 2e-3
-"""Fraction of the picture's width below which a bend is invisible."""
-# a jump smaller than this part of the state's range is not visible
-_VISIBLE = 1e-6
 MOST_RUNS = len(PALETTE)
 """Largest number of runs that can be distinguished in one picture."""
 
 _REMEDY = "join runs by chaosdrill.join, which says how many events belong to each"
-_TURN = np.radians(4.0)
-"""A line that turns by more than this from one stretch to the next looks like a polygon."""
-_COARSE, _OFTEN = np.radians(20.0), 0.02
-"""If it does so at more than this fraction of the samples, slopes are computed from the equations."""
-_MOST_PARTS = 24
-"""Number of stretches between two samples."""
 
 
 @dataclass(frozen=True)
@@ -138,12 +129,14 @@ def _parts(curve: Curve, step: "NDArray[np.float64]") -> "tuple[NDArray[np.int64
             cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
             turn = np.abs(np.arctan2(cross, (before * after).sum(axis=1)))
             # what is smaller than a dot turns unseen
-            seen = smooth & (np.minimum(np.hypot(*before.T), np.hypot(*after.T)) > _SEEN)
-            here = np.where(seen, np.minimum(np.ceil(turn / _TURN), _MOST_PARTS), 1).astype(np.int64)
+            seen = smooth & (np.minimum(np.hypot(*before.T), np.hypot(*after.T)) > SETTINGS.visible_bend)
+            here = np.where(seen, np.minimum(np.ceil(turn / SETTINGS.turn), SETTINGS.most_stretches), 1).astype(
+                np.int64
+            )
             parts[:-1] = np.maximum(parts[:-1], here)
             parts[1:] = np.maximum(parts[1:], here)
-            coarse = max(coarse, float((seen & (turn > _COARSE)).sum() / max(smooth.sum(), 1)))
-    return np.where(step > 0, parts, 1), coarse > _OFTEN
+            coarse = max(coarse, float((seen & (turn > SETTINGS.coarse_turn)).sum() / max(smooth.sum(), 1)))
+    return np.where(step > 0, parts, 1), coarse > SETTINGS.coarse_share
 
 
 def _limited(
@@ -236,7 +229,7 @@ def _joined(inner: "NDArray[np.bool_]", side: int) -> "NDArray[np.bool_]":
 def breaks(time: "NDArray[np.float64]", points: "NDArray[np.float64]") -> "NDArray[np.int64]":
     """Return the indices of the points of a curve, shape (m, k), to which a jump leads from the one before."""
     extent = np.maximum(np.ptp(points, axis=0), np.finfo(float).tiny) if len(points) else np.ones(points.shape[1])
-    apart = (np.abs(np.diff(points, axis=0)) > _VISIBLE * extent).any(axis=1)
+    apart = (np.abs(np.diff(points, axis=0)) > SETTINGS.visible_jump * extent).any(axis=1)
     return np.flatnonzero((np.diff(time) == 0) & apart) + 1
 
 
@@ -310,10 +303,10 @@ def stops(dataset: "xr.Dataset", index: int) -> list[tuple[str, float]]:
         if hit.sum() < 2:
             continue
         level = before[hit, index]
-        jumps = np.any(np.abs(after[hit] - before[hit]) > _VISIBLE * np.maximum(extent, 1e-300), axis=0)
+        jumps = np.any(np.abs(after[hit] - before[hit]) > SETTINGS.visible_jump * np.maximum(extent, 1e-300), axis=0)
         kept = not jumps[index]
         jumps[index] = False
-        if kept and np.ptp(level) <= _VISIBLE * extent[index] and jumps.any():
+        if kept and np.ptp(level) <= SETTINGS.visible_jump * extent[index] and jumps.any():
             found.append((name, float(np.mean(level))))
     return found
 

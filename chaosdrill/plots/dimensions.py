@@ -8,18 +8,11 @@ from chaosdrill.plots.figures import legend_above, new_figure
 from chaosdrill.plots.labels import label, shorten, uncertain
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
+from chaosdrill.plots.settings import SETTINGS
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
-
-_SUMS, _SLOPES = 2.0, 2.8
-
-_HIGHEST = 1.7
-"""Upper limit of the slopes, relative to the largest dimension: those of few pairs scatter widely."""
-
-_ASIDE = 0.06
-"""Fraction of the step between two distances by which the slopes of the next order are shifted."""
 
 
 @picture("dimensions", "dimensions", "correlation sums and local slopes over the distance, with the scaling region")
@@ -45,8 +38,8 @@ def scaling(dataset: "xr.Dataset") -> "Figure":
         period = int(dataset["period"])
         axes.set_title(f"period {period}: dimension 0" if period else "no dimension")
         return figure
-    figure = new_figure(0.9 + _SUMS + _SLOPES)
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=[_SUMS, _SLOPES])
+    figure = new_figure(0.9 + SETTINGS.sums_height + SETTINGS.slopes_height)
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=[SETTINGS.sums_height, SETTINGS.slopes_height])
     scale = dataset["scale"].values
     step = scale[1] / scale[0]
     for number, order in enumerate(dataset["order"].values.tolist()):
@@ -56,7 +49,7 @@ def scaling(dataset: "xr.Dataset") -> "Figure":
         name = f"order {shorten(order)}: {uncertain(value, error) if np.isfinite(value) else 'no dimension'}"
         above.plot(scale, sums, color=colour, linewidth=0.8)
         # a slope is that between two distances
-        between = scale * step ** (0.5 + _ASIDE * number)
+        between = scale * step ** (0.5 + SETTINGS.slopes_aside * number)
         below.errorbar(between, slope, yerr=2 * bars, fmt="o", color=colour, markersize=3, elinewidth=0.8, label=name)
         if np.isfinite(value):
             ends = np.array([float(one["scale_low"]), float(one["scale_high"])])
@@ -67,7 +60,9 @@ def scaling(dataset: "xr.Dataset") -> "Figure":
     above.set_xscale("log")
     above.set_yscale("log")
     told = dataset["dimension"].values
-    below.set_ylim(0, _HIGHEST * np.nanmax(told if np.isfinite(told).any() else dataset["local_slope"].values))
+    below.set_ylim(
+        0, SETTINGS.highest_slope * np.nanmax(told if np.isfinite(told).any() else dataset["local_slope"].values)
+    )
     above.set_ylabel(label(dataset["correlation_sum"]))
     below.set_ylabel("local slope")
     below.set_xlabel(label(dataset["scale"]))

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from chaosdrill.plots.settings import SETTINGS
 from chaosdrill.plots.style import is_changed, width
 
 if TYPE_CHECKING:
@@ -16,11 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.legend import Legend
 
-_NARROW = 5.0
-"""Width in inches below which panels are stacked: half of it is too narrow for labels."""
-_DENSEST = 300.0
-MOST_PANELS = 12
-"""Largest number of panels, one per state or exponent, unless states are named: more cannot be read on a page."""
 
 _figures: "ContextVar[Callable[..., Figure] | None]" = ContextVar("figures", default=None)
 
@@ -53,7 +49,7 @@ def new_figure(height: float, detail: float = 0.0) -> "Figure":
 
     figure = (_figures.get() or Figure)(figsize=size_of(height), layout=FittedLayout())
     # labels and colour bars take their part of the width that the cells were counted over
-    figure.set_dpi(float(np.clip(1.25 * detail, figure.dpi, max(figure.dpi, _DENSEST))))
+    figure.set_dpi(float(np.clip(1.25 * detail, figure.dpi, max(figure.dpi, SETTINGS.densest))))
     return figure
 
 
@@ -69,7 +65,7 @@ def size_of(height: float) -> tuple[float, float]:
 
 def is_narrow() -> bool:
     """Return whether a new figure has no room for panels side by side."""
-    return size_of(0.0)[0] < _NARROW
+    return size_of(0.0)[0] < SETTINGS.narrow
 
 
 def font_size(part: float = 1.0) -> float:

@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.plots.settings import SETTINGS
 from chaosdrill.systems import REGISTRY
 
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST_DIGITS = 6
-"""Digits after the decimal point beyond which a short value is written with a power of ten."""
 _LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 _LETTERS = (
     "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau upsilon phi chi psi "
@@ -162,6 +161,6 @@ def uncertain(value: float, error: float) -> str:
     last = round(error * 10**digits)
     if last == 10:
         digits, last = max(0, digits - 1), 1
-    if digits > MOST_DIGITS and abs(round(value * 10**digits)) < 1000:
+    if digits > SETTINGS.most_decimals and abs(round(value * 10**digits)) < 1000:
         return f"{round(value * 10**digits)}({last})e-{digits}".replace("-", "−")
     return f"{value:.{digits}f}({last})".replace("-", "−")

@@ -10,6 +10,7 @@ from chaosdrill.plots.contents import SINGLE
 from chaosdrill.plots.figures import font_size, owner, title_legend
 from chaosdrill.plots.labels import readable, wrapped
 from chaosdrill.plots.palette import LINE_COLOURS
+from chaosdrill.plots.settings import SETTINGS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -77,8 +78,6 @@ _ENDS = {
 }
 _QUIET_ENDS = ("limit", "closed")
 """Ends without a mark: the line runs to the edge of the picture, or is closed."""
-_LEAST_MARK, _SAME = 3.0, 1.5
-"""Width in points of the smallest marks, and distance at which marks merge into one."""
 
 
 def special_name(name: str) -> str:
@@ -147,8 +146,8 @@ def room(axes: "Axes", places: "NDArray[np.float64]") -> "NDArray[np.float64]":
     scale = 72 * np.array([box.width * width / (right - left), box.height * height / (high - low)])
     apart = np.hypot(*((places[:, None] - places[None]) * scale).transpose(2, 0, 1))
     # what lies on the same spot is one mark
-    apart[apart < _SAME] = np.inf
-    wide: NDArray[np.float64] = np.maximum(_LEAST_MARK, np.floor(2 * apart.min(axis=1)) / 2)
+    apart[apart < SETTINGS.merged_marks] = np.inf
+    wide: NDArray[np.float64] = np.maximum(SETTINGS.smallest_mark, np.floor(2 * apart.min(axis=1)) / 2)
     return wide
 
 

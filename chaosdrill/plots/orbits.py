@@ -21,6 +21,7 @@ from chaosdrill.plots.labels import (
 from chaosdrill.plots.markers import WARNING, caveat, mark, named_once, period_categories, room, specials, warn
 from chaosdrill.plots.palette import DOTS, EVENT_MARKERS, PALETTE, sequential
 from chaosdrill.plots.pictures import picture
+from chaosdrill.plots.settings import SETTINGS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,16 +33,8 @@ if TYPE_CHECKING:
 
 _SECTION = PALETTE[1]
 _EVENT_COLOURS = tuple(colour for colour in PALETTE if colour != _SECTION)
-_TOLD = 12
-"""Largest number of events of a period that the title lists in order."""
-_LEAST = 1e-17
-"""A residual of zero is drawn here, below all that round-off yields."""
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X")
-_NEAREST, _FARTHEST = 1.25, 1.5
-"""Largest modulus around which the unit circle is drawn at least, and up to which multipliers widen the picture."""
 _CROSSINGS = ("fold", "period_doubling", "neimark_sacker")
-_SMALLEST = 1e-3
-"""Smaller moduli are not shown: they do not matter for stability."""
 FEIGENBAUM = 4.669201609102990
 """Feigenbaum, J. Stat. Phys. 19, 25 (1978), doi:10.1007/BF01020332; digits from Briggs, Math. Comp. 57, 435 (1991),
 doi:10.1090/S0025-5718-1991-1079009-6.
@@ -117,7 +110,9 @@ def _heading(dataset: "xr.Dataset") -> str:
     names = flag_names(dataset["event_kind"]) if dataset.sizes["event"] else {}
     events = [readable(names[int(code)]) for code in dataset["event_kind"].values]
     text = f"{kind} orbit of period {int(dataset['period'])}, time {time:.8g}; returns to within {residual:.1e}"
-    shown = ", ".join(events[:_TOLD]) + f" and {len(events) - _TOLD} more" * (len(events) > _TOLD)
+    shown = ", ".join(events[: SETTINGS.told_events]) + f" and {len(events) - SETTINGS.told_events} more" * (
+        len(events) > SETTINGS.told_events
+    )
     return f"{text}\nevents: {shown}" if events else text
 
 
@@ -208,10 +203,18 @@ def _numbers(values: "NDArray[np.complex128]") -> list[str]:
 
 def _newton(axes: "Axes", dataset: "xr.Dataset") -> None:
     residual = dataset["newton_residual"].values
-    axes.semilogy(np.arange(len(residual)), np.maximum(residual, _LEAST), "o-", color=PALETTE[0], markersize=4)
+    axes.semilogy(
+        np.arange(len(residual)), np.maximum(residual, SETTINGS.least_residual), "o-", color=PALETTE[0], markersize=4
+    )
     for step in np.flatnonzero(residual == 0):
         axes.annotate(
-            "0", (step, _LEAST), xytext=(-7, 0), textcoords="offset points", ha="center", va="center", fontsize="small"
+            "0",
+            (step, SETTINGS.least_residual),
+            xytext=(-7, 0),
+            textcoords="offset points",
+            ha="center",
+            va="center",
+            fontsize="small",
         )
     axes.axhline(np.finfo(float).eps, color="0.6", linewidth=0.8, linestyle="--", zorder=1)
     axes.annotate(
@@ -224,7 +227,7 @@ def _newton(axes: "Axes", dataset: "xr.Dataset") -> None:
         fontsize="small",
     )
     # orbits near an attractor start where others end
-    axes.set_ylim(0.3 * _LEAST, max(1e-12, 3 * residual.max(initial=0.0)))
+    axes.set_ylim(0.3 * SETTINGS.least_residual, max(1e-12, 3 * residual.max(initial=0.0)))
     axes.set(xlabel="step of Newton's method", ylabel="residual")
     axes.set_xticks(np.arange(0, len(residual), max(1, len(residual) // 8)))
 
@@ -308,8 +311,8 @@ def unit_circle(axes: "Axes", values: "NDArray[np.complex128]") -> int:
 
     finite = values[np.isfinite(values)]
     size = np.maximum(np.abs(finite.real), np.abs(finite.imag))
-    near = size[size <= _FARTHEST]
-    reach = max(_NEAREST, 1.08 * float(near.max(initial=0.0)))
+    near = size[size <= SETTINGS.widened_up_to]
+    reach = max(SETTINGS.circle_up_to, 1.08 * float(near.max(initial=0.0)))
     for line in (axes.axhline, axes.axvline):
         line(0, color="0.8", linewidth=0.6, zorder=0)
     axes.add_patch(Circle((0, 0), 1, facecolor="none", edgecolor="0.35", linewidth=0.9, zorder=1))
@@ -424,7 +427,7 @@ def _moduli(axes: "Axes", dataset: "xr.Dataset", name: str, moduli: "NDArray[np.
                 mark(axes, x[part], np.full(len(part), height), kind, float(size), **more)
     finite = positive[np.isfinite(positive)]
     axes.set_yscale("log")
-    axes.set_ylim(max(_SMALLEST, 0.7 * finite.min(initial=0.5)), 1.5 * finite.max(initial=1.0))
+    axes.set_ylim(max(SETTINGS.smallest_modulus, 0.7 * finite.min(initial=0.5)), 1.5 * finite.max(initial=1.0))
     axes.set(xlabel=axis_label(dataset, name), ylabel="modulus")
 
 

@@ -7,14 +7,13 @@ from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any, cast
 
+from chaosdrill.plots.settings import SETTINGS
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WIDTH = 7.2
 """Of a figure in inches."""
-_FONT_SIZE, _PAGE_FONT_SIZE = 9.0, 10.5
-_PAGE_WIDTH = 10.5
-"""Width in inches of the pictures of a page, which a screen enlarges and paper reduces."""
 _LOOK: dict[str, Any] = {
     "axes.axisbelow": True,
     "axes.linewidth": 0.7,
@@ -22,7 +21,7 @@ _LOOK: dict[str, Any] = {
     "axes.spines.top": False,
     "axes.titlelocation": "left",
     "figure.dpi": 150,
-    "font.size": _FONT_SIZE,
+    "font.size": SETTINGS.font_size,
     "hatch.linewidth": 0.5,
     "legend.frameon": False,
     "lines.linewidth": 1.1,
@@ -130,7 +129,7 @@ def style() -> AbstractContextManager[None]:
 @contextmanager
 def page_style() -> "Iterator[None]":
     """Draw pictures for a page: as wide as the page, and independent of matplotlib's settings."""
-    token = _width.set(_PAGE_WIDTH)
+    token = _width.set(SETTINGS.page_width)
     try:
         # a picture inside of a page has no fonts of its own, and its ids are the same whenever it is drawn
         with _turn.holding(lambda: _of_nobody() | {"svg.fonttype": "path", **_SAME}):
@@ -168,7 +167,9 @@ def _of_user() -> dict[str, Any]:
 
 def _of_nobody() -> dict[str, Any]:
     changed = [name for name in _settings() if not name.startswith(_NOT_OF_PICTURES) and is_changed(name)]
-    sizes = {name: part * _PAGE_FONT_SIZE for name, part in _SIZES.items()} | {"font.size": _PAGE_FONT_SIZE}
+    sizes = {name: part * SETTINGS.page_font_size for name, part in _SIZES.items()} | {
+        "font.size": SETTINGS.page_font_size
+    }
     default = {name: _defaults()[name] for name in changed}
     return default | _LOOK | sizes | _PAPER | {"font.family": [_COMPLETE_FONT]}
 

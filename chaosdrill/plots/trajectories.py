@@ -21,7 +21,6 @@ from chaosdrill.plots.curve import (
     strobe,
 )
 from chaosdrill.plots.figures import (
-    MOST_PANELS,
     legend_above,
     legend_inside,
     legend_outside,
@@ -32,6 +31,7 @@ from chaosdrill.plots.figures import (
 from chaosdrill.plots.labels import is_map, label, period_words, readable, shorten, state_label, strobe_words
 from chaosdrill.plots.palette import DOTS, EVENT_MARKERS, MODE_SHADES, PALETTE
 from chaosdrill.plots.pictures import picture
+from chaosdrill.plots.settings import SETTINGS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -41,8 +41,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# more events on one page cannot be distinguished; several runs share this number, but each shows at least these
-_EVENTS, _LEAST_EVENTS = 40, 8
 _GREY = "0.4"
 _MODE_HATCHES = ("", "///", "...")
 _HATCHED = "0.7"
@@ -72,13 +70,19 @@ def time_history(
     """
     names, whole = zip(*runs_of(dataset), strict=True)
     joined = is_joined(dataset)
-    runs = last_parts(whole, max(_EVENTS // len(whole), _LEAST_EVENTS))
+    runs = last_parts(whole, max(SETTINGS.marked_events // len(whole), SETTINGS.fewest_events))
     first = runs[0]
     quadratures = [str(name) for name in first.data_vars if first[name].dims == ("time",) and name != "mode"]
     if state is not None or ax is not None:
         quadratures = []
     every = first.sizes["state"]
-    count = 1 if ax is not None or isinstance(state, str) else min(every, MOST_PANELS) if state is None else len(state)
+    count = (
+        1
+        if ax is not None or isinstance(state, str)
+        else min(every, SETTINGS.most_panels)
+        if state is None
+        else len(state)
+    )
     states = places_of(first, state, count)
     rows = len(quadratures) + len(states)
     figure = new_figure(max(2.6, 1.0 + 1.35 * rows)) if ax is None else owner(ax)

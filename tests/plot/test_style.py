@@ -1,10 +1,12 @@
 """A style leaves matplotlib as it was, from any number of threads, and a user's settings are heeded."""
 
+import ast
 import os
 import subprocess
 import sys
 import textwrap
 import threading
+from pathlib import Path
 
 import matplotlib as mpl
 import matplotlib.style
@@ -13,6 +15,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import chaosdrill as cd
+from chaosdrill.plots import settings
 from chaosdrill.plots.figures import new_figure
 from chaosdrill.plots.style import lettering, page_style, saved_alike, style
 from chaosdrill.plots.trajectories import phase_portrait, time_history
@@ -175,3 +178,18 @@ def test_the_same_picture_is_the_same_file(ball, tmp_path):
     for ending in ("svg", "pdf", "png"):
         found = [cd.plot_archive(archive, tmp_path / f"{name}.{ending}")[1].read_bytes() for name in "ab"]
         assert found[0] == found[1], ending
+
+
+def test_numbers_that_tune_stand_in_one_record():
+    """But the width of a page, which studies share, the dots of jumps, and a constant of mathematics."""
+    found = []
+    for path in Path(settings.__file__).parent.glob("*.py"):
+        given = [one for one in ast.parse(path.read_text(encoding="utf-8")).body if isinstance(one, ast.Assign)]
+        found += [ast.unparse(one.targets[0]) for one in given if _is_number(one.value)]
+    assert sorted(found) == ["DOTS", "FEIGENBAUM", "WIDTH"]
+
+
+def _is_number(value):
+    if isinstance(value, ast.Tuple):
+        return all(map(_is_number, value.elts))
+    return isinstance(value, ast.Constant) and isinstance(value.value, int | float)
