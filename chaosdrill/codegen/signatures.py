@@ -1,7 +1,7 @@
 """The fixed signatures through which the engine sees a system; arrays are C-contiguous doubles."""
 
 from collections import namedtuple
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from chaosdrill.codegen.kinds import float64, int64, void
 
@@ -107,8 +107,14 @@ Their arrays are those of ``engine.lanes.aligned``: times (8,), constants (numbe
 CONSTANTS = void(vector, vector)
 """``constants(p, c)``: parameters, then the expressions of parameters that the code needs"""
 
-Functions = namedtuple("Functions", SIGNATURES)
+
+def _tuple_of(name: str, signatures: dict[str, Any]) -> Any:
+    """A named tuple of functions, as any type: checkers know no fields that are computed."""
+    return namedtuple(name, signatures)
+
+
+Functions = _tuple_of("Functions", SIGNATURES)
 """The compiled functions of `SIGNATURES`."""
 
-LaneFunctions = namedtuple("LaneFunctions", LANE_SIGNATURES)
+LaneFunctions = _tuple_of("LaneFunctions", LANE_SIGNATURES)
 """Those of `LANE_SIGNATURES`, for eight runs at once."""
