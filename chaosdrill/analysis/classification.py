@@ -20,6 +20,7 @@ from chaosdrill.analysis.words import Evidence, words
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.batch import Batch
+from chaosdrill.engine.shifts import Shifts
 from chaosdrill.engine.structure import Structure
 from chaosdrill.model import HybridSystem
 
@@ -72,6 +73,7 @@ class Averages:
 def evidence_of(
     system: HybridSystem,
     structure: Structure,
+    shifts: Shifts,
     averages: Averages,
     windows: np.ndarray,
     known: np.ndarray,
@@ -118,11 +120,10 @@ def evidence_of(
             found.torus_possible = ~(exponents.sum(axis=1) < 0)
     found.chaos_possible = np.full(points, _chaos_possible(system, n))
     open_ = np.flatnonzero((ended == Outcome.OK) & ~(found.lead < -found.margin))
-    symmetries = structure.frame[: structure.symmetries]
-    states = aside(windows[open_], symmetries)[:, :, :-1]
-    found.leaving[open_], found.settling[open_] = stationarity(states, known[open_])
-    begin = None if before is None else before[open_] - (before[open_] @ symmetries.T) @ symmetries
-    drifts = only_grows(states, known[open_], begin)
+    states, known = aside(windows[open_], shifts)[:, :, :-1], shifts.sizes(known[open_])
+    found.leaving[open_], found.settling[open_] = stationarity(states, known)
+    begin = None if before is None else shifts.quotient(before[open_])
+    drifts = only_grows(states, known, begin, shifts.bounded)
     found.drifts[open_] = drifts.any(axis=1)
     whole, later = lead[open_], found.late[open_]
     rates = np.stack([whole, later, 2 * whole - later], axis=1)
@@ -133,6 +134,7 @@ def evidence_of(
 def evidence_of_records(
     system: HybridSystem,
     structure: Structure,
+    shifts: Shifts,
     averages: Averages,
     windows: np.ndarray,
     known: np.ndarray,
@@ -156,23 +158,22 @@ def evidence_of_records(
     """
     ended = np.full(len(windows), int(Outcome.OK))
     windows, coarse = undrawn(system, windows), undrawn(system, coarse)
-    e = evidence_of(system, structure, averages, windows, known, ended, coarse[:, 0], part)
-    symmetries = structure.frame[: structure.symmetries]
+    e = evidence_of(system, structure, shifts, averages, windows, known, ended, coarse[:, 0], part)
     if part < 1.0:
-        leaving, settling = stationarity(coarse - (coarse @ symmetries.T) @ symmetries, known)
+        leaving, settling = stationarity(shifts.quotient(coarse), shifts.sizes(known))
         e.leaving, e.settling = e.leaving | leaving, e.settling | settling
     if system.draws:
         return e
-    found = recurrence(aside(windows, symmetries), known, windows.shape[1] // REPEATS)
+    found = recurrence(aside(windows, shifts), shifts.sizes(known), windows.shape[1] // REPEATS)
     e.recurs = found.period > 0
     e.exact = e.recurs & (found.residual <= ROUND_OFF)
     unclear = np.flatnonzero(~e.positive & ~e.negative)
-    add_regularity(e, unclear, windows[unclear], known[unclear], structure, flow)
+    add_regularity(e, unclear, windows[unclear], known[unclear], shifts, flow)
     if passages is not None:
         open_ = unclear[_is_open(e.at(unclear))]
-        add_passages(e, open_, undrawn(system, passages[open_]), known[open_], structure)
+        add_passages(e, open_, undrawn(system, passages[open_]), known[open_], shifts)
     open_ = np.flatnonzero(_is_open(e))
-    _add_later(e, open_, windows[open_, windows.shape[1] // 2 :], known[open_], symmetries, flow)
+    _add_later(e, open_, windows[open_, windows.shape[1] // 2 :], known[open_], shifts, flow)
     return e
 
 
@@ -180,15 +181,16 @@ def _is_open(e: Evidence) -> np.ndarray:
     return np.isin(words(e), OPEN_ANSWERS)
 
 
-def add_passages(e: Evidence, which: np.ndarray, passages: np.ndarray, known: np.ndarray, structure: Structure) -> None:
+def add_passages(e: Evidence, which: np.ndarray, passages: np.ndarray, known: np.ndarray, shifts: Shifts) -> None:
     """Add what the states and modes after the events of a transition say of some motions, shape (P, E, n + 1).
 
     Where events move states, instants of a torus or a cycle have no smooth averages and lie on no closed curve; its
-    points at the events of one transition come back, or follow an angle.
+    points at the events of one transition come back, from the middle of the record on if it had to settle, or follow an
+    angle.
     """
-    symmetries = structure.frame[: structure.symmetries]
-    e.exact[which] |= closes(aside(passages, symmetries), known)
-    e.ordered[which] |= examine(passages, known, symmetries).ordered
+    paths, sizes = aside(passages, shifts), shifts.sizes(known)
+    e.exact[which] |= closes(paths, sizes) | closes(paths[:, paths.shape[1] // 2 :], sizes)
+    e.ordered[which] |= examine(passages, known, shifts).ordered
 
 
 def _add_later(
@@ -196,7 +198,7 @@ def _add_later(
     which: np.ndarray,
     later: np.ndarray,
     known: np.ndarray,
-    symmetries: np.ndarray,
+    shifts: Shifts,
     flow: Callable[[np.ndarray, int], np.ndarray] | None,
 ) -> None:
     """Add what some motions have reached by the later half of their record.
@@ -204,13 +206,13 @@ def _add_later(
     Instants of any kind, of which the ``flow`` tells the rates, come back to a cycle only by chance; they lie on a
     closed curve there.
     """
-    paths = aside(later, symmetries)
+    paths, sizes = aside(later, shifts), shifts.sizes(known)
     if flow is None:
-        found = recurrence(paths, known, later.shape[1] // REPEATS)
+        found = recurrence(paths, sizes, later.shape[1] // REPEATS)
         e.cycle_reached[which] = (found.period > 0) & (found.residual <= ROUND_OFF)
-    leaving, settling = stationarity(paths[:, :, :-1], known)
+    leaving, settling = stationarity(paths[:, :, :-1], sizes)
     stays = np.flatnonzero(~e.cycle_reached[which] & ~leaving & ~settling)
-    seen = examine(later[stays], known[stays], symmetries, flow)
+    seen = examine(later[stays], known[stays], shifts, flow)
     e.torus_reached[which[stays]] = seen.ordered | seen.torus & seen.converges & ((flow is None) | seen.agrees)
     e.cycle_reached[which[stays]] |= seen.curve & seen.converges
 
@@ -266,7 +268,8 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
 
     ``before`` are the states of all points before the record, to tell by what only grows.
     """
-    found = recurrence(batch.window[which], batch.sizes[which], plan.max_period, 2 * plan.max_period)
+    paths, size = aside(batch.window[which], plan.shifts), plan.shifts.sizes(batch.sizes[which])
+    found = recurrence(paths, size, plan.max_period, 2 * plan.max_period)
     noisy = plan.system.draws
     if not plan.maps or noisy:
         # at the ends of parts of a duration, or where the system itself never repeats, a return tells no period
@@ -283,7 +286,9 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     early = None if before is None else undrawn(plan.system, before[which])
     points = batch.counts[which][:, sorted(plan.section)].sum(axis=1) if plan.section is not None else ends[-1]
     part = np.minimum(1.0, windows.shape[1] / np.maximum(points, 1))
-    e = evidence_of(plan.system, plan.structure, averages, windows, known, batch.outcome[which], early, part)
+    e = evidence_of(
+        plan.system, plan.structure, plan.shifts, averages, windows, known, batch.outcome[which], early, part
+    )
     e.measured[:] = plan.exponents > 0
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         multiplier = e.lead * lasts
@@ -291,7 +296,7 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
         split = (found.splitting > SPLIT) & (found.residual <= DECAY * found.splitting)
         e.recurs = (found.period > 0) & split
         neutral = whole & (np.abs(multiplier) <= NEUTRAL)
-        e.exact = e.recurs & (_residual(plan, windows, known, found, e.recurs & neutral) <= ROUND_OFF)
+        e.exact = e.recurs & (_residual(plan, paths, size, found, e.recurs & neutral) <= ROUND_OFF)
         attracting = np.where(whole, multiplier < -HYPERBOLIC, e.negative)
         e.attracts = attracting & (distance <= CLOSE) & (found.splitting > 10 * distance)
         centre = e.recurs & neutral & (found.residual <= ROUND_OFF)
@@ -364,7 +369,7 @@ def _look_closer(plan: "Plan", e: Evidence, windows: np.ndarray, known: np.ndarr
     rows = np.isfinite(windows[:, :, 0]).sum(axis=1)
     unclear = np.flatnonzero(~e.positive & ~e.negative & ~e.recurs & (rows >= LEAST) & (rows == windows.shape[1]))
     if len(unclear):
-        add_regularity(e, unclear, windows[unclear], known[unclear], plan.structure)
+        add_regularity(e, unclear, windows[unclear], known[unclear], plan.shifts)
 
 
 def add_regularity(
@@ -372,13 +377,12 @@ def add_regularity(
     which: np.ndarray,
     windows: np.ndarray,
     known: np.ndarray,
-    structure: Structure,
+    shifts: Shifts,
     flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
 ) -> None:
     """Add what longer records of some points say, see `examine`."""
-    symmetries = structure.frame[: structure.symmetries]
-    seen = examine(windows, known, symmetries, flow)
-    e.leaving[which], e.settling[which] = stationarity(aside(windows, symmetries)[:, :, :-1], known)
+    seen = examine(windows, known, shifts, flow)
+    e.leaving[which], e.settling[which] = stationarity(aside(windows, shifts)[:, :, :-1], shifts.sizes(known))
     e.drifts[which], e.long_cycle[which] = seen.drifts, seen.long_cycle
     e.torus[which], e.converges[which], e.agrees[which] = seen.torus, seen.converges, seen.agrees
     e.curve[which], e.ordered[which] = seen.curve, seen.ordered

@@ -18,6 +18,7 @@ from chaosdrill.analysis.classification import HYPERBOLIC, Verdict, judge
 from chaosdrill.analysis.plan import BLOCKS, Plan
 from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence, sizes, trend
 from chaosdrill.analysis.statistics import block_ends, free_exponents, margin
+from chaosdrill.analysis.tori import aside
 from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED
@@ -149,8 +150,9 @@ def _tried(
     plan: Plan, begun: Begun, trail: np.ndarray, wanted: np.ndarray, *, shrinking: bool
 ) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
     """Points still wanted whose trail shrinks, or grows, with the periods tried, and what `extrapolate` found."""
-    for points, periods in attempts(recurrence(trail, begun.known, plan.max_period, 2 * plan.max_period).near):
-        tried = wanted[points] & trend(trail, begun.known, points, periods)[0 if shrinking else 1]
+    path, known = aside(trail, plan.shifts), plan.shifts.sizes(begun.known)
+    for points, periods in attempts(recurrence(path, known, plan.max_period, 2 * plan.max_period).near):
+        tried = wanted[points] & trend(path, known, points, periods)[0 if shrinking else 1]
         points, periods = points[tried], periods[tried]
         yield points, periods, *extrapolate(plan, begun.at(points, begun.states[points]), periods)
 
@@ -206,13 +208,14 @@ def _measure(
     if not neutral:
         verdict.exponents[pair, :2] = shared[pair, np.newaxis]
     good = verdict.moves & np.isin(verdict.outcome, MEASURED) & (verdict.period > 0) & (multiplier < -HYPERBOLIC)
-    good &= recurrence(path, begun.known, period, 2 * period).period == period
-    good &= approaches(trail, path[:, :period], begun.known, multiplier / period)
+    path, known = aside(path, plan.shifts), plan.shifts.sizes(begun.known)
+    good &= recurrence(path, known, period, 2 * period).period == period
+    good &= approaches(aside(trail, plan.shifts), path[:, :period], known, multiplier / period)
     return good, batch, replace(verdict, outcome=np.where(good, int(Outcome.PERIODIC), verdict.outcome))
 
 
 def extrapolate(plan: Plan, begun: Begun, periods: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """States that come back after a period each, looked for from the given ones.
+    """States that come back after a period each, but for shifts, looked for from the given ones.
 
     Returns
     -------
@@ -236,6 +239,10 @@ def extrapolate(plan: Plan, begun: Begun, periods: np.ndarray) -> tuple[np.ndarr
         sound = (runs.outcome == Outcome.OK) & (passed[:, :, n] == begun.modes[active, np.newaxis]).all(axis=1)
         active, points = active[sound], passed[sound, :, :n]
         scale = sizes(points, begun.known[active])
+        if plan.shifts:
+            # as far along shifts as the first of them
+            steps = plan.shifts.across(np.diff(points, axis=1, prepend=x[active, np.newaxis]))
+            points = x[active, np.newaxis] + np.cumsum(steps, axis=1)
         residual = (np.abs(points[:, 0] - x[active]) / scale).max(axis=1)
         there = residual <= tolerance
         converged[active[there]] = True

@@ -10,11 +10,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from chaosdrill.analysis.recurrence import sizes
-from chaosdrill.codegen.kinds import float64, void
+from chaosdrill.codegen.kinds import float64, int64, void
 from chaosdrill.codegen.signatures import integers, matrix
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.jit import compiled
+from chaosdrill.engine.shifts import Shifts
 
 _cubes = float64[:, :, ::1]
 
@@ -41,8 +42,10 @@ ATTRACTING = tuple(int(outcome) for outcome in MEASURED if outcome not in (Outco
 """Outcomes of runs that stay somewhere."""
 
 
-def moments(windows: np.ndarray, known: np.ndarray, period: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Moments of the section points of every run, and one of the points.
+def moments(
+    windows: np.ndarray, known: np.ndarray, period: np.ndarray, shifts: Shifts
+) -> tuple[np.ndarray, np.ndarray]:
+    """Moments of the section points of every run in the quotient by shifts, and one of the points.
 
     Parameters
     ----------
@@ -52,24 +55,28 @@ def moments(windows: np.ndarray, known: np.ndarray, period: np.ndarray) -> tuple
         Sizes that states have had on the way.
     period : ndarray of int, shape (P,)
         Period of the cycle, whose points are then taken once each; 0 for all points there are.
+    shifts : Shifts
+        Of which m coordinates stay.
 
     Returns
     -------
-    moments : ndarray, shape (P, 4, n)
-        Means, root mean squares about them, third central moments over the squares of the sizes, and ``known``.
+    moments : ndarray, shape (P, 4, m)
+        Means, root mean squares about them, third central moments over the squares of the sizes, and their sizes.
     state : ndarray, shape (P, n)
-        Of a cycle the point with the smallest first state, else the last point.
+        Of a cycle the point with the smallest first state that no shift changes, else the last point.
     """
-    points, n = len(windows), windows.shape[2] - 1
-    found, state = np.full((points, 4, n), np.nan), np.full((points, n), np.nan)
-    found[:, 3] = known
-    _moments(np.ascontiguousarray(windows), period.astype(np.int64), found, state)
-    return found, state
+    paths, size = shifts.quotient(windows[:, :, :-1]), shifts.sizes(known)
+    found, chosen = np.full((len(windows), 4, size.shape[1]), np.nan), np.full(len(windows), -1)
+    found[:, 3] = size
+    told = np.setdiff1d(np.arange(size.shape[1]), shifts.firsts)
+    _moments(np.ascontiguousarray(paths), period.astype(np.int64), int(told[0]) if len(told) else 0, found, chosen)
+    state = np.take_along_axis(windows, chosen[:, np.newaxis, np.newaxis], axis=1)[:, 0, :-1]
+    return found, np.where(chosen[:, np.newaxis] < 0, np.nan, state)
 
 
-@compiled(void(_cubes, integers, _cubes, matrix))
-def _moments(windows, period, found, state):
-    n = state.shape[1]
+@compiled(void(_cubes, integers, int64, _cubes, integers))
+def _moments(windows, period, told, found, taken):
+    n = windows.shape[2]
     for p in range(windows.shape[0]):
         rows = 0
         while rows < windows.shape[1] and np.isfinite(windows[p, rows, 0]):
@@ -80,11 +87,10 @@ def _moments(windows, period, found, state):
         points = windows[p, rows - count : rows]
         lowest = 0
         for k in range(count):
-            if points[k, 0] < points[lowest, 0]:
+            if points[k, told] < points[lowest, told]:
                 lowest = k
-        chosen = lowest if period[p] > 0 else count - 1
+        taken[p] = rows - count + lowest if period[p] > 0 else rows - 1
         for i in range(n):
-            state[p, i] = points[chosen, i]
             mean = 0.0
             size = 1e-100
             for k in range(count):

@@ -12,11 +12,13 @@ from chaosdrill.dataset.build import dataset, more, variable
 from chaosdrill.dataset.schema import names_of_rate
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run, rate_names
+from chaosdrill.engine.shifts import shifts_of
 from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.derivatives import derived_of
 from chaosdrill.orbits.multipliers import is_stable
+from chaosdrill.orbits.orbit import Orbit
+from chaosdrill.orbits.problem import Problem
 from chaosdrill.orbits.results import BranchResult, Derived, FoundOrbit
-from chaosdrill.orbits.shifts import drift_of, shifts_of
 
 
 def orbits_dataset(system: HybridSystem, orbits: Sequence[FoundOrbit]) -> xr.Dataset:
@@ -77,7 +79,7 @@ def orbits_dataset(system: HybridSystem, orbits: Sequence[FoundOrbit]) -> xr.Dat
         variables["forcing_period"] = ((), system.forcing_period())
     if shifts_of(system):
         none = np.full((2, n), np.nan)
-        drifts = [none if o.solved is None else drift_of(*o.solved[:2], o.residual) for o in orbits]
+        drifts = [none if o.solved is None else _drift_of(*o.solved[:2], o.residual) for o in orbits]
         variables |= _drifts("orbit", n, drifts)
     sizes = {"iterate": section.shape[1], "iteration": variables["newton_residual"][1].shape[1]}
     numbers: dict[str, Any] = {name: np.arange(size, dtype=np.int32) for name, size in sizes.items()}
@@ -85,6 +87,18 @@ def orbits_dataset(system: HybridSystem, orbits: Sequence[FoundOrbit]) -> xr.Dat
         name: np.arange(1, size + 1, dtype=np.int32) for name, size in (("orbit", len(orbits)), ("multiplier", n))
     }
     return dataset({**variables, "state": list(system.state_names), **numbers})
+
+
+def _drift_of(problem: Problem, orbit: Orbit, residual: float) -> np.ndarray:
+    """By how much an orbit is shifted in one period, and the error of that, shape (2, d).
+
+    The error is that of the method and of the closing of the orbit, relative to the sizes of the states.
+    """
+    d = problem.states
+    drift = np.zeros(d) if orbit.drift is None else orbit.drift
+    size = np.maximum(problem.sizes, np.abs(orbit.starts[:, :d]).max(axis=0) + np.abs(drift))
+    along = (problem.shifts.lines != 0).any(axis=0)
+    return np.array([drift, np.where(along, (residual + problem.accuracy) * size, 0.0)])
 
 
 def _drifts(over: str, n: int, rows: Sequence[np.ndarray]) -> dict[str, Any]:
@@ -222,7 +236,7 @@ def branches_dataset(system: HybridSystem, result: BranchResult) -> xr.Dataset:
         variables[name] = ("special", values[:, i].astype(float))
     if result.orbits and shifts_of(system):
         pairs = zip(result.orbits, result.residual.tolist(), strict=True)
-        variables |= _drifts("point", n, [drift_of(problem, orbit, left) for (problem, orbit, _), left in pairs])
+        variables |= _drifts("point", n, [_drift_of(problem, orbit, left) for (problem, orbit, _), left in pairs])
     if result.cascade is not None:
         cascade = result.cascade
         variables |= {

@@ -14,6 +14,7 @@ from chaosdrill.analysis.tori import LENGTH
 from chaosdrill.engine.ahead import LANES, compile_ahead
 from chaosdrill.engine.batch import Batch, Returns
 from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.shifts import Shifts, shifts_of
 from chaosdrill.engine.structure import Structure, examine
 from chaosdrill.model import HybridSystem
 from chaosdrill.sweep.fingerprint import of_system, origin
@@ -58,6 +59,7 @@ class Plan:
     least."""
     structure: Structure  # what is known of the tangents
     deficient: frozenset[int]  # transitions at which rank may be lost at some point of the sweep
+    shifts: Shifts  # shifts of states that change nothing at any point of the sweep
     rows: int = 0  # section points that are kept at every point
 
     @property
@@ -217,5 +219,6 @@ def make_plan(
         structure=structure,
         # a rank can depend on a parameter that a reset names: then it is looked for at every event
         deficient=structure.deficient | in_resets,
+        shifts=shifts_of(system, but_of=swept),
         rows=rows,
     )

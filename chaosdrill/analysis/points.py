@@ -267,7 +267,7 @@ def point_columns(plan: Plan) -> dict[str, tuple[str, tuple[int, ...]]]:
         "lyapunov_exponent": ("f8", (plan.exponents,)),
         "lyapunov_error": ("f8", (plan.exponents,)),
         **dict.fromkeys(mean_names(plan), ("f8", ())),
-        "moments": ("f4", (4, n)),
+        "moments": ("f4", (4, len(plan.shifts.bounded))),
         "state": ("f8", (n,)),
         "lead": ("f8", ()),
         "ended_by": ("i2", (2,)),
@@ -395,9 +395,11 @@ def _average_over_cycles(
     runs.stand(batch.standing(np.arange(len(batch.x))))
     for length in np.unique(cycle).tolist():
         runs.proceed(chosen[cycle == length], 0, np.array([0, length]))
-    size = sizes(np.nan_to_num(batch.window[chosen][:, :, :-1]), batch.sizes[chosen])
+    shifts, window = plan.shifts, np.nan_to_num(batch.window[chosen][:, :, :-1])
+    size = sizes(shifts.quotient(window), shifts.sizes(batch.sizes[chosen]))
     back = (runs.outcome[chosen] == Outcome.OK) & (runs.mode[chosen] == batch.mode[chosen])
-    back &= (np.abs(runs.x[chosen] - batch.x[chosen]) <= CLOSE * size).all(axis=1)
+    away = np.abs(shifts.quotient(runs.x[chosen]) - shifts.quotient(batch.x[chosen]))
+    back &= (away <= CLOSE * size).all(axis=1)
     rates = event_rates(plan, runs, chosen)
     for name in rates.keys() - {"closest_grazing"}:
         arrays[name][places[rows[back]]] = rates[name][back]
@@ -443,13 +445,11 @@ def _tell(
     runs.run(0, np.array([0, LENGTH]))
     reached = np.flatnonzero(runs.outcome == Outcome.OK)
     if plan.maps:
-        add_regularity(evidence, reached, runs.window[reached], runs.sizes[reached], plan.structure)
+        add_regularity(evidence, reached, runs.window[reached], runs.sizes[reached], plan.shifts)
     else:
         for p in reached:
             one = np.array([p])
-            add_regularity(
-                evidence, one, runs.window[one], runs.sizes[one], plan.structure, partial(runs.rates, int(p))
-            )
+            add_regularity(evidence, one, runs.window[one], runs.sizes[one], plan.shifts, partial(runs.rates, int(p)))
         _tell_by_passages(plan, begun, batch.counts[which], reached, evidence)
     return words(evidence), runs.outcome == Outcome.OK
 
@@ -465,7 +465,7 @@ def _tell_by_passages(plan: Plan, begun: Begun, counts: np.ndarray, which: np.nd
         runs = here.let(plan.passages(here.parameters, here.states, here.modes, transition))
         runs.run(0, np.array([0, LENGTH]))
         rows = np.flatnonzero(runs.outcome == Outcome.OK)
-        add_passages(evidence, chosen[rows], runs.window[rows], runs.sizes[rows], plan.structure)
+        add_passages(evidence, chosen[rows], runs.window[rows], runs.sizes[rows], plan.shifts)
 
 
 def _write(
@@ -493,12 +493,12 @@ def _write(
     for name, values in means.items():
         arrays[name][places] = np.where(ended, np.nan, values)
     arrays["moments"][places], arrays["state"][places] = moments(
-        undrawn(plan.system, window), batch.sizes[which], period
+        undrawn(plan.system, window), batch.sizes[which], period, plan.shifts
     )
     for row in np.flatnonzero(verdict.outcome[rows] == Outcome.EQUILIBRIUM):
         state = batch.rest(int(which[row]))
         arrays["state"][places[row]], arrays["moments"][places[row], :3] = state, 0.0
-        arrays["moments"][places[row], 0] = state
+        arrays["moments"][places[row], 0] = plan.shifts.quotient(state)
 
 
 def _last_rows(windows: np.ndarray, count: int) -> np.ndarray:

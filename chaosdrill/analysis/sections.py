@@ -23,6 +23,7 @@ from chaosdrill.dataset.schema import names_of_errors
 from chaosdrill.engine import layout
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run, event_rates, rate_names
+from chaosdrill.engine.shifts import shifts_of
 from chaosdrill.engine.structure import examine
 from chaosdrill.errors import SettingsError
 from chaosdrill.model import HybridSystem
@@ -361,8 +362,9 @@ def section_points(where: Section, given: Any, max_period: int, job: "Job") -> T
     if outcome == Outcome.OK and where.grazed(times):
         outcome = Outcome.NO_RETURN
     phases = phases_of(where, times / run.period)
-    compared = np.column_stack([points[:, : len(system.state_names)], phases])
-    known = np.append(run.sizes, np.ones(phases.shape[1]))
+    shifts = shifts_of(system, but_of=())
+    compared = np.column_stack([shifts.quotient(points[:, : len(system.state_names)]), phases])
+    known = np.append(shifts.sizes(run.sizes), np.ones(phases.shape[1]))
     repeats = outcome == Outcome.OK and not system.draws
     period = find_period(compared, known, max_period) if repeats else 0
     return Taken(where, run, outcome, points, modes, times, period, blocks)
@@ -382,9 +384,7 @@ def section(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     returns = np.diff(times)[-period:] if period else np.diff(times)
     if period:
         length = period * run.period if where.transitions is None else float(times[-1] - times[-1 - period])
-        rates |= cycle_rates(
-            where, run, period, length, numerics, sizes(points[np.newaxis, -period:, :n], run.sizes)[0]
-        )
+        rates |= cycle_rates(where, run, points[-period:, :n], length, numerics)
     errors = np.full(len(system.quadratures), np.nan)
     if outcome == Outcome.OK:
         chosen = whole_cycles(blocks.points, period)
@@ -464,21 +464,19 @@ def _recorded_returns(where: Section, run: Run, count: int, job: "Job") -> tuple
     return found, _Blocks(ends[: len(times)], np.array(times), np.array(totals), pace)
 
 
-def cycle_rates(
-    where: Section, run: Run, period: int, length: float, numerics: Numerics, size: np.ndarray
-) -> dict[str, float]:
+def cycle_rates(where: Section, run: Run, points: np.ndarray, length: float, numerics: Numerics) -> dict[str, float]:
     """Mean rates over one cycle from where a run stands; none if it does not come back.
 
     Parameters
     ----------
-    period : int
+    points : ndarray, shape (period, n)
         Points of the section on the cycle.
     length : float
         Duration of the cycle, of a forced system a number of its periods but for round-off.
-    size : ndarray, shape (n,)
-        What distances between states are relative to.
     """
-    system = run.system
+    system, period = run.system, len(points)
+    shifts = shifts_of(system, but_of=())
+    size = sizes(shifts.quotient(points)[np.newaxis], shifts.sizes(run.sizes))[0]
     periods = max(1, round(length / run.period))
     # a rate that names time has no mean over a cycle that begins at another time
     clocked = any(system.time in e.free_symbols for rates in system.quadratures.values() for e in rates.values())
@@ -490,7 +488,8 @@ def cycle_rates(
         outcome = _once_more(where, run, cycle, period)
     else:
         outcome, _ = cycle.advance(periods if forced else 1)
-    if outcome != Outcome.OK or cycle.mode != run.mode or (np.abs(cycle.x - run.x) > CLOSE * size).any():
+    away = np.abs(shifts.quotient(cycle.x) - shifts.quotient(run.x))
+    if outcome != Outcome.OK or cycle.mode != run.mode or (away > CLOSE * size).any():
         return {}
     part = run.period / cycle.period if system.forced else 1.0
     rates = event_rates(cycle)

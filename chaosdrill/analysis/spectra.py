@@ -26,6 +26,7 @@ from chaosdrill.dataset.schema import names_of_errors
 from chaosdrill.engine.layout import EVENT_COLUMNS, EVENT_KIND, EVENT_MODE
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run, event_rates
+from chaosdrill.engine.shifts import shifts_of
 from chaosdrill.engine.structure import Structure, examine
 from chaosdrill.model import HybridSystem
 
@@ -89,10 +90,12 @@ def _evidence(
 ) -> Evidence:
     """What a run says at its end; ``coarse`` are its states at the ends of all blocks."""
     system, window, known = run.system, path.samples[np.newaxis], run.sizes[np.newaxis]
-    flow = None if plan.periodic else partial(flow_of, run)
+    flow, shifts = None if plan.periodic else partial(flow_of, run), shifts_of(system, but_of=())
     part = min(1.0, window.shape[1] / (plan.count * run.samples))
     passages = path.passages()[np.newaxis] if path.met else None
-    e = evidence_of_records(system, structure, averages, window, known, coarse[np.newaxis], part, flow, passages)
+    e = evidence_of_records(
+        system, structure, shifts, averages, window, known, coarse[np.newaxis], part, flow, passages
+    )
     e.winds = structure.winds(flow_of(run)[np.newaxis]) & ~e.noisy
     if e.shrinks[0]:
         e.rests = rests(run.x[np.newaxis], known, flow_of(run), time_of_motion(system, job.numerics))

@@ -8,6 +8,9 @@ import numpy as np
 if TYPE_CHECKING:
     from chaosdrill.engine.numerics import Numerics
 
+PAIR = 1e-6
+"""Part by which two exponents of opposite signs differ at most to count as a pair."""
+
 SURE = 3.0
 """Standard errors beyond which an exponent differs from zero."""
 
@@ -295,7 +298,8 @@ def free_exponents(
     ndarray, shape (P, m)
     """
     free = np.isfinite(exponents)
-    size = np.where(free, np.abs(exponents), np.inf)
+    # shear makes a pair of opposite signs, of which neither is a rate: the negative one would attract
+    size = np.where(free, np.abs(exponents) * np.where(exponents > 0, 1 + PAIR, 1.0), np.inf)
     nearest = np.argsort(np.argsort(size, axis=1, kind="stable"), axis=1, kind="stable")
     among = nearest < np.reshape(neutral, (-1, 1))
     computed = complete | (exponents < -margins).any(axis=1, keepdims=True)

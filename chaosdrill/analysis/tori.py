@@ -25,6 +25,7 @@ from chaosdrill.analysis.statistics import fading, in_blocks, standard_error
 from chaosdrill.codegen.kinds import void
 from chaosdrill.codegen.signatures import matrix, vector
 from chaosdrill.engine.jit import compiled
+from chaosdrill.engine.shifts import Shifts
 
 LENGTH = 2048
 """Number of section points that decide."""
@@ -105,7 +106,9 @@ def rests(states: np.ndarray, known: np.ndarray, flow: np.ndarray, unit: float) 
     return np.asarray((np.abs(flow) * unit <= REST * sizes(states[:, np.newaxis], known)).all(axis=1))
 
 
-def only_grows(points: np.ndarray, known: np.ndarray, before: np.ndarray | None = None) -> np.ndarray:
+def only_grows(
+    points: np.ndarray, known: np.ndarray, before: np.ndarray | None = None, bounded: np.ndarray | bool = False
+) -> np.ndarray:
     """Which states only grow or only fall, evenly, and further than they ever went.
 
     What grows within the sizes that it has had on the way, as a laminar phase does, or by what round-off may do, is
@@ -119,6 +122,8 @@ def only_grows(points: np.ndarray, known: np.ndarray, before: np.ndarray | None 
         Sizes that states have had on the way.
     before : ndarray, shape (P, n), optional
         States long before, from where on growth counts; default the first points.
+    bounded : ndarray of bool, shape (n,), optional
+        Which are coordinates of circles, on which nothing grows; default none.
 
     Returns
     -------
@@ -142,7 +147,7 @@ def only_grows(points: np.ndarray, known: np.ndarray, before: np.ndarray | None 
         far = np.sign(net) * (path[:, -1] - first) > FAR * size
         inward = net * path[:, -1] < 0
         beyond = inward | (np.abs(path[:, -1]) >= BEYOND * known[here])
-        found[here] = (onward > ONWARD * way).all(axis=1) & steady & far & beyond
+        found[here] = (onward > ONWARD * way).all(axis=1) & steady & far & beyond & ~bounded
     return found
 
 
@@ -234,7 +239,7 @@ class Regularity:
 def examine(
     windows: np.ndarray,
     known: np.ndarray,
-    symmetries: np.ndarray,
+    shifts: Shifts,
     flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
 ) -> Regularity:
     """What motions are by their section points alone.
@@ -248,15 +253,15 @@ def examine(
         States and modes at equal intervals of time: strobes, or, of a system without forcing, instants of any kind.
     known : ndarray, shape (P, n)
         Sizes that states have had on the way.
-    symmetries : ndarray, shape (s, n)
-        Orthonormal directions in which nothing ever changes: what happens along them is left out.
+    shifts : Shifts
+        What happens along them is left out.
     flow : callable, optional
         Rates of the states, shape (n,), at a state in a mode. To be given for instants of any kind, where a cycle does
         not show by coming back, nor a torus by its gaps.
     """
-    paths = aside(windows, symmetries)
+    paths, known = aside(windows, shifts), shifts.sizes(known)
     states = paths[:, :, :-1]
-    drifts = np.asarray(only_grows(states, known).any(axis=1))
+    drifts = np.asarray(only_grows(states, known, bounded=shifts.bounded).any(axis=1))
     cycle = np.asarray(~drifts & _comes_back(paths, known))
     smooth, converges, agrees, torus, curve, in_order = (np.zeros(len(windows), dtype=bool) for _ in range(6))
     if windows.shape[1] >= LEAST:
@@ -268,7 +273,7 @@ def examine(
             in_order[k] = ordered(moving)
             torus[k] = smooth[k] and _by_gaps(moving)
         elif smooth[k]:
-            curve[k], torus[k] = _by_neighbours(windows[k], paths[k], known[k], flow, symmetries)
+            curve[k], torus[k] = _by_neighbours(windows[k], paths[k], known[k], flow, shifts)
     return Regularity(drifts, cycle, torus, converges, agrees, curve, in_order)
 
 
@@ -396,10 +401,9 @@ def _squares(off, pairs, angles, squares):
             )
 
 
-def aside(windows: np.ndarray, symmetries: np.ndarray) -> np.ndarray:
-    """States and modes without what happens along the symmetries."""
-    states = windows[:, :, :-1]
-    return np.concatenate([states - (states @ symmetries.T) @ symmetries, windows[:, :, -1:]], axis=2)
+def aside(windows: np.ndarray, shifts: Shifts) -> np.ndarray:
+    """States and modes in the quotient by shifts, shape (P, W, n + 1)."""
+    return np.concatenate([shifts.quotient(windows[:, :, :-1]), windows[:, :, -1:]], axis=2) if shifts else windows
 
 
 def _by_neighbours(
@@ -407,7 +411,7 @@ def _by_neighbours(
     path: np.ndarray,
     known: np.ndarray,
     flow: Callable[[np.ndarray, int], np.ndarray],
-    symmetries: np.ndarray,
+    shifts: Shifts,
 ) -> tuple[bool, bool]:
     """Whether instants of a regular motion lie on a closed curve, and whether on a torus.
 
@@ -417,9 +421,11 @@ def _by_neighbours(
 
     Parameters
     ----------
-    window, path : ndarray, shape (W, n + 1)
-        States and modes, and the same without what happens along the symmetries.
-    known, flow, symmetries
+    window, path : ndarray, shapes (W, n + 1), (W, m + 1)
+        States and modes, and the same in the quotient by shifts.
+    known : ndarray, shape (m,)
+        Sizes that coordinates of the quotient have had.
+    flow, shifts
         As in `examine`.
     """
     weight = _one_over_extent(path[np.newaxis, :, :-1], known[np.newaxis])[0]
@@ -432,8 +438,7 @@ def _by_neighbours(
         distance[path[:, -1] != mode] = np.inf
         distance[max(0, k - near) : k + near + 1] = np.inf
         nearest = np.argpartition(distance, NEIGHBOURS)[:NEIGHBOURS]
-        rate = flow(window[k, :-1], mode)
-        rate = (rate - (rate @ symmetries.T) @ symmetries) * weight
+        rate = shifts.rates(window[k, :-1], flow(window[k, :-1], mode)) * weight
         square = rate @ rate
         nearest = nearest[(distance[nearest] > CLOSE) & (distance[nearest] < np.inf)]
         if len(nearest) and square > 0:

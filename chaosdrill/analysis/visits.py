@@ -15,8 +15,10 @@ import numpy as np
 from chaosdrill.analysis.matching import KNOWN_BY, alike_first, moments
 from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.recurrence import CLOSE, recurrence, sizes
+from chaosdrill.analysis.tori import aside
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.batch import Batch
+from chaosdrill.engine.shifts import Shifts
 
 LENGTH = 4096
 """Points of these records."""
@@ -43,6 +45,7 @@ class Followed:
     which: np.ndarray  # int (A,): their places among the attractors
     points: np.ndarray  # (A, LENGTH, n + 1): states and modes
     known: np.ndarray  # (A, n): sizes that states have had on the way
+    shifts: Shifts  # modulo which they are compared
     period: np.ndarray  # int (A,): of the cycle on which the record ends; 0: none
 
 
@@ -81,9 +84,9 @@ def merge(
 def _follow(plan: Plan, which: np.ndarray, runs: Batch) -> Followed:
     runs.run(plan.transient, np.array([0, LENGTH]))
     there = runs.outcome == Outcome.OK
-    points, known = runs.window[there], runs.sizes[there]
-    period = recurrence(points, known, plan.max_period, 2 * plan.max_period).period
-    return Followed(which[there], points, known, period if plan.maps else np.zeros_like(period))
+    points, known, shifts = runs.window[there], runs.sizes[there], plan.shifts
+    period = recurrence(aside(points, shifts), shifts.sizes(known), plan.max_period, 2 * plan.max_period).period
+    return Followed(which[there], points, known, shifts, period if plan.maps else np.zeros_like(period))
 
 
 def _pairs(followed: Followed) -> list[tuple[int, int]]:
@@ -91,7 +94,8 @@ def _pairs(followed: Followed) -> list[tuple[int, int]]:
     rows = np.flatnonzero(followed.period == 0)
     if len(rows) < 2:
         return []
-    records = _scaled(followed.points[rows], followed.known[rows])
+    shifts = followed.shifts
+    records = _scaled(aside(followed.points[rows], shifts), shifts.sizes(followed.known[rows]))
     half = LENGTH // 2
     for count in CELLS:
         cells = _cells(records, count)
@@ -128,7 +132,7 @@ def _cells(records: np.ndarray, count: int) -> np.ndarray:
 def _on_cycles(found: Mapping[str, np.ndarray], leaders: np.ndarray, followed: Followed) -> list[tuple[int, int]]:
     """Attractors whose records end on a cycle, and those that are this cycle, by their places."""
     rows = np.flatnonzero(followed.period > 0)
-    seen, _ = moments(followed.points[rows], followed.known[rows], followed.period[rows])
+    seen, _ = moments(followed.points[rows], followed.known[rows], followed.period[rows], followed.shifts)
     known = {name: found[name][leaders] for name in KNOWN_BY}
     pairs = []
     for row, of_it in zip(rows.tolist(), seen, strict=True):

@@ -4,8 +4,9 @@ Shifts are proved from the expressions; the rest is read off Jacobians and salta
 guards, at the parameters of the run and around the sizes that its states have there: the same in any unit.
 """
 
+import contextlib
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from functools import cache
 from statistics import NormalDist
@@ -453,14 +454,26 @@ def symmetries_of(system: "HybridSystem") -> list[list[float]]:
     return found
 
 
-def turns_of(system: "HybridSystem") -> list[list[float]]:
-    """Shifts of angles by their periods, n numbers each; derived once for all values of the parameters."""
+def turns_of(system: "HybridSystem", changing: Collection[str]) -> Iterator[tuple[float, ...]]:
+    """Shifts of angles by their periods, n numbers each, but those of which ``changing`` parameters tell the length.
+
+    They are derived once for all values of the parameters.
+    """
+    from chaosdrill.model.arithmetic import parameters_in, value, written
+
     if "turns" not in system.shared:
         from chaosdrill.model.derive import turns
 
-        system.shared["turns"] = turns(system.placed)
-    found: list[list[float]] = system.shared["turns"]
-    return found
+        placed = system.placed
+        each = ((written(e, tuple(placed.parameters), of_arrays=False), states) for e, states in turns(placed))
+        system.shared["turns"] = [[plain, states] for plain, states in each if plain is not None]
+    names, numbers = list(system.parameters), list(system.parameters.values())
+    for plain, states in system.shared["turns"]:
+        if not any(names[place] in changing for place in parameters_in(plain)):
+            # an angle that a parameter takes out of the equations has no period
+            with contextlib.suppress(ZeroDivisionError, OverflowError):
+                length = abs(float(value(plain, numbers, math)))
+                yield tuple(length if i in states else 0.0 for i in range(len(system.state_names)))
 
 
 def _is_regular(matrix: np.ndarray) -> bool:

@@ -120,3 +120,12 @@ def _value(plain: Any, numbers: Sequence[Any], functions: ModuleType) -> Any:
     if name in _OPERATIONS:
         return _OPERATIONS[name](*found)
     return getattr(functions, _FUNCTIONS[_FUNCTIONS.index(name)])(*found)
+
+
+def parameters_in(plain: Any) -> set[int]:
+    """Places of the parameters in an expression that was written as plain data."""
+    if not isinstance(plain, list):
+        return set()
+    if plain and plain[0] == _PARAMETER:
+        return {plain[1]}
+    return set().union(*map(parameters_in, plain))

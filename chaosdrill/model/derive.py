@@ -191,25 +191,29 @@ def shift_directions(system: "HybridSystem") -> list[list[float]]:
     return _null_directions(rows, n)
 
 
-def turns(system: "HybridSystem") -> list[list[float]]:
-    """Shifts by which nothing ever changes though the states enter sines or cosines: n numbers each.
+def turns(system: "HybridSystem") -> "list[tuple[sympy.Expr, list[int]]]":
+    """Shifts by which nothing ever changes though the states enter sines or cosines: lengths, and the states shifted.
 
     An angle may be shifted by its period where fields and guards come back, and the resets to what is shifted as well;
     angles that resets carry over to others are shifted together with them. Angles enter with coefficients that are
-    numbers; such a shift is proved by putting it in.
+    rational parts of each other, numbers or expressions of parameters; such a shift is proved by putting it in.
     """
-    found: list[list[float]] = []
+    found: list[tuple[sympy.Expr, list[int]]] = []
     wholes = [e for mode in system.modes for e in system.modes[mode].values()]
     resets = [dict(zip(system.states, reset_map(system, t), strict=True)) for t in system.transitions]
     wholes += [t.guard for t in system.transitions]
     entries = [sympy.sympify(e) for e in (*wholes, *(e for reset in resets for e in reset.values()))]
     waves = {wave for e in entries for wave in e.atoms(sympy.sin, sympy.cos, sympy.tan, sympy.cot)}
+    moving = {*system.states, system.time}
     for state in system.states[: system.free]:
-        slopes = {sympy.nsimplify(abs(sympy.diff(w.args[0], state)), rational=True) for w in waves}
-        slopes -= {sympy.Integer(0)}
-        if not slopes or not all(slope.is_Rational for slope in slopes):
+        slopes = sorted({sympy.diff(w.args[0], state) for w in waves} - {sympy.Integer(0)}, key=sympy.default_sort_key)
+        if not slopes or slopes[0].free_symbols & moving:
             continue
-        length = 2 * sympy.pi / sympy.gcd_list(list(slopes))
+        parts = [sympy.nsimplify(abs(sympy.cancel(slope / slopes[0])), rational=True) for slope in slopes]
+        if not all(part.is_Rational for part in parts):
+            continue
+        unit = slopes[0] * sympy.gcd_list(parts)
+        length = 2 * sympy.pi / (abs(sympy.nsimplify(unit, rational=True)) if unit.is_number else unit)
         together = {state}
         while True:
             shifted = {x: x + length for x in together}
@@ -227,8 +231,8 @@ def turns(system: "HybridSystem") -> list[list[float]]:
             for reset in resets
             for x, e in reset.items()
         ):
-            row = [float(length) if x in together else 0.0 for x in system.states]
-            found += [] if row in found else [row]
+            turn = (length, [i for i, x in enumerate(system.states) if x in together])
+            found += [] if turn in found else [turn]
     return found
 
 

@@ -19,6 +19,7 @@ from chaosdrill.engine.period import forcing_periods
 from chaosdrill.engine.run import Run
 from chaosdrill.engine.sample_orbit import sample_orbit
 from chaosdrill.engine.setup import scratch_of, settings_of, states_of, tables_of
+from chaosdrill.engine.shifts import Shifts, shifts_of
 from chaosdrill.engine.stepper import machine
 from chaosdrill.engine.structure import passes
 from chaosdrill.model import HybridSystem
@@ -26,7 +27,6 @@ from chaosdrill.orbits.guess import Place, events_until_escape
 from chaosdrill.orbits.multipliers import Neutral, neutral_of
 from chaosdrill.orbits.orbit import Orbit, segment_by_segment
 from chaosdrill.orbits.settings import SETTINGS
-from chaosdrill.orbits.shifts import Shifts, shifts_of
 
 CLOCK = "forcing period"
 """A mode that no transition enters; its rates are the period and its derivatives by the free parameters."""

@@ -7,6 +7,7 @@ from maps import map_system
 
 import chaosdrill as cd
 from chaosdrill.analysis.matching import moments, number_attractors
+from chaosdrill.engine.shifts import Shifts
 
 LENGTHS = {"transient": 60, "periods": 32, "max_period": 8}
 
@@ -91,7 +92,7 @@ def test_moments_do_not_know_the_phase():
     rng = np.random.default_rng(5)
     cycle = np.concatenate([rng.normal(size=(6, 3)), np.zeros((6, 1))], axis=1)
     windows = np.stack([np.tile(np.roll(cycle, shift, axis=0), (4, 1)) for shift in range(6)])
-    found, state = moments(windows, np.ones((6, 3)), np.full(6, 6))
+    found, state = moments(windows, np.ones((6, 3)), np.full(6, 6), Shifts.none(3))
     np.testing.assert_allclose(found, found[:1] * np.ones((6, 1, 1)), rtol=1e-12, atol=1e-15)
     np.testing.assert_array_equal(state, np.repeat(cycle[[cycle[:, 0].argmin()], :3], 6, axis=0))
     np.testing.assert_allclose(found[0, 0], cycle[:, :3].mean(axis=0))

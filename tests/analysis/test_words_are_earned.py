@@ -10,6 +10,7 @@ from chaosdrill.analysis.classification import judge
 from chaosdrill.analysis.plan import make_plan
 from chaosdrill.analysis.tori import examine, only_grows
 from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.shifts import Shifts
 
 A, B, C, D, R, TH, PH, W = sympy.symbols("a b c d r th ph w", real=True)
 ROOT = float(np.sqrt(2))
@@ -182,7 +183,7 @@ def test_what_section_points_tell():
     paths = [np.cos(golden * k), np.cos(2 * np.pi * k / 100), fades * np.cos(np.pi * k), x]
     windows = np.stack([np.stack([path, np.roll(path, 1), 0 * path], axis=1) for path in paths])[:, 1:]
     for units in ([1.0, 1.0], [1e-9, 1e6]):
-        found = examine(windows * np.array([*units, 1.0]), np.tile(units, (4, 1)), np.zeros((0, 2)))
+        found = examine(windows * np.array([*units, 1.0]), np.tile(units, (4, 1)), Shifts.none(2))
         assert found.torus.tolist() == [True, False, False, False]
         assert found.long_cycle.tolist() == [False, True, False, False]
 

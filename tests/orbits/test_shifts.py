@@ -10,11 +10,11 @@ from scipy.integrate import solve_ivp
 import chaosdrill as cd
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.shifts import Shifts, shifts_of
 from chaosdrill.model.derive import turns
 from chaosdrill.orbits.branches import branches
 from chaosdrill.orbits.find import find_orbit
 from chaosdrill.orbits.search import search
-from chaosdrill.orbits.shifts import Shifts, shifts_of
 from chaosdrill.systems import build
 
 FINE = Numerics(tolerance=1e-13)

@@ -10,8 +10,8 @@ import pytest
 
 from chaosdrill.analysis.orbit_datasets import branches_dataset, orbits_dataset
 from chaosdrill.dataset import BranchEnd, Outcome, Special, label
+from chaosdrill.engine.shifts import Shifts
 from chaosdrill.orbits.results import BranchInfo, BranchResult, Cascade, Checks, FoundOrbit, SpecialPoint
-from chaosdrill.orbits.shifts import Shifts
 
 DOUBLINGS = np.array([3.0, 1 + np.sqrt(6), 3.5440903596, 3.5644072661, 3.5687594195])
 ACCUMULATION = 3.5699456719
