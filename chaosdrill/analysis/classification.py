@@ -119,7 +119,9 @@ def evidence_of(
         if averages.complete and contracts(system):
             found.torus_possible = ~(exponents.sum(axis=1) < 0)
     found.chaos_possible = np.full(points, _chaos_possible(system, n))
-    open_ = np.flatnonzero((ended == Outcome.OK) & ~(found.lead < -found.margin))
+    # what grows where only a condition or a step sees it has no tangent that tells
+    unseen = structure.symmetries > len(shifts.lines)
+    open_ = np.flatnonzero((ended == Outcome.OK) & (unseen | ~(found.lead < -found.margin)))
     states, known = aside(windows[open_], shifts)[:, :, :-1], shifts.sizes(known[open_])
     found.leaving[open_], found.settling[open_] = stationarity(states, known)
     begin = None if before is None else shifts.quotient(before[open_])

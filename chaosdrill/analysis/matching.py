@@ -11,7 +11,7 @@ import numpy as np
 
 from chaosdrill.analysis.recurrence import sizes
 from chaosdrill.codegen.kinds import float64, int64, void
-from chaosdrill.codegen.signatures import integers, matrix
+from chaosdrill.codegen.signatures import integers
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.jit import compiled

@@ -214,7 +214,11 @@ RULES = (
         lambda e: e.noisy & e.negative & e.falls_on & ~e.leaving,
         "nearby motions under the same noise come closer to the end",
     ),
-    Rule(Outcome.PERIODIC, lambda e: e.negative & e.falls_on & ~e.leaving, "nearby motions come closer to the end"),
+    Rule(
+        Outcome.PERIODIC,
+        lambda e: e.negative & e.falls_on & ~e.leaving & ~e.drifts,
+        "nearby motions come closer to the end",
+    ),
     Rule(
         Outcome.OPEN, lambda e: ~e.positive & e.drifts & ~e.departs, "a state only grows, beyond all its earlier values"
     ),

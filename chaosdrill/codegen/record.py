@@ -45,7 +45,7 @@ _GROWING = ("formulas",)
 
 _FACTS: Mapping[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
     **dict.fromkeys(("autonomous", "contracts", "repeats"), (bool, bool)),
-    **dict.fromkeys(("symmetries", "turns", "conserved", "branching", "pins", "frozen"), (list, list)),
+    **dict.fromkeys(("symmetries", "lines", "turns", "conserved", "branching", "pins", "frozen"), (list, list)),
     **dict.fromkeys(("period by math", "period by numpy"), (list, list)),
     "always_passed": (sorted, _pairs),
     "definition": (lambda found: found, lambda found: found),

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaosdrill.engine.structure import symmetries_of, turns_of
+from chaosdrill.engine.structure import lines_of, turns_of
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -162,7 +162,7 @@ def shifts_of(system: "HybridSystem", *, but_of: Collection[str] | None = None) 
     known: tuple[object, Shifts] | None = system.shared.get(key)
     if known is None or known[0] != lengths:
         d = len(system.state_names)
-        lines = np.reshape(np.array(symmetries_of(system), dtype=float), (-1, d))
+        lines = np.reshape(np.array(lines_of(system), dtype=float), (-1, d))
         turns = np.reshape(np.array(lengths, dtype=float), (-1, d))
         kept: list[np.ndarray] = []
         for rest in sorted(Shifts(lines, turns).beside(turns), key=np.count_nonzero):

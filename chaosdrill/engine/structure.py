@@ -454,6 +454,19 @@ def symmetries_of(system: "HybridSystem") -> list[list[float]]:
     return found
 
 
+def lines_of(system: "HybridSystem") -> list[list[float]]:
+    """Directions along which motions as a whole can be shifted, n numbers each; derived once for all parameters.
+
+    Tangents see no more than `symmetries_of`, conditions and steps make a difference besides.
+    """
+    if "lines" not in system.shared:
+        from chaosdrill.model.derive import shift_directions
+
+        system.shared["lines"] = shift_directions(system.placed, decides=True) if symmetries_of(system) else []
+    found: list[list[float]] = system.shared["lines"]
+    return found
+
+
 def turns_of(system: "HybridSystem", changing: Collection[str]) -> Iterator[tuple[float, ...]]:
     """Shifts of angles by their periods, n numbers each, but those of which ``changing`` parameters tell the length.
 

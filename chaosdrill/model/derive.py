@@ -30,6 +30,9 @@ def differentiate(expression: Any, symbol: Any) -> Any:
     return sympy.diff(opened, symbol).replace(_Floor, sympy.floor)
 
 
+_STEPS = (sympy.sign, sympy.Heaviside, sympy.floor, sympy.ceiling, sympy.Mod)
+
+
 def jacobian_entries(system: "HybridSystem", mode: str) -> dict[tuple[int, int], Any]:
     """Derivatives of the field of one mode by the states, without those that are zero everywhere."""
     return _entries(system, [system.modes[mode][s] for s in system.states])
@@ -174,10 +177,12 @@ Sparse = dict[int, Any]
 """Entries of a row that are not zero everywhere, by column."""
 
 
-def shift_directions(system: "HybridSystem") -> list[list[float]]:
+def shift_directions(system: "HybridSystem", *, decides: bool = False) -> list[list[float]]:
     """Directions along which a shift of the state changes nothing, for all parameters: independent n-vectors.
 
-    They are the common null space of all Jacobians, guard gradients and reset Jacobians (less the identity).
+    They are the common null space of all Jacobians, guard gradients, reset Jacobians (less the identity), which is all
+    that tangents see. For motions as a whole what ``decides`` counts as well: the sides of relations, and the arguments
+    of functions with steps.
     """
     n = len(system.states)
     rows: list[Sparse] = []
@@ -186,9 +191,22 @@ def shift_directions(system: "HybridSystem") -> list[list[float]]:
     for transition in system.transitions:
         rows.append({j: e for j, e in enumerate(guard_gradient(system, transition.guard)[:n]) if e != 0})
         rows += _lines(_moved(system, transition), 0)
+    rows += _lines(_entries(system, _deciding(system)), 0) if decides else []
     # what is drawn has no directions
     rows += [{j: sympy.Integer(1)} for j in range(system.free, n)]
     return _null_directions(rows, n)
+
+
+def _deciding(system: "HybridSystem") -> list[sympy.Expr]:
+    """Of all relations, in conditions and elsewhere, one side less the other, and arguments of functions with steps."""
+    told = [e for field in system.modes.values() for e in field.values()]
+    for transition in system.transitions:
+        told += [transition.guard, *transition.reset.values(), *transition.conditions.values()]
+    found: dict[sympy.Expr, None] = {}
+    for e in map(sympy.sympify, told):
+        found |= {one.lhs - one.rhs: None for one in sorted(e.atoms(sympy.core.relational.Relational), key=str)}
+        found |= {step.args[0]: None for step in sorted(e.atoms(*_STEPS), key=str)}
+    return list(found)
 
 
 def turns(system: "HybridSystem") -> "list[tuple[sympy.Expr, list[int]]]":
@@ -201,7 +219,7 @@ def turns(system: "HybridSystem") -> "list[tuple[sympy.Expr, list[int]]]":
     found: list[tuple[sympy.Expr, list[int]]] = []
     wholes = [e for mode in system.modes for e in system.modes[mode].values()]
     resets = [dict(zip(system.states, reset_map(system, t), strict=True)) for t in system.transitions]
-    wholes += [t.guard for t in system.transitions]
+    wholes += [*(t.guard for t in system.transitions), *_deciding(system)]
     entries = [sympy.sympify(e) for e in (*wholes, *(e for reset in resets for e in reset.values()))]
     waves = {wave for e in entries for wave in e.atoms(sympy.sin, sympy.cos, sympy.tan, sympy.cot)}
     moving = {*system.states, system.time}

@@ -11,7 +11,7 @@ import chaosdrill as cd
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.shifts import Shifts, shifts_of
-from chaosdrill.model.derive import turns
+from chaosdrill.engine.structure import symmetries_of, turns_of
 from chaosdrill.orbits.branches import branches
 from chaosdrill.orbits.find import find_orbit
 from chaosdrill.orbits.search import search
@@ -201,13 +201,54 @@ def test_what_may_be_shifted():
             transitions=[cd.Transition("tick", "on", "on", guard, 1, reset=reset)],
         )  # fmt: skip
 
+    def turns_of_all(one):
+        return list(map(list, turns_of(one, ())))
+
     free = system(sympy.sin(2 * th), {})
-    assert turns(free) == [[pytest.approx(3 * math.pi), 0, 0], [0, pytest.approx(math.pi), 0]]
+    assert turns_of_all(free) == [[pytest.approx(3 * math.pi), 0, 0], [0, pytest.approx(math.pi), 0]]
     assert shifts_of(free).lines.tolist() == [[0, 0, 1]]
     # ps becomes th: both turn together, by what suits both
-    assert turns(system(sympy.sin(2 * th), {ps: th})) == [[pytest.approx(3 * math.pi)] * 2 + [0]]
-    assert turns(system(th - 1, {})) == [[0, pytest.approx(math.pi), 0]]
-    assert turns(system(sympy.sin(2 * th), {th: 0, ps: 2 * ps})) == []
+    assert turns_of_all(system(sympy.sin(2 * th), {ps: th})) == [[pytest.approx(3 * math.pi)] * 2 + [0]]
+    assert turns_of_all(system(th - 1, {})) == [[0, pytest.approx(math.pi), 0]]
+    assert turns_of_all(system(sympy.sin(2 * th), {th: 0, ps: 2 * ps})) == []
+
+
+def test_what_decides_is_not_shifted():
+    """A condition and a step tell where a state is though no derivative does; tangents along it never change."""
+    bounce = {"name": "hit", "source": "on", "target": "on", "guard": "x", "direction": -1}
+    for thrown, condition in (("-v", "s < 3"), ("-v + floor(s)", "v < 0")):
+        ball = cd.HybridSystem(
+            name="ball", states="x v s", modes={"on": {"x": "v", "v": "-1", "s": "1"}},
+            transitions=[cd.Transition(**bounce, reset={"v": thrown}, condition=condition)],
+        )  # fmt: skip
+        assert len(symmetries_of(ball)) == 1
+        assert not shifts_of(ball)
+
+
+def test_the_turn_of_an_angle_may_depend_on_a_parameter():
+    string = build("drill-string")
+    turn = [[0, 0, pytest.approx(2 * math.pi / 3, rel=1e-15), 0, 0]]
+    assert shifts_of(string, but_of=("k",)).turns.tolist() == turn
+    turn[0][2] = pytest.approx(math.pi / 2, rel=1e-15)
+    assert shifts_of(string.with_parameters(lobes=4.0), but_of=()).turns.tolist() == turn
+    assert not shifts_of(string.with_parameters(lobes=0.0), but_of=())
+    assert not shifts_of(string, but_of=("lobes",))
+
+
+def test_coordinates_that_no_shift_changes():
+    shifts = Shifts(np.array([[1.0, 0, 1.0, 0, 0]]), np.array([[0, 2.0, 0, -6.0, 0]]))
+    rng = np.random.default_rng(5)
+    states, rates = rng.normal(size=(2, 20, 5))
+    moved = states + 7.3 * shifts.lines + 3 * shifts.turns
+    seen = shifts.quotient(states)
+    np.testing.assert_allclose(shifts.quotient(moved), seen, atol=1e-13)
+    assert seen.shape == (20, 6)
+    assert shifts.bounded.tolist() == [False, True, False, False, False, True]
+    apart = np.abs(seen[:, np.newaxis] - seen[np.newaxis]).max(axis=2)
+    assert (apart + np.eye(20) > 1e-3).all()
+    ahead, back = (shifts.quotient(states + e * rates) for e in (1e-5, -1e-5))
+    told = [shifts.rates(state, rate) for state, rate in zip(states, rates, strict=True)]
+    np.testing.assert_allclose(told, (ahead - back) / 2e-5, atol=1e-8)
 
 
 def test_across_shifts():
