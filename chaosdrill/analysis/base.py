@@ -140,8 +140,8 @@ class SectionRecord(Record):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SweptRecord(SectionRecord):
-    """Such a run, or one at every value of a parameter."""
+class Swept(Record):
+    """A run, or one at every value of a parameter."""
 
     parallel: ClassVar[bool] = True
     reserves: ClassVar[bool] = False
@@ -161,6 +161,11 @@ class SweptRecord(SectionRecord):
         for name in table.get("sweep") or ():
             if name in taken:
                 yield ("sweep", name), "is a variable of the result, and cannot be swept; rename the parameter"
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweptRecord(Swept, SectionRecord):
+    """A run of which the points of a section are recorded, or one at every value of a parameter."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -54,13 +54,13 @@ class Blocks:
         logs, grown = self._growth
         return np.concatenate([np.zeros_like(logs[:1]), logs + np.log(grown)])
 
-    def sums_by_size(self) -> np.ndarray:
+    def sums_by_size(self, sizes: np.ndarray | None = None) -> np.ndarray:
         """The same of lengths in parts of the sizes of the states, which do not depend on units, nor on that of time.
 
         In others states of different units are added, and so a length may fall at certain ends of blocks: that of the
-        flow at the apex of a flight, where nothing but the speed changes.
+        flow at the apex of a flight, where nothing but the speed changes. The ``sizes`` are those by now, by default.
         """
-        found, size = self.sums(), self._run.sizes
+        found, size = self.sums(), self._run.sizes if sizes is None else sizes
         scaled = self._vectors / np.where(size > 0, size, 1.0)
         rows = np.arange(len(found))
         for i in range(scaled.shape[1]):

@@ -1,24 +1,25 @@
 """Exponents over finite times: their distribution over windows of a record, and how long their rates are correlated."""
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from chaosdrill.analysis.arguments import Span, tangent_count
+from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.blocks import Blocks
+from chaosdrill.analysis.records import Arrays, ValueTask, refuse_points
 from chaosdrill.analysis.spectra import computed_exponents, run_with_tangents
 from chaosdrill.analysis.statistics import in_blocks, standard_error
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.build import dataset
+from chaosdrill.engine.ahead import ONE_RUN, compile_ahead
 from chaosdrill.engine.run import Run
 from chaosdrill.engine.structure import examine
 from chaosdrill.errors import SettingsError
 from chaosdrill.model import HybridSystem
-
-if TYPE_CHECKING:
-    from chaosdrill.analysis.base import Job
+from chaosdrill.sweep import execute
 
 WINDOWS = (1, 10, 100)
 """Windows unless some are given, in units of the record, of which each is to hold ``FEWEST``."""
@@ -45,6 +46,9 @@ FLAT, LOWEST = 20, 4
 """Part of the frequency of a correlation time up to which a spectrum counts as flat, as one over it: a Lorentzian loses
 1 % there; and frequencies that are averaged at least."""
 
+HELD = 2**22
+"""Numbers of the tangents at the ends of units that are held together, 32 MB."""
+
 ROUNDS = 8
 """Number of iterations with a better correlation time."""
 
@@ -65,18 +69,74 @@ class _Windows:
         return np.array(self.counts) * self.plan.unit
 
 
-def finite_times(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
-    """Distributions of the exponents over windows; see `finite_time_exponents`."""
-    windows = _divided(given.span(system, job.numerics), given.windows)
+_OVER, _BINNED = ("window", "exponent"), ("window", "exponent", "bin")
+_DIMS: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("lyapunov_exponent", "lyapunov_error"), ("exponent",)),
+    **dict.fromkeys(("cumulant", "cumulant_error"), (*_OVER, "order")),
+    **dict.fromkeys(("histogram", "histogram_error", "bin_centre"), _BINNED),
+    **dict.fromkeys(("correlation_time", "correlation_time_error"), ("exponent",)),
+    "window_time": ("window",),
+}
+"""Dimensions of what is told of a record."""
+
+
+@dataclass(frozen=True)
+class _WindowTask(ValueTask):
+    """Windows of records at values of a parameter."""
+
+    windows: int
+
+    def columns(self) -> dict[str, tuple[str, tuple[int, ...]]]:
+        """Dtype and shape of one unit of each array."""
+        count = tangent_count(self.system, self.given.exponents)
+        sizes = {"window": self.windows, "exponent": count, "order": ORDERS, "bin": self.given.bins}
+        told = {name: ("f8", tuple(sizes[dim] for dim in dims)) for name, dims in _DIMS.items()}
+        return told | {"forcing_period": ("f8", ()), "outcome": ("i1", ())}
+
+    def at(self, system: HybridSystem) -> Arrays:
+        """What the windows at a value say; it must have as many lengths of them as the others."""
+        windows = _divided(self.given.span(system, self.numerics), self.given.windows)
+        if len(windows.counts) != self.windows:
+            raise SettingsError("windows that differ coincide in parts of the record")
+        return _told(system, windows, self.given, Job(self.numerics))[0]
+
+
+def finite_times(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
+    """Distributions of the exponents over windows, also at values of a parameter; see `finite_time_exponents`."""
+    windows, count = _divided(given.span(system, job.numerics), given.windows), tangent_count(system, given.exponents)
+    coords = {
+        "window": windows.times,
+        "exponent": np.arange(1, count + 1, dtype=np.int32),
+        "order": np.arange(1, ORDERS + 1, dtype=np.int32),
+    }
+    message = ""
+    if given.sweep is None:
+        refuse_points(job)
+        found, message = _told(system, windows, given, job)
+        del found["window_time"]
+        over: tuple[str, ...] = ()
+    else:
+        ((parameter, values),) = given.sweep.items()
+        compile_ahead(ONE_RUN)
+        task = _WindowTask(system, given, job.numerics, parameter, values, len(windows.counts))
+        found = execute(task, workers=job.workers, scheduler=job.scheduler, store=job.store, progress=job.progress)
+        coords, over = {parameter: values, **coords}, (parameter,)
+    if not windows.plan.periodic:
+        del found["forcing_period"]
+    variables = {name: ((*over, *_DIMS.get(name, ())), value) for name, value in found.items()}
+    return dataset({**variables, **coords}, attrs={"message": message} if message else {})
+
+
+def _told(system: HybridSystem, windows: _Windows, given: Any, job: Job) -> tuple[Arrays, str]:
+    """What the windows of one record say, and what ended its run."""
     plan, count = windows.plan, tangent_count(system, given.exponents)
     structure = examine(system)
     m = computed_exponents(structure, count)
     run = run_with_tangents(system, structure, m, plan.unit, job.numerics)
-    outcome, sums = _sums(run, plan, m, job)
+    outcome, growth, sums = _sums(run, plan, m, job)
     with np.errstate(invalid="ignore"):
-        rates = np.diff(sums, axis=0) / plan.unit
-    rates[:, run.lost[:m] == 1] = -np.inf if outcome == Outcome.OK else np.nan
-    mean = rates.mean(axis=0)
+        rates, mean = np.diff(sums, axis=0) / plan.unit, growth / plan.length
+    rates[:, run.lost[:m] == 1] = mean[run.lost[:m] == 1] = -np.inf if outcome == Outcome.OK else np.nan
     order = np.argsort(-mean, kind="stable")[:count]
     rates, mean = rates[:, order], mean[order]
     shape = (len(windows.counts), count)
@@ -89,27 +149,21 @@ def finite_times(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
             one = rates[: len(rates) // units * units, e].reshape(-1, units).mean(axis=1)
             cumulant[w, e], cumulant_error[w, e] = cumulants(one)
             histogram[w, e], histogram_error[w, e], centre[w, e] = density(one, given.bins)
-    over, binned = ("window", "exponent"), ("window", "exponent", "bin")
-    message = run.stopped(outcome)
-    return dataset(
-        {
-            "lyapunov_exponent": ("exponent", mean),
-            "lyapunov_error": ("exponent", cumulant_error[0, :, 0]),
-            "cumulant": ((*over, "order"), cumulant),
-            "cumulant_error": ((*over, "order"), cumulant_error),
-            "histogram": (binned, histogram),
-            "histogram_error": (binned, histogram_error),
-            "bin_centre": (binned, centre),
-            "correlation_time": ("exponent", times[0] * plan.unit),
-            "correlation_time_error": ("exponent", times[1] * plan.unit),
-            "outcome": ((), np.int8(outcome)),
-            **({"forcing_period": ((), plan.unit)} if plan.periodic else {}),
-            "window": windows.times,
-            "exponent": np.arange(1, count + 1, dtype=np.int32),
-            "order": np.arange(1, ORDERS + 1, dtype=np.int32),
-        },
-        attrs={"message": message} if message else {},
-    )
+    found = {
+        "lyapunov_exponent": mean,
+        "lyapunov_error": cumulant_error[0, :, 0],
+        "cumulant": cumulant,
+        "cumulant_error": cumulant_error,
+        "histogram": histogram,
+        "histogram_error": histogram_error,
+        "bin_centre": centre,
+        "correlation_time": times[0] * plan.unit,
+        "correlation_time_error": times[1] * plan.unit,
+        "window_time": windows.times,
+        "forcing_period": plan.unit if plan.periodic else np.nan,
+        "outcome": np.int8(outcome),
+    }
+    return found, run.stopped(outcome)
 
 
 def _divided(plan: Span, wanted: Any) -> _Windows:
@@ -138,13 +192,23 @@ def _divided(plan: Span, wanted: Any) -> _Windows:
     return _Windows(plan, tuple(counts))
 
 
-def _sums(run: Run, plan: Span, m: int, job: "Job") -> tuple[Outcome, np.ndarray]:
-    """Logarithms of the tangents' growth at the beginning and after every unit, shape (count + 1, m)."""
+def _sums(run: Run, plan: Span, m: int, job: Job) -> tuple[Outcome, np.ndarray, np.ndarray]:
+    """Logarithms of the tangents' growth: in all, (m,), and at the beginning and after every unit, (count + 1, m).
+
+    Of units lengths are in parts of the sizes that states have by the end of the first units held together, which no
+    unit of a state changes.
+    """
     outcome, report, first = plan.settle(run), job.report(plan.count), run.strobes
-    units = Blocks(run, np.arange(1, plan.count + 1), m, all_of=False)
-    if outcome == Outcome.OK:
-        outcome = units.go_on(plan.count, report=report and (lambda: report(run.strobes - first)))
-    return outcome, units.sums()
+    most = max(BLOCKS, HELD // max(1, m * len(run.x)))
+    whole, sums, sizes, done = np.full(m, np.nan), np.full((plan.count + 1, m), np.nan), None, 0
+    while outcome == Outcome.OK and done < plan.count:
+        count = min(most, plan.count - done)
+        units = Blocks(run, np.arange(1, count + 1), m)
+        outcome = units.go_on(count, report=report and (lambda: report(run.strobes - first)))
+        sizes, begin = run.sizes.copy() if sizes is None else sizes, done + 1 if done else 0
+        sums[begin : done + count + 1] = units.sums_by_size(sizes)[begin - done :]
+        whole, done = units.sums()[-1], done + count
+    return outcome, whole, sums
 
 
 def cumulants(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

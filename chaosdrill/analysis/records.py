@@ -1,5 +1,6 @@
 """What the section points of one record say, at a system's own parameters or at every value of a swept one."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -32,16 +33,14 @@ class Measure:
 
 
 @dataclass(frozen=True)
-class RecordTask:
-    """Records at values of a parameter; a unit is a value."""
+class ValueTask(ABC):
+    """Runs at values of a parameter, each from the system's own initial state; a unit is a value."""
 
     system: HybridSystem
-    where: Section  # at the system's own parameters
     given: Any
     numerics: Numerics
     parameter: str
     values: np.ndarray
-    measure: Measure
 
     points_per_unit = 1
 
@@ -55,28 +54,28 @@ class RecordTask:
         """Values."""
         return self.units
 
+    @abstractmethod
     def columns(self) -> dict[str, tuple[str, tuple[int, ...]]]:
         """Dtype and shape of one unit of each array."""
-        sizes = {**self.measure.sizes, "state": len(self.system.state_names)}
-        told = {name: ("f8", tuple(sizes[dim] for dim in dims)) for name, dims in self.measure.dims.items()}
-        return told | {"period": ("i4", ()), "outcome": ("i1", ())}
+
+    @abstractmethod
+    def at(self, system: HybridSystem) -> Arrays:
+        """What the run of the system at a value says."""
 
     def run(self, first: int, count: int) -> Arrays:
-        """What the records at some values say."""
+        """What the runs at some values say."""
         parts = [self._at(value) for value in self.values[first : first + count].tolist()]
         columns = self.columns().items()
         return {name: np.array([part[name] for part in parts], dtype=dtype) for name, (dtype, _) in columns}
 
     def _at(self, value: float) -> Arrays:
-        system = self.system.with_parameters({self.parameter: value})
         try:
-            where = self.where.at_parameters(system, self.given, self.numerics)
+            return self.at(self.system.with_parameters({self.parameter: value}))
         except SettingsError:
-            # a forcing period that is no positive number
-            nothing = {name: np.full(shape, np.nan) for name, (_, shape) in self.columns().items()}
-            return nothing | {"period": np.int32(0), "outcome": np.int8(Outcome.FAILED)}
-        taken = section_points(where, self.given, self.given.max_period, Job(self.numerics))
-        return _measured(taken, self.measure, self.given, self.numerics)
+            # a forcing period that is no positive number, or a record that is too short for what is asked of it
+            empty = {"f": np.nan, "i": 0}
+            nothing = {name: np.full(shape, empty[dtype[0]], dtype) for name, (dtype, shape) in self.columns().items()}
+            return nothing | {"outcome": np.int8(Outcome.FAILED)}
 
     def counts(self, arrays: Mapping[str, np.ndarray]) -> dict[str, int]:
         """Values by outcome."""
@@ -84,15 +83,37 @@ class RecordTask:
 
     def fingerprint(self) -> dict[str, Any]:
         """Everything that determines the numbers."""
-        told = {name: value for name, value in vars(self.given).items() if name != "sweep"}
         return {
             "system": of_system(self.system),
-            "measure": self.measure.function.__name__,
-            "settings": told,
+            "settings": {name: value for name, value in vars(self.given).items() if name != "sweep"},
             "grid": {self.parameter: self.values.tolist()},
             "numerics": asdict(self.numerics),
             **origin(),
         }
+
+
+@dataclass(frozen=True)
+class RecordTask(ValueTask):
+    """Section points at values of a parameter."""
+
+    where: Section  # at the system's own parameters
+    measure: Measure
+
+    def columns(self) -> dict[str, tuple[str, tuple[int, ...]]]:
+        """Dtype and shape of one unit of each array."""
+        sizes = {**self.measure.sizes, "state": len(self.system.state_names)}
+        told = {name: ("f8", tuple(sizes[dim] for dim in dims)) for name, dims in self.measure.dims.items()}
+        return told | {"period": ("i4", ()), "outcome": ("i1", ())}
+
+    def at(self, system: HybridSystem) -> Arrays:
+        """What the section points at a value say."""
+        where = self.where.at_parameters(system, self.given, self.numerics)
+        taken = section_points(where, self.given, self.given.max_period, Job(self.numerics))
+        return _measured(taken, self.measure, self.given, self.numerics)
+
+    def fingerprint(self) -> dict[str, Any]:
+        """Everything that determines the numbers."""
+        return super().fingerprint() | {"measure": self.measure.function.__name__}
 
 
 def over_records(system: HybridSystem, given: Any, job: Job, measure: Measure) -> xr.Dataset:
@@ -107,9 +128,7 @@ def over_records(system: HybridSystem, given: Any, job: Job, measure: Measure) -
     where = find_section(system, given, job.numerics)
     labels = {"state": list(system.state_names), **measure.coords}
     if given.sweep is None:
-        for name in ("store", "scheduler"):
-            if getattr(job, name) is not None:
-                raise SettingsError(f"{name} is of use to the points of a sweep; give one, or leave {name} out")
+        refuse_points(job)
         taken = section_points(where, given, given.max_period, job)
         found = _measured(taken, measure, given, job.numerics)
         message = taken.run.stopped(taken.outcome)
@@ -119,10 +138,23 @@ def over_records(system: HybridSystem, given: Any, job: Job, measure: Measure) -
             {"message": message} if message else {},
         )
     ((parameter, values),) = given.sweep.items()
-    task = RecordTask(system, where, given, job.numerics, parameter, values, measure)
+    task = RecordTask(system, given, job.numerics, parameter, values, where, measure)
     found = execute(task, workers=job.workers, scheduler=job.scheduler, store=job.store, progress=job.progress)
     over = {name: ((parameter, *measure.dims.get(name, ())), value) for name, value in found.items()}
     return dataset({parameter: values, **labels, **over}, labels)
+
+
+def refuse_points(job: Job) -> None:
+    """Refuse, of a single run, what only the points of a sweep could keep or share.
+
+    Raises
+    ------
+    SettingsError
+        A store or a scheduler.
+    """
+    for name in ("store", "scheduler"):
+        if getattr(job, name) is not None:
+            raise SettingsError(f"{name} is of use to the points of a sweep; give one, or leave {name} out")
 
 
 def _measured(taken: Taken, measure: Measure, given: Any, numerics: Numerics) -> Arrays:

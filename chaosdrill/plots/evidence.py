@@ -145,7 +145,7 @@ def rotation(dataset: "xr.Dataset") -> "Figure":
     return figure
 
 
-@picture("finite-time-exponents", "finite-time-exponents", "distributions of the exponents over windows")
+@picture("finite-time-exponents", "finite-time-exponents", "distributions of the exponents over windows", sweeps=False)
 def finite_times(dataset: "xr.Dataset") -> "Figure":
     """Draw the distributions of the finite exponents, of at most a dozen, over windows of each length.
 
@@ -199,6 +199,41 @@ def finite_times(dataset: "xr.Dataset") -> "Figure":
     return figure
 
 
+@picture("finite-time-exponents", "spread", "exponents and their spread over the swept parameter", sweeps=True)
+def spread(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
+    """Draw the exponents over a swept parameter, and how far those over windows are from them.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of kind ``finite-time-exponents``, of a sweep.
+    ax : matplotlib.axes.Axes, optional
+        Where it is drawn.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Each exponent that is a number somewhere, of at most a dozen, with two standard errors; the band has one
+        standard deviation of exponents over the longest window to either side.
+    """
+    figure, axes = one_panel(ax, _HEIGHT)
+    (sweep,) = map(str, dataset["outcome"].dims)
+    dataset = dataset.sortby(sweep).transpose(sweep, ...)
+    means, values = dataset["lyapunov_exponent"], dataset[sweep].values
+    width = np.sqrt(dataset["cumulant"].isel(window=-1).sel(order=2).clip(min=0)).values
+    for number, e in enumerate(np.flatnonzero(np.isfinite(means.values).any(axis=0)).tolist()[:MOST_PANELS]):
+        band = (means.values[:, e] - width[:, e], means.values[:, e] + width[:, e])
+        axes.fill_between(values, *band, color=PALETTE[number % len(PALETTE)], alpha=0.25, linewidth=0)
+        name = subscript("λ", int(dataset["exponent"][e]))
+        _with_bars(axes, values, means[:, e], dataset["lyapunov_error"][:, e], number).set_label(name)
+    axes.axhline(0.0, color="0.6", linewidth=0.8, zorder=1)
+    axes.set_ylabel(label(means))
+    if axes.get_legend_handles_labels()[0]:
+        legend_above(axes)
+    _along(axes, dataset)
+    return figure
+
+
 def _limits_of_growth(axes: "Axes", *, beside: bool = False) -> None:
     """Mark the values of K for regular motion and chaos; the words stand inside the axes, or beside them."""
     where: dict[str, Any] = {"xytext": (4, 0), "va": "center"} if beside else {"xytext": (-3, 3), "ha": "right"}
@@ -235,7 +270,7 @@ def _with_bars(axes: "Axes", x: np.ndarray, values: "xr.DataArray", errors: "xr.
 
 def _along(axes: "Axes", dataset: "xr.Dataset") -> None:
     """Label the axis of the swept parameter, and limit it to the sweep."""
-    (sweep,) = map(str, dataset["period"].dims)
+    (sweep,) = map(str, dataset["outcome"].dims)
     axes.set_xlabel(axis_label(dataset, sweep))
     edges = bounds(np.sort(dataset[sweep].values))
     axes.set_xlim(edges[0], edges[-1])

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import sympy
 from scipy.signal import lfilter
 from scipy.special import ellipk
 from scipy.stats import binom, norm
@@ -9,6 +10,7 @@ from scipy.stats import binom, norm
 import chaosdrill as cd
 from chaosdrill.analysis.finite_times import correlation_time, cumulants, density
 from chaosdrill.analysis.tori import smooth_means, turns, zero_one_by_turn
+from chaosdrill.dataset import Outcome
 
 GOLDEN = (np.sqrt(5) - 1) / 2
 SHARE = 0.37
@@ -285,6 +287,51 @@ def test_the_mean_is_the_exponent_of_the_spectrum(lengths):
     volume = found["cumulant"].sel(order=1).sum("exponent")
     np.testing.assert_allclose(volume, -(10 + 1 + 8 / 3), rtol=1e-9)
     assert (abs(found["window"] - [0.1, 1.0]) < 0.04).all()
+
+
+def test_windows_of_a_sweep_are_those_of_the_runs_at_its_values(tmp_path):
+    duffing = cd.build("duffing")
+    asked = {"periods": 200, "transient": 20, "windows": [2, 5], "exponents": 1}
+    values = [0.2, 0.3, 0.25]
+    swept = cd.finite_time_exponents(duffing, {"delta": values}, workers=2, store=tmp_path / "store", **asked)
+    for value in values:
+        one = cd.finite_time_exponents(duffing.with_parameters(delta=value), **asked)
+        here = swept.sel(delta=value)
+        for name in one.data_vars:
+            np.testing.assert_array_equal(here[name], one[name])
+        np.testing.assert_array_equal(here["window_time"], one["window"])
+    again = cd.finite_time_exponents(duffing, {"delta": values}, store=tmp_path / "store", **asked)
+    assert swept.drop_attrs().identical(again.drop_attrs())
+    # the time that three points take holds two windows of such a length at some values only
+    flow = cd.build("roessler")
+    short = cd.finite_time_exponents(flow, {"c": [2.5, 5.7]}, at="x > 0", periods=8, transient=20, windows=[11.7])
+    assert sorted(short["outcome"].values.tolist()) == [Outcome.OK, Outcome.FAILED]
+
+
+@pytest.mark.parametrize("name", ["impact-oscillator", "roessler"])
+def test_distributions_do_not_depend_on_units(name):
+    """Nor do errors; the motion itself is told from that in other units by chaos, which is weak here."""
+    system = cd.build(name)
+    lengths = {"periods": 300} if system.forced else {"duration": 60}
+    units = {x: 2.0**k for x, k in zip(system.states, (-30, 20, 7), strict=False)}
+
+    def put(e):
+        return sympy.sympify(e).xreplace({x: x / unit for x, unit in units.items()})
+
+    scaled = cd.HybridSystem(
+        name=name, states=system.states, time=system.time, period=system.period, parameters=system.parameters,
+        modes={m: {x: units[x] * put(e) for x, e in field.items()} for m, field in system.modes.items()},
+        transitions=[
+            cd.Transition(t.name, t.source, t.target, put(t.guard), t.direction,
+                          {x: units[x] * put(e) for x, e in t.reset.items()}, t.condition and put(t.condition),
+                          t.priority, t.completes, t.kind)
+            for t in system.transitions
+        ],
+        initial={x: units[x] * system.initial[x.name] for x in system.states} | {"mode": system.initial["mode"]},
+    )  # fmt: skip
+    one, other = (cd.finite_time_exponents(s, transient=20, **lengths) for s in (system, scaled))
+    for of in ("cumulant", "cumulant_error", "lyapunov_error", "bin_centre", "histogram", "histogram_error"):
+        np.testing.assert_allclose(other[of], one[of], rtol=1e-6, atol=1e-9 * np.abs(one[of]).max().item())
 
 
 def test_lost_rank_has_no_distribution():

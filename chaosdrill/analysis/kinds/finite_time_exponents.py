@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from chaosdrill.analysis.arguments import Exponents
-from chaosdrill.analysis.base import Record, analysis
+from chaosdrill.analysis.base import Swept, analysis
 from chaosdrill.dataset.references import SPECTRA
-from chaosdrill.dataset.schema import COVERS, EXPONENT, RANK_LOSS, axis, forcing, need, outcome, table
+from chaosdrill.dataset.schema import COVERS, EXPONENT, RANK_LOSS, SWEEP, axis, forcing, may, need, outcome, table
 from chaosdrill.settings import LONGEST, Faults, ListOf, Number, Whole, setting, told
 
 if TYPE_CHECKING:
@@ -16,23 +16,25 @@ if TYPE_CHECKING:
     from chaosdrill.analysis.base import Job
     from chaosdrill.model import HybridSystem
 
-_WINDOW = "window exponent"
+_EXPONENT, _WINDOW = f"{SWEEP} exponent", f"{SWEEP} window exponent"
 
 VARIABLES = table(
+    axis(SWEEP, SWEEP, "f8", "swept parameter", "Values of the sweep.", True),
     EXPONENT,
-    axis("window", "window", "f8", "length of the windows", "In units of model time.", True),
+    axis("window", "window", "f8", "length of the windows", "In units of time, at the system's own parameters.", True),
+    may("window_time", f"{SWEEP} window", "f8", "length of the windows", "In units of model time, at each value."),
     axis("order", "order", "i4", "order of the cumulant", "1: mean, 2: variance, and so on.", True),
-    need("lyapunov_exponent", "exponent", "f8", "Lyapunov exponent", RANK_LOSS),
-    need("lyapunov_error", "exponent", "f8", "standard error of the exponent", COVERS),
+    need("lyapunov_exponent", _EXPONENT, "f8", "Lyapunov exponent", RANK_LOSS),
+    need("lyapunov_error", _EXPONENT, "f8", "standard error of the exponent", COVERS),
     need("cumulant", f"{_WINDOW} order", "f8", "cumulant of the exponents", "Over successive windows."),
     need("cumulant_error", f"{_WINDOW} order", "f8", "standard error of the cumulant", COVERS),
     need("histogram", f"{_WINDOW} bin", "f8", "probability density", "Of the exponents over windows; its sum is 1."),
     need("histogram_error", f"{_WINDOW} bin", "f8", "standard error of the density", "Of each bin by itself."),
     need("bin_centre", f"{_WINDOW} bin", "f8", "finite-time exponent", "Middles of bins of equal width."),
-    need("correlation_time", "exponent", "f8", "correlation time", "Integrated, of the rates of growth."),
-    need("correlation_time_error", "exponent", "f8", "standard error of the correlation time", "NaN if constant."),
-    outcome(""),
-    forcing()[0],
+    need("correlation_time", _EXPONENT, "f8", "correlation time", "Integrated, of the rates of growth."),
+    need("correlation_time_error", _EXPONENT, "f8", "standard error of the correlation time", "NaN if constant."),
+    outcome(SWEEP),
+    forcing(SWEEP)[0],
     bars={
         "lyapunov_exponent": "lyapunov_error",
         "cumulant": "cumulant_error",
@@ -43,7 +45,7 @@ VARIABLES = table(
 
 
 @dataclass(frozen=True, kw_only=True)
-class FiniteTimeExponents(Record):
+class FiniteTimeExponents(Swept):
     """Settings of `finite_time_exponents`."""
 
     without_noise: ClassVar[str] = ""
@@ -76,12 +78,15 @@ def finite_time_exponents(system: "HybridSystem", given: FiniteTimeExponents, jo
     over each, saltation included, gives one value per exponent. The largest is the growth of a tangent that has turned
     into the fastest direction; the sum of the first two is that of an area, and so on. For long windows the variance
     falls like the inverse of their length, unless rates are correlated for longer, and the distribution becomes normal
-    except in its tails.
+    except in its tails. Lengths of tangents over windows are in parts of the sizes of the states, so that their
+    distribution depends on no unit of a state.
 
     Parameters
     ----------
     system : HybridSystem
         System with its parameters and initial state.
+    sweep : mapping of one parameter to values, optional
+        ``{"eta": np.linspace(0.4, 0.9, 501)}``: a record at every value, each from the system's own initial state.
     periods, duration : int or float
         Length of the record: points of the section, or time, as in `lyapunov_spectrum`.
     transient : int or float, default 0
@@ -96,23 +101,34 @@ def finite_time_exponents(system: "HybridSystem", given: FiniteTimeExponents, jo
         Number of exponents, largest first; default all.
     bins : int, default 64
         Bins of each histogram, of equal width from the least value to the largest.
+    workers : int, default 1
+        Threads among which the values of a sweep are shared; the kernels release the interpreter's lock.
+    scheduler : str, optional
+        Address of a Dask scheduler, whose workers are used instead.
+    store : path-like, optional
+        Folder for finished values of a sweep, from which the same call resumes if it was interrupted.
     method, tolerance, steps, max_events, max_stalls, progress : optional
         As in `trajectory`.
 
     Returns
     -------
     xarray.Dataset
-        ``cumulant``, ``cumulant_error`` (window, exponent, order), for orders 1 to 4, of exponents per unit of time;
-        ``histogram``, a density, ``histogram_error`` and ``bin_centre`` (window, exponent, bin); ``lyapunov_exponent``,
-        ``lyapunov_error``, ``correlation_time`` and ``correlation_time_error`` (exponent), the latter two in units of
-        time: of rates over the shortest unit, which is that unit where they are independent; ``window``, in units of
-        time, and ``outcome``, ``ok`` for a run that reached its end. NaN where rank is lost, and if the run ended
-        early.
+        Over the swept parameter, if there is one: ``cumulant``, ``cumulant_error`` (window, exponent, order), for
+        orders 1 to 4, of exponents per unit of time; ``histogram``, a density, ``histogram_error`` and ``bin_centre``
+        (window, exponent, bin); ``lyapunov_exponent``, ``lyapunov_error``, ``correlation_time`` and
+        ``correlation_time_error`` (exponent), the latter two in units of time: of rates over the shortest unit, which
+        is that unit where they are independent; ``window``, in units of time, and ``outcome``, ``ok`` for a run that
+        reached its end. NaN where rank is lost, and if the run ended early. Of a sweep also ``window_time`` (window) at
+        each value; one at which the windows do not fit has the outcome ``failed``.
 
     Raises
     ------
     SettingsError
-        An argument that cannot be used.
+        An argument that cannot be used, or a ``store`` that holds chunks of another call.
+    ArchiveError
+        If the ``store`` cannot be written, or another call uses it.
+    ChaosdrillError
+        If the scheduler cannot be reached or is lost, or if its workers have other versions.
     """
     from chaosdrill.analysis.finite_times import finite_times
 
