@@ -172,7 +172,8 @@ def evidence_of_records(
     unclear = np.flatnonzero(~e.positive & ~e.negative)
     add_regularity(e, unclear, windows[unclear], known[unclear], shifts, flow)
     if passages is not None:
-        open_ = unclear[_is_open(e.at(unclear))]
+        # along an unstable cycle that round-off does not leave, tangents grow as in chaos
+        open_ = np.flatnonzero(np.isin(words(e), (*OPEN_ANSWERS, Outcome.CHAOTIC)))
         add_passages(e, open_, undrawn(system, passages[open_]), known[open_], shifts)
     open_ = np.flatnonzero(_is_open(e))
     _add_later(e, open_, windows[open_, windows.shape[1] // 2 :], known[open_], shifts, flow)
@@ -192,7 +193,8 @@ def add_passages(e: Evidence, which: np.ndarray, passages: np.ndarray, known: np
     """
     paths, sizes = aside(passages, shifts), shifts.sizes(known)
     e.exact[which] |= closes(paths, sizes) | closes(paths[:, paths.shape[1] // 2 :], sizes)
-    e.ordered[which] |= examine(passages, known, shifts).ordered
+    left = np.flatnonzero(~e.exact[which] & ~e.positive[which])
+    e.ordered[which[left]] |= examine(passages[left], known[left], shifts).ordered
 
 
 def _add_later(

@@ -43,6 +43,10 @@ SIDE = np.array([1.0, 0.7, -0.8, 0.6, -0.9])
 GROWS = 1e-6
 """Logarithm by which a distance grows in a unit of the lengths from where on it is unstable."""
 
+EVENLY = 4.0
+"""Error of the logarithm of growth in a whole record up to which tangents grow evenly, for all that its ends tell: that
+of chaos grows like the root of its length."""
+
 MOST_HELD = 2**26
 """Bytes of their section points, at most."""
 
@@ -351,6 +355,10 @@ def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arra
         which = np.union1d(left, which[~moves[which]])
     unclear = which[~evidence.at(which).positive & ~evidence.at(which).negative]
     unclear = unclear[np.isin(arrays["outcome"][places[unclear]], (Outcome.OPEN, Outcome.UNDECIDED, Outcome.TRANSIENT))]
+    if plan.max_extension and plan.exponents and not plan.maps and repeats:
+        even = np.flatnonzero((arrays["outcome"][places] == Outcome.CHAOTIC) & _grows_evenly(batch, arrays, places))
+        evidence.put(even, _passed(plan, parameters, batch, even, evidence.at(even)))
+        arrays["outcome"][places[even]] = words(evidence.at(even))
     told = (plan.maps or plan.structure.autonomous) and repeats
     if plan.max_extension and plan.exponents and told and len(unclear):
         found, followed = _tell(plan, parameters, batch, unclear, evidence.at(unclear))
@@ -454,10 +462,25 @@ def _tell(
     return words(evidence), runs.outcome == Outcome.OK
 
 
+def _grows_evenly(batch: Batch, arrays: Arrays, places: np.ndarray) -> np.ndarray:
+    """Points whose tangents grow as evenly as along a cycle, which no chaos does but that of constant slopes."""
+    return np.asarray(arrays["lyapunov_error"][places, 0] * batch.length <= EVENLY)
+
+
+def _passed(
+    plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, which: np.ndarray, evidence: Evidence
+) -> Evidence:
+    """Evidence of some points with what their events say of them."""
+    if len(which):
+        begun = continued(plan, batch, which, at_points(parameters, which))
+        _tell_by_passages(plan, begun, batch.counts[which], np.arange(len(which)), evidence)
+    return evidence
+
+
 def _tell_by_passages(plan: Plan, begun: Begun, counts: np.ndarray, which: np.ndarray, evidence: Evidence) -> None:
     """Add what the events say of some points that are undecided, by the transition that each has taken most often."""
     changing = [i for i, t in enumerate(plan.system.transitions) if not t.marks_only()]
-    which = which[np.isin(words(evidence)[which], OPEN_ANSWERS)]
+    which = which[np.isin(words(evidence)[which], (*OPEN_ANSWERS, Outcome.CHAOTIC))]
     most = np.array(changing)[counts[which][:, changing].argmax(axis=1)] if changing else np.zeros(0)
     for transition in np.unique(most[counts[which, most] > 0] if changing else most).tolist():
         chosen = which[most == transition]

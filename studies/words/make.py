@@ -24,6 +24,7 @@ from chaosdrill.analysis.statistics import block_ends, standard_error
 from chaosdrill.analysis.tori import LENGTH
 from chaosdrill.analysis.words import words
 from chaosdrill.dataset import Outcome
+from chaosdrill.engine.shifts import Shifts
 from chaosdrill.engine.structure import Structure
 
 HERE = Path(__file__).resolve().parent
@@ -72,7 +73,8 @@ def called(states, growth):
     windows = np.concatenate([states[:, -LENGTH:], np.zeros((points, min(length, LENGTH), 1))], axis=2)
     coarse = states[:, np.maximum(ends - 1, 0)]
     evidence = evidence_of_records(
-        forced, structure, averages, np.ascontiguousarray(windows), known, coarse, min(1.0, LENGTH / length)
+        *(forced, structure, Shifts.none(n), averages),
+        *(np.ascontiguousarray(windows), known, coarse, min(1.0, LENGTH / length)),
     )
     return [Outcome(int(code)).meaning for code in words(evidence)]
 

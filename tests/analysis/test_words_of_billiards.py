@@ -73,6 +73,14 @@ def test_stars_in_a_circle_are_cycles(tables, turns, sides):
     assert both(found, 1200) == {"periodic"}
 
 
+@pytest.mark.parametrize("duration", [300, 1200])
+def test_a_shot_along_an_axis_is_a_cycle(tables, duration):
+    """Unstable along the major axis, where symmetry holds it; the diameters of a circle differ by round-off."""
+    for a, angle in ((2.0, 0.0), (2.0, np.pi / 2), (1.0, 0.7)):
+        found = shot(tables["ellipse"], 0.0, 0.0, np.cos(angle), np.sin(angle), a=a)
+        assert both(found, duration) == {"periodic"}
+
+
 @pytest.mark.parametrize(
     ("slope", "word"),
     [(0.5, "periodic"), (5 / 3, "periodic"), (np.sqrt(2), "quasiperiodic"), (1 + GOLDEN, "quasiperiodic")],
