@@ -220,7 +220,7 @@ def spread(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     (sweep,) = map(str, dataset["outcome"].dims)
     dataset = dataset.sortby(sweep).transpose(sweep, ...)
     means, values = dataset["lyapunov_exponent"], dataset[sweep].values
-    width = np.sqrt(dataset["cumulant"].isel(window=-1).sel(order=2).clip(min=0)).values
+    width = np.sqrt(dataset["cumulant"].isel(window=-1).sel(order=2).values.clip(min=0))
     for number, e in enumerate(np.flatnonzero(np.isfinite(means.values).any(axis=0)).tolist()[:MOST_PANELS]):
         band = (means.values[:, e] - width[:, e], means.values[:, e] + width[:, e])
         axes.fill_between(values, *band, color=PALETTE[number % len(PALETTE)], alpha=0.25, linewidth=0)

@@ -26,6 +26,20 @@ SWITCH = cd.HybridSystem(
     ],
     initial={"x": 0.3, "clock": 0.0},
 )
+CARRIED = cd.HybridSystem(
+    name="carried",
+    states="x y z s",
+    parameters={"rho": 28.0},
+    modes={"on": {"x": "10*(y - x)", "y": "x*(rho - z) - y", "z": "x*y - 8*z/3", "s": "z"}},
+)
+DRIVEN = {"x": "v", "v": "cos(n*phi) - x - v/2", "phi": "w + x/9"}
+ROTOR = cd.HybridSystem(name="rotor", states="phi x v", parameters={"n": 1.0, "w": 1.0}, modes={"on": DRIVEN})
+ROTORS = cd.HybridSystem(
+    name="rotors",
+    states="phi psi x v",
+    parameters={"w": 1.0, "k": 1.4},
+    modes={"on": {"phi": "w", "psi": "k", "x": "v", "v": "cos(phi) + sin(psi)/2 - x - v/2"}},
+)
 FLIGHT = {"x": "u", "y": "v", "u": "0", "v": "0"}
 PUSH = "2*(u*x/a**2 + v*y)/((x/a**2)**2 + y**2)"
 SIDE = cd.Transition("side", "in", "in", "(x/a)**2 + y**2 - 1", 1, {"u": f"u - {PUSH}*x/a**2", "v": f"v - {PUSH}*y"})
@@ -97,6 +111,33 @@ def stars(rng, length):
     return *shot(np.cos(np.pi * turns / sides), np.pi / 2, 1.0, length)[:2], length <= 4 * sides
 
 
+def carried(rng, length):
+    """Lorenz's system with the integral of one of its states, which only grows."""
+    return (
+        CARRIED.with_parameters(rho=rng.uniform(26, 29.5)).with_initial(x=rng.uniform(1, 10), y=2.0, z=20.0),
+        {
+            "duration": length * RETURN,
+            "transient": 30,
+        },
+        False,
+    )
+
+
+def rotor(rng, length):
+    """A rotor that drives an oscillator and is driven by it: an angle with a parameter."""
+    n, rate = float(rng.integers(1, 6)), rng.uniform(0.4, 1.5)
+    system = ROTOR.with_parameters(n=n, w=rate / n).with_initial(phi=rng.uniform(-9, 9))
+    return system, {"duration": 6.0 * length / rate, "transient": 60}, False
+
+
+def rotors(rng, length):
+    """Two rotors without a common period that drive an oscillator."""
+    ratio = rng.choice([np.sqrt(2), np.sqrt(3), (np.sqrt(5) - 1) / 2, np.sqrt(7) - 1])
+    rate = rng.uniform(0.5, 1.5)
+    system = ROTORS.with_parameters(w=rate, k=rate * ratio).with_initial(phi=rng.uniform(-9, 9))
+    return system, {"duration": 6.0 * length / rate, "transient": 60}, False
+
+
 def drill(rng, length):
     """Stretches of the drill's chaos, whose exponent is 44 standard errors above zero in 20,000 periods."""
     return DRILL, {"periods": length, "transient": int(rng.integers(300, 2000))}, False
@@ -111,6 +152,9 @@ RUNS = {
     "flows to tori": (tori, "quasiperiodic"),
     "shots in an ellipse": (shots, "quasiperiodic"),
     "stars in a circle": (stars, "periodic"),
+    "a state carried along": (carried, "chaotic"),
+    "a rotor": (rotor, "periodic"),
+    "two rotors": (rotors, "quasiperiodic"),
     "the drill": (drill, "chaotic"),
 }
 """Families, and the one word for each."""
