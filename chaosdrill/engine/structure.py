@@ -460,11 +460,14 @@ def lines_of(system: "HybridSystem") -> list[list[float]]:
     Tangents see no more than `symmetries_of`, conditions and steps make a difference besides.
     """
     if "lines" not in system.shared:
-        from chaosdrill.model.derive import shift_directions
+        from chaosdrill.model.derive import deciding_states, shift_directions
 
-        system.shared["lines"] = shift_directions(system.placed, decides=True) if symmetries_of(system) else []
-    found: list[list[float]] = system.shared["lines"]
-    return found
+        found = symmetries_of(system)
+        if found and any(row[i] for row in found for i in deciding_states(system.placed)):
+            found = shift_directions(system.placed, decides=True)
+        system.shared["lines"] = found
+    lines: list[list[float]] = system.shared["lines"]
+    return lines
 
 
 def turns_of(system: "HybridSystem", changing: Collection[str]) -> Iterator[tuple[float, ...]]:

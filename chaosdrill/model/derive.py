@@ -209,6 +209,11 @@ def _deciding(system: "HybridSystem") -> list[sympy.Expr]:
     return list(found)
 
 
+def deciding_states(system: "HybridSystem") -> set[int]:
+    """Numbers of the states that relations and steps see."""
+    return {i for e in _deciding(system) for i, x in enumerate(system.states) if x in e.free_symbols}
+
+
 def turns(system: "HybridSystem") -> "list[tuple[sympy.Expr, list[int]]]":
     """Shifts by which nothing ever changes though the states enter sines or cosines: lengths, and the states shifted.
 
