@@ -8,6 +8,10 @@ import sys
 import pytest
 
 os.environ.setdefault("MPLBACKEND", "Agg")
+# tests run side by side already, on matrices so small that threads cost more than they save
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# without bytecode each process that a test starts would compile the package again
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 from hypothesis import settings
 

@@ -63,8 +63,6 @@ class ReturnMap:
         ------
         LostError
         """
-        from scipy.linalg import solve_triangular
-
         d, count = self.problem.states, len(self.path)
         starts = self.path.starts.copy()
         starts[0, :d] += self.sizes * (self.basis @ deviation)
@@ -78,7 +76,7 @@ class ReturnMap:
             correction = np.zeros(rows.shape[1])
             correction[-1] = 1.0
             try:
-                correction[durations] = solve_triangular(rows[:, durations], -rows[:, -1], lower=True)
+                correction[durations] = -np.linalg.solve(rows[:, durations], rows[:, -1])
             except np.linalg.LinAlgError as failure:
                 raise LostError("an event is met at no speed") from failure
             moved = float(np.abs(correction[durations]).max()) / total
@@ -92,7 +90,7 @@ class ReturnMap:
                 starts=path.starts + shot.sensitivity @ correction,
                 durations=path.durations + correction[durations],
             )
-        later = -solve_triangular(rows[:, durations], rows[:, :d], lower=True)
+        later = -np.linalg.solve(rows[:, durations], rows[:, :d])
         whole = (ends[:, :d] + ends[:, durations] @ later) * self.sizes / self.sizes[:, np.newaxis]
         return np.asarray(self.basis.T @ whole @ self.basis)
 

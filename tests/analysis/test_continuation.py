@@ -109,7 +109,7 @@ def test_few_points_are_told():
 
 def test_the_curve_of_period_doublings_has_its_closed_form():
     system = cd.build("impact-oscillator", {"wall": 0.0, "zeta": 0.0, "omega": 2.6})
-    ds = cd.continue_orbit(system, {"omega": (2.55, 2.8), "e": (0.7, 0.9)}, follow="period_doubling")
+    ds = cd.continue_orbit(system, {"omega": (2.55, 2.8), "e": (0.7, 0.9)}, follow="period_doubling", step=0.01)
     omega, r = ds["omega"].values, ds["e"].values
     c = np.cos(2 * np.pi / omega)
     trace = -2 * r * c + (1 + r) ** 2 * (1 - omega**2) * (1 + c) / 2

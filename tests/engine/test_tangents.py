@@ -282,8 +282,9 @@ def saltate(vectors, live, event, speed, sooner, jump, image):
 GUARDS = [
     pytest.param(name, mode, j, id=f"{name}: {mode}, {event.guard}")
     for name in sorted(systems.REGISTRY)
-    for mode in systems.build(name).modes
-    for j, event in enumerate(mode_events(systems.build(name), mode))
+    for system in [systems.build(name)]
+    for mode in system.modes
+    for j, event in enumerate(mode_events(system, mode))
 ]
 
 DIRECTION_CHANGES = {"bouncing-ball": {"amplitude": 1.3}, "percussive-drill": {"r": 0.5, "a": 0.5}}

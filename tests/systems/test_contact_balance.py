@@ -27,7 +27,9 @@ HITS = [
     for t in system.transitions
     if t.kind in ("impact", "rebound", "hold") and sympy.Symbol(BIT[name], real=True) in t.reset
 ]
-FREE = [(name, t) for name, t in HITS if t.name not in ("weak-hit", "rebound-from-rest", "hold-stick")]
+HELD = ("weak-hit", "rebound-from-rest", "hold-stick")
+"""Hits of a rock that friction holds, which takes momentum up."""
+
 approaches = st.floats(1e-9, 5.0)
 contact = {
     "eps": st.floats(1e-2, 1e2),
@@ -50,33 +52,12 @@ def rebound(number, name, transition, bit, rock, values):
     return tuple(number(transition.reset.get(s, s), here) for s in (u, w))
 
 
-@pytest.mark.parametrize("pair", FREE, ids=label)
-@given(approach=approaches, rock=st.floats(0.0, 5.0), values=st.fixed_dictionaries(contact))
-def test_momentum_is_kept_to_round_off(number, pair, approach, rock, values):
-    name, transition = pair
-    rock *= WAY[transition.source[0]]
-    bit = rock + approach
-    after = rebound(number, name, transition, bit, rock, values)
-    eps = values["eps"]
-    terms = (eps * after[0], after[1], -eps * bit, -rock)
-    assert abs(math.fsum(terms)) <= 8 * 2.0**-53 * sum(map(abs, terms))
-
-
-@pytest.mark.parametrize("pair", FREE, ids=label)
-@given(approach=approaches, rock=st.floats(0.0, 5.0), values=st.fixed_dictionaries(contact))
-def test_free_masses_part_no_faster_than_they_met(number, pair, approach, rock, values):
-    name, transition = pair
-    rock *= WAY[transition.source[0]]
-    bit = rock + approach
-    approach = bit - rock
-    after = rebound(number, name, transition, bit, rock, values)
-    slack = 1e-15 * (1 + abs(bit) + abs(rock)) * (1 + values["eps"])
-    assert -slack <= after[1] - after[0] <= approach + slack
-
-
 @pytest.mark.parametrize("pair", HITS, ids=label)
 @given(approach=approaches, rock=st.floats(0.0, 5.0), values=st.fixed_dictionaries(contact))
-def test_energy_is_never_gained(number, pair, approach, rock, values):
+def test_no_hit_gains_energy_and_free_masses_keep_momentum_and_part_no_faster_than_they_met(
+    number, pair, approach, rock, values
+):
+    """Three laws of one hit, as its speeds afterwards take longer than all that is asked of them."""
     name, transition = pair
     rock *= WAY[transition.source[0]]
     bit = rock + approach
@@ -84,6 +65,12 @@ def test_energy_is_never_gained(number, pair, approach, rock, values):
     after = rebound(number, name, transition, bit, rock, values)
     before = eps * bit**2 + rock**2
     assert eps * after[0] ** 2 + after[1] ** 2 <= before * (1 + 1e-14)
+    if transition.name in HELD:
+        return
+    terms = (eps * after[0], after[1], -eps * bit, -rock)
+    assert abs(math.fsum(terms)) <= 8 * 2.0**-53 * sum(map(abs, terms))
+    slack = 1e-15 * (1 + abs(bit) + abs(rock)) * (1 + eps)
+    assert -slack <= after[1] - after[0] <= bit - rock + slack
 
 
 @pytest.mark.parametrize("name", ["hunt-crossley", "autonomous"])
