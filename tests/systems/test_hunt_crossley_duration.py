@@ -1,6 +1,7 @@
 """Duration of a Hunt-Crossley contact against its integral in 30 digits, velocities by Lambert's W."""
 
 import math
+from functools import cache
 from itertools import pairwise
 
 import mpmath
@@ -17,6 +18,7 @@ NODES = mpmath.calculus.quadrature.GaussLegendre(mpmath.mp).calc_nodes(5, 110)
 ARGUMENTS = ("v", "lam", "n", "k")
 
 
+@cache
 def exact(v, lam, n, k):
     """Sum of dx/speed over the way in and the way out, with the depth x = x_m cos^2(theta)."""
     product = mpmath.mpf(lam) * v
