@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -259,8 +260,10 @@ def branches_derived(ds: xr.Dataset, system: HybridSystem, names: Sequence[str],
 
     The attribute ``derivatives_message`` says where and why.
     """
+    found: list[Derived] = []
     pairs = zip(result.orbits, result.multipliers, strict=True)
-    found = [derived_of(problem, names, orbit, values, rank) for (problem, orbit, rank), values in pairs]
+    for problem, run in groupby(pairs, key=lambda pair: pair[0][0]):
+        found += derived_of(problem, names, [(orbit, values, rank) for (_, orbit, rank), values in run])
     if not found:
         return ds.assign_attrs(derivatives_message=NOT_OF_CHAOS)
     here = np.tile([system.parameters[name] for name in names], (len(found), 1))

@@ -171,9 +171,9 @@ class Problem:
         run["fixed_step"] *= unit / run["period"]
         run["period"] = unit
 
-    def alike(self, system: HybridSystem, free: Sequence[str]) -> "Problem":
-        """The problem of other parameters, followed in the same steps; states behind its own are not shifted."""
-        other = Problem(system, free, self.numerics, self.shifts.among(len(system.state_names)))
+    def alike(self, system: HybridSystem, free: Sequence[str], numerics: Numerics | None = None) -> "Problem":
+        """The problem of other parameters, by default in the same steps; states behind its own are not shifted."""
+        other = Problem(system, free, numerics or self.numerics, self.shifts.among(len(system.state_names)))
         if not self.forced and self.unit is not None:
             other.set_unit(self.unit)
         other.conserved = self.conserved

@@ -437,10 +437,9 @@ class Known:
 
     def derive(self, names: Sequence[str]) -> None:
         """Derive what is told of all orbits by these parameters."""
-        self.found = [
-            replace(one, derived=derived_of(self.problem, names, orbit, one.multipliers, one.rank))
-            for one, orbit in zip(self.found, self._orbits, strict=True)
-        ]
+        pairs = zip(self.found, self._orbits, strict=True)
+        derived = derived_of(self.problem, names, [(orbit, one.multipliers, one.rank) for one, orbit in pairs])
+        self.found = [replace(one, derived=own) for one, own in zip(self.found, derived, strict=True)]
 
     def _same(self, a: Orbit, b: Orbit) -> bool:
         """Whether two orbits are the same closed path: both take the same time, and one passes the other's start."""

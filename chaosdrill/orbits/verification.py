@@ -367,7 +367,7 @@ def describe(
         derived=None,
         solved=(problem, orbit, shot),
     )
-    derived = derived_of(problem, derive, orbit, found.multipliers, rank) if derive else None
+    derived = derived_of(problem, derive, [(orbit, found.multipliers, rank)])[0] if derive else None
     return replace(found, checks=check(problem, orbit, found, repeated), derived=derived)
 
 

@@ -99,6 +99,20 @@ def test_of_a_bouncing_ball_and_its_unstable_partner(low):
     holds_for_multipliers(ds, closed.bounce(**values, low=low), by)
 
 
+def test_errors_are_of_the_size_of_what_they_cover(oscillator):
+    """All of them cover, and in the median they are at most some hundred times what a derivative is off by."""
+    ratios = []
+    for values in CASES:
+        ds = cd.periodic_orbit(oscillator.with_parameters(values), derivatives=True, transient=100)
+        by = closed.by_parameters(closed.impact, values)
+        for name, told in (("event_time", "time"), ("position_rate", "mean"), ("period_time", "period")):
+            found, error = (np.ravel(ds[f"{name}_derivative{end}"]) for end in ("", "_error"))
+            off = np.abs(found - [float(by[told][parameter]) for parameter in values])
+            assert (off <= error).all()
+            ratios += (error / np.maximum(off, 1e-17)).tolist()
+    assert np.median(ratios) < 300
+
+
 def test_of_cycles_without_a_clock():
     values = {"belt": 0.2, "F_s": 1.0, "F_k": 0.5}
     ds = cd.periodic_orbit(cd.build("belt-stick-slip", parameters=values), derivatives=True, transient=50)
