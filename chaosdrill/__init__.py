@@ -40,6 +40,7 @@ _HOME = {
     "join": "chaosdrill.archive",
     "recurrences": "chaosdrill.analysis.pairs",
     "series_measures": "chaosdrill.analysis.measured",
+    "event_orders": "chaosdrill.analysis.orders",
     "plot": "chaosdrill.plots",
     "plot_archive": "chaosdrill.plots",
     "animate": "chaosdrill.plots",

@@ -286,7 +286,7 @@ class _Plain:
         """Some of them."""
         if kept.all():
             return self
-        places = np.flatnonzero(kept)
+        places = np.flatnonzero(kept).tolist()
         return _Plain(self.carrier, self.problem, [self.tasks[i] for i in places], [self.shots[i] for i in places])
 
     def words(self, i: int) -> str:
@@ -492,8 +492,10 @@ class _Linear:
 
     def _tangents(self, i: int) -> list[_Tangent]:
         """The parts of eigenvectors that are carried around an orbit."""
-        eigen, found = self.eigen[i], []
-        for k in eigen.rest if eigen else ():
+        eigen, found = self.eigen[i], list[_Tangent]()
+        if eigen is None:
+            return found
+        for k in eigen.rest:
             for part, factor in ((eigen.right[:, k].real, 1.0), (eigen.right[:, k].imag, 1j)):
                 if k not in eigen.twins and part.any():
                     start = np.zeros(self.carrier.n)

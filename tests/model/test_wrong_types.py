@@ -68,6 +68,7 @@ RIGHT = {
     "join": {"runs": None},
     "recurrences": {"ds": None},
     "series_measures": {"values": [0.3 * (7 * i % 11) for i in range(600)]},
+    "event_orders": {"system": SYSTEM, "state": [0.3, 1.0]},
     "plot": {"ds": None},
     "plot_archive": {"path": "own.nc"},
     "animate": {"ds": None, "path": "run.gif"},
