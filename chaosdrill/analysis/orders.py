@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import SettingsError
@@ -179,7 +180,8 @@ def _met(system: "HybridSystem", way: _Order, time: float) -> "list[tuple[int, i
     unit = system.forcing_period() or float(np.max(np.abs(way.state[moving] / rates[moving]), initial=0.0)) or 1.0
     found = []
     for event in mode_events(placed, way.mode):
-        guard, *gradient = function_of(system, f"guard {event.key}", lambda p, e=event: _guard(p, e.guard))(*values)
+        name, derive = f"guard {event.key}", partial(_guard, guard=event.guard)
+        guard, *gradient = function_of(system, name, derive)(*values)
         normal = np.array(gradient[:-1], dtype=float)
         speed = float(normal @ rates + gradient[-1])
         if speed == 0 or abs(guard) > INSTANT * unit * abs(speed) or speed * event.direction < 0:
@@ -189,10 +191,14 @@ def _met(system: "HybridSystem", way: _Order, time: float) -> "list[tuple[int, i
         for number in event.outcomes:
             condition = placed.transitions[number].conditions.get(way.mode)
             name = f"whether {number} {way.mode}"
-            if condition is None or function_of(system, name, lambda p, c=condition: c)(*values):
+            if condition is None or function_of(system, name, partial(_as_it_is, condition))(*values):
                 found.append((number, event.surface, normal, speed))
                 break
     return found
+
+
+def _as_it_is(expression: Any, placed: "HybridSystem") -> Any:
+    return expression
 
 
 def _guard(placed: "HybridSystem", guard: Any) -> list[Any]:

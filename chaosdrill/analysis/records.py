@@ -26,10 +26,13 @@ Arrays = dict[str, Any]
 class Measure:
     """What is taken from a record."""
 
-    function: Callable[[Taken, Any, Numerics], Arrays]  # it can be pickled
+    function: Callable[[Taken, Any, Numerics], Arrays]
+    """It can be pickled; it may tell an ``outcome`` of its own, and the ``reason`` for it, which a single record has as
+    an attribute."""
     dims: dict[str, tuple[str, ...]]  # of each of its arrays, all of floating-point numbers
     sizes: dict[str, int]  # of their dimensions but ``state``
     coords: dict[str, Any]  # of these
+    forcing: bool = False  # whether the dataset of a single record has the forcing period
 
 
 @dataclass(frozen=True)
@@ -131,11 +134,12 @@ def over_records(system: HybridSystem, given: Any, job: Job, measure: Measure) -
         refuse_points(job)
         taken = section_points(where, given, given.max_period, job)
         found = _measured(taken, measure, given, job.numerics)
-        message = taken.run.stopped(taken.outcome)
+        told = {"message": taken.run.stopped(Outcome(int(found["outcome"]))), "reason": found.pop("reason", "")}
+        forcing = {"forcing_period": ((), taken.where.unit)} if measure.forcing and system.forced else {}
         return dataset(
-            labels | {name: (measure.dims.get(name, ()), value) for name, value in found.items()},
+            labels | {name: (measure.dims.get(name, ()), value) for name, value in found.items()} | forcing,
             labels,
-            {"message": message} if message else {},
+            {name: text for name, text in told.items() if text},
         )
     ((parameter, values),) = given.sweep.items()
     task = RecordTask(system, given, job.numerics, parameter, values, where, measure)
@@ -160,7 +164,7 @@ def refuse_points(job: Job) -> None:
 def _measured(taken: Taken, measure: Measure, given: Any, numerics: Numerics) -> Arrays:
     """The arrays, with what every record of section points has."""
     return {
-        **measure.function(taken, given, numerics),
         "period": np.int32(taken.period),
         "outcome": np.int8(Outcome.PERIODIC if taken.period else taken.outcome),
+        **measure.function(taken, given, numerics),
     }

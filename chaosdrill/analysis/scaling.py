@@ -10,11 +10,12 @@ import numpy as np
 import xarray as xr
 
 from chaosdrill.analysis.neighbours import SCALES, Counted, Shares, neighbours, shares
+from chaosdrill.analysis.records import Measure, over_records
 from chaosdrill.analysis.recurrence import CLOSE, sizes
-from chaosdrill.analysis.sections import Taken, find_section, phases_of, section_points
+from chaosdrill.analysis.sections import Taken, phases_of
 from chaosdrill.analysis.statistics import in_blocks, standard_error
 from chaosdrill.dataset import Outcome
-from chaosdrill.dataset.build import dataset
+from chaosdrill.engine.numerics import Numerics
 from chaosdrill.errors import SettingsError
 from chaosdrill.model import HybridSystem
 
@@ -60,25 +61,42 @@ class Region(NamedTuple):
 
 
 def dimensions_of(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
-    """Dimensions of the section points of a run; see `dimensions`."""
-    taken = section_points(find_section(system, given, job.numerics), given, given.max_period, job)
+    """Dimensions of the section points of a run, or of one at every value of a parameter; see `dimensions`."""
+    orders = np.array(given.orders, dtype=np.int32)
+    measure = Measure(
+        _of_record,
+        dict.fromkeys(("dimension", "dimension_error", "scale_low", "scale_high"), ("order",))
+        | dict.fromkeys(("correlation_sum", "local_slope", "local_slope_error"), ("order", "scale"))
+        | {"spread": ("state",)},
+        {"order": len(orders), "scale": len(SCALES)},
+        {"order": orders, "scale": SCALES},
+        forcing=True,
+    )
+    return over_records(system, given, job, measure)
+
+
+def _of_record(taken: Taken, given: Any, numerics: Numerics) -> dict[str, Any]:
+    """Dimensions of the points of one record, and why some have none."""
     count, orders = len(taken.states), np.array(given.orders, dtype=np.int32)
     outcome, reasons = taken.outcome, []
     shape = (len(orders), len(SCALES))
     sums, slope, slope_error = np.full((3, *shape), np.nan)
     dimension, error, low, high = np.full((4, len(orders)), np.nan)
-    spread = np.zeros(len(system.state_names))
+    spread = np.zeros(taken.states.shape[1])
     if outcome == Outcome.OK and taken.period:
         outcome, dimension, error = Outcome.PERIODIC, np.zeros(len(orders)), np.zeros(len(orders))
     elif outcome == Outcome.OK and count < FEWEST:
         outcome = Outcome.UNDECIDED
         reasons = [f"{count} points are too few for a dimension: record {FEWEST} at least, better several thousand"]
+    elif outcome == Outcome.OK and given.window > count / 10:
+        words = (
+            f"window is {given.window}; pairs of points so near in time are left out of a record of {count}, which "
+            "must have ten times as many points: take a longer record or a shorter window"
+        )
+        if given.sweep is None:
+            raise SettingsError(words)
+        outcome = Outcome.UNDECIDED
     elif outcome == Outcome.OK:
-        if given.window > count / 10:
-            raise SettingsError(
-                f"window is {given.window}; pairs of points so near in time are left out of a record of {count}, which "
-                "must have ten times as many points: take a longer record or a shorter window"
-            )
         points, spread = in_spreads(taken)
         for place, (order, of_order) in enumerate(zip(orders, sums_of(points, given.window, orders), strict=True)):
             sums[place] = np.exp(of_order.values)
@@ -91,26 +109,18 @@ def dimensions_of(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
             low[place], high[place] = SCALES[found.low], SCALES[found.high]
         if np.isnan(dimension).all():
             outcome = Outcome.UNDECIDED
-    told = {"message": taken.run.stopped(outcome), "reason": "; ".join(reasons)}
-    return dataset(
-        {
-            "dimension": ("order", dimension),
-            "dimension_error": ("order", error),
-            "scale_low": ("order", low),
-            "scale_high": ("order", high),
-            "correlation_sum": (("order", "scale"), sums),
-            "local_slope": (("order", "scale"), slope),
-            "local_slope_error": (("order", "scale"), slope_error),
-            "spread": ("state", spread),
-            "period": ((), np.int32(taken.period)),
-            "outcome": ((), np.int8(outcome)),
-            **({"forcing_period": ((), taken.where.unit)} if system.forced else {}),
-            "order": orders,
-            "scale": SCALES,
-            "state": list(system.state_names),
-        },
-        attrs={name: text for name, text in told.items() if text},
-    )
+    return {
+        "dimension": dimension,
+        "dimension_error": error,
+        "scale_low": low,
+        "scale_high": high,
+        "correlation_sum": sums,
+        "local_slope": slope,
+        "local_slope_error": slope_error,
+        "spread": spread,
+        "outcome": np.int8(outcome),
+        "reason": "; ".join(reasons),
+    }
 
 
 def in_spreads(taken: Taken) -> tuple[np.ndarray, np.ndarray]:

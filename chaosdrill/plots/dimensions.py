@@ -4,18 +4,24 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaosdrill.plots.figures import legend_above, new_figure
-from chaosdrill.plots.labels import label, shorten, uncertain
+from chaosdrill.plots.figures import legend_above, new_figure, one_panel
+from chaosdrill.plots.labels import axis_label, label, shorten, uncertain
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.settings import SETTINGS
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
-@picture("dimensions", "dimensions", "correlation sums and local slopes over the distance, with the scaling region")
+@picture(
+    "dimensions",
+    "dimensions",
+    "correlation sums and local slopes over the distance, with the scaling region",
+    sweeps=False,
+)
 def scaling(dataset: "xr.Dataset") -> "Figure":
     """Draw the correlation sums, their local slopes and the scaling regions.
 
@@ -67,4 +73,38 @@ def scaling(dataset: "xr.Dataset") -> "Figure":
     below.set_ylabel("local slope")
     below.set_xlabel(label(dataset["scale"]))
     legend_above(above, handles=below.get_legend_handles_labels()[0])
+    return figure
+
+
+@picture("dimensions", "dimension", "dimension of each order over the swept parameter", sweeps=True)
+def over_parameter(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
+    """Draw the dimensions over a swept parameter.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of kind ``dimensions``, of a sweep.
+    ax : matplotlib.axes.Axes, optional
+        Where it is drawn.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The dimension of each order with two standard errors; 0 where the motion is periodic, a gap where points do not
+        determine it.
+    """
+    figure, axes = one_panel(ax, SETTINGS.dimensions_height)
+    (parameter,) = (str(name) for name in dataset["dimension"].dims if name != "order")
+    values = dataset[parameter].values
+    step = np.diff(values).min(initial=np.inf) if len(values) > 1 else 0.0
+    for number, order in enumerate(dataset["order"].values.tolist()):
+        one = dataset.isel(order=number)
+        axes.errorbar(
+            values + SETTINGS.slopes_aside * number * step, one["dimension"], yerr=2 * one["dimension_error"], fmt="o",
+            color=PALETTE[number % len(PALETTE)], markersize=3, elinewidth=0.8, label=f"order {shorten(order)}",
+        )  # fmt: skip
+    axes.set_ylim(bottom=-0.05)
+    axes.set_xlabel(axis_label(dataset, parameter))
+    axes.set_ylabel("dimension")
+    legend_above(axes)
     return figure

@@ -185,6 +185,8 @@ class Settings:
     """Upper limit of the slopes, relative to the largest dimension: those of few pairs scatter widely."""
     slopes_aside: float = 0.06
     """Fraction of the step between two distances by which the slopes of the next order are shifted."""
+    dimensions_height: float = 3.2
+    """Height of the dimensions over a parameter."""
     survival_height: float = 2.8
     """Height in inches of the lifetimes."""
     saddle_height: float = 3.0

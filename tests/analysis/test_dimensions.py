@@ -227,3 +227,22 @@ def test_wrong_windows_and_orders():
         cd.dimensions(HENON, periods=400, window=-1)
     with pytest.raises(cd.SettingsError, match="orders"):
         cd.dimensions(HENON, periods=400, orders=[0])
+
+
+def test_over_a_parameter_each_value_is_a_record_of_its_own(tmp_path):
+    """Skew tents fill the interval, of dimension 1 at any skew; a logistic window is a cycle, of dimension 0."""
+    tent = cd.Map("x", {"c": 0.3}, {"x": "Min(x/c, (1 - x)/(1 - c))"}, initial={"x": 0.1234})
+    skews = [0.3, 0.42]
+    given = {"transient": 10, "periods": 2000, "orders": [1, 2]}
+    found = cd.dimensions(tent, {"c": skews}, workers=2, store=tmp_path / "store", **given)
+    for skew in skews:
+        one = cd.dimensions(tent.with_parameters(c=skew), **given)
+        for name in ("dimension", "dimension_error", "correlation_sum", "spread", "outcome"):
+            np.testing.assert_array_equal(found[name].sel(c=skew), one[name])
+    assert (abs(found["dimension"] - 1) <= 2 * found["dimension_error"]).all()
+
+    logistic = cd.Map("x", {"r": 4.0}, {"x": "r*x*(1 - x)"}, initial={"x": 0.3})
+    ds = cd.dimensions(logistic, {"r": [3.83, 3.9]}, transient=500, periods=600, window=80)
+    assert ds.cd.outcome.values.tolist() == ["periodic", "undecided"]
+    assert not ds["dimension"][0].any()
+    assert np.isnan(ds["dimension"][1]).all()

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from chaosdrill.analysis.base import SectionRecord, analysis
-from chaosdrill.dataset.schema import COVERS, STATES, axis, forcing, need, outcome, table
+from chaosdrill.analysis.base import SweptRecord, analysis
+from chaosdrill.dataset.schema import COVERS, STATES, SWEEP, axis, forcing, need, outcome, table
 from chaosdrill.settings import ListOf, Whole, setting
 
 if TYPE_CHECKING:
@@ -13,22 +13,23 @@ if TYPE_CHECKING:
     from chaosdrill.analysis.base import Job
     from chaosdrill.model import HybridSystem
 
-_OVER = "order scale"
+_ORDER, _OVER = f"{SWEEP} order", f"{SWEEP} order scale"
 
 VARIABLES = table(
+    axis(SWEEP, SWEEP, "f8", "swept parameter", "Values of the sweep.", True),
     axis("order", "order", "i4", "order of the dimension", "1: information dimension; 2: correlation dimension.", True),
     axis("scale", "scale", "f8", "distance", "The largest over the states, in their standard deviations.", True),
     *STATES,
-    need("dimension", "order", "f8", "dimension of section points", "0 on a cycle; NaN without a scaling region."),
-    need("dimension_error", "order", "f8", "standard error of the dimension", COVERS),
-    need("scale_low", "order", "f8", "smallest distance of the scaling region", "NaN without a scaling region."),
-    need("scale_high", "order", "f8", "largest distance of the scaling region", "NaN without a scaling region."),
+    need("dimension", _ORDER, "f8", "dimension of section points", "0 on a cycle; NaN without a scaling region."),
+    need("dimension_error", _ORDER, "f8", "standard error of the dimension", COVERS),
+    need("scale_low", _ORDER, "f8", "smallest distance of the scaling region", "NaN without a scaling region."),
+    need("scale_high", _ORDER, "f8", "largest distance of the scaling region", "NaN without a scaling region."),
     need("correlation_sum", _OVER, "f8", "correlation sum", "Grows as the distance to the power of the dimension."),
     need("local_slope", _OVER, "f8", "local slope of the correlation sum", "Of logarithms, to the next distance."),
     need("local_slope_error", _OVER, "f8", "standard error of the local slope", "Statistical, from blocks."),
-    need("spread", "state", "f8", "standard deviation of the state", "Unit of distances; 0 for a constant state."),
-    need("period", "", "i4", "period found", "In iterates of the section; 0 when none was found."),
-    outcome(""),
+    need("spread", f"{SWEEP} state", "f8", "standard deviation of the state", "Unit of distances; 0 for a constant state."),
+    need("period", SWEEP, "i4", "period found", "In iterates of the section; 0 when none was found."),
+    outcome(SWEEP),
     *forcing(),
     bars={"dimension": "dimension_error", "local_slope": "local_slope_error"},
     average=("spread",),
@@ -37,7 +38,7 @@ VARIABLES = table(
 
 
 @dataclass(frozen=True, kw_only=True)
-class Dimensions(SectionRecord):
+class Dimensions(SweptRecord):
     """Settings of `dimensions`."""
 
     without_noise: ClassVar[str] = "points of a run under noise fill the range of the noise, not an attractor"
@@ -79,6 +80,8 @@ def dimensions(system: "HybridSystem", given: Dimensions, job: "Job") -> "xr.Dat
     ----------
     system : HybridSystem
         System with its parameters and initial state.
+    sweep : mapping of one parameter to values, optional
+        ``{"eta": np.linspace(0.4, 0.9, 51)}``: a record at every value, each from the system's own initial state.
     periods, duration : int or float
         Points of the section to record, or time: at least 500 points, and several thousand for useful errors; ten times
         as many for each further dimension.
@@ -92,13 +95,19 @@ def dimensions(system: "HybridSystem", given: Dimensions, job: "Job") -> "xr.Dat
         Orders of the dimensions, from 1 to 8.
     window : int, default 10
         Number of steps up to which two points do not count as a pair. Raise it where successive points are close.
+    workers : int, default 1
+        Threads among which the values of a sweep are shared; the kernels release the interpreter's lock.
+    scheduler : str, optional
+        Address of a Dask scheduler, whose workers are used instead.
+    store : path-like, optional
+        Folder for finished values of a sweep, from which the same call resumes if it was interrupted.
     method, tolerance, steps, max_events, max_stalls, progress : optional
         As in `trajectory`.
 
     Returns
     -------
     xarray.Dataset
-        ``dimension`` and ``dimension_error``, dimensionless, ``scale_low`` and ``scale_high``, the ends of the scaling
+        Over the swept parameter, if there is one: ``dimension`` and ``dimension_error``, dimensionless, ``scale_low`` and ``scale_high``, the ends of the scaling
         region (order); ``correlation_sum``, ``local_slope`` and ``local_slope_error`` (order, scale); ``spread``
         (state), the standard deviations that are the units of distances; ``period`` and ``outcome``: ``periodic`` on a
         cycle, whose dimensions are 0.
@@ -106,7 +115,12 @@ def dimensions(system: "HybridSystem", given: Dimensions, job: "Job") -> "xr.Dat
     Raises
     ------
     SettingsError
-        An argument that cannot be used, or a ``window`` that leaves too few pairs.
+        An argument that cannot be used, a ``window`` that leaves too few pairs (in a sweep these values are
+        undecided), or a ``store`` that holds chunks of another call.
+    ArchiveError
+        If the ``store`` cannot be written, or another call uses it.
+    ChaosdrillError
+        If the scheduler cannot be reached or is lost, or if its workers have other versions.
     """
     from chaosdrill.analysis.scaling import dimensions_of
 
