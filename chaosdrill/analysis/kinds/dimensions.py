@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 _ORDER, _OVER = f"{SWEEP} order", f"{SWEEP} order scale"
 
+_SPREAD = "Unit of distances; 0 for a constant state."
+
 VARIABLES = table(
     axis(SWEEP, SWEEP, "f8", "swept parameter", "Values of the sweep.", True),
     axis("order", "order", "i4", "order of the dimension", "1: information dimension; 2: correlation dimension.", True),
@@ -27,7 +29,7 @@ VARIABLES = table(
     need("correlation_sum", _OVER, "f8", "correlation sum", "Grows as the distance to the power of the dimension."),
     need("local_slope", _OVER, "f8", "local slope of the correlation sum", "Of logarithms, to the next distance."),
     need("local_slope_error", _OVER, "f8", "standard error of the local slope", "Statistical, from blocks."),
-    need("spread", f"{SWEEP} state", "f8", "standard deviation of the state", "Unit of distances; 0 for a constant state."),
+    need("spread", f"{SWEEP} state", "f8", "standard deviation of the state", _SPREAD),
     need("period", SWEEP, "i4", "period found", "In iterates of the section; 0 when none was found."),
     outcome(SWEEP),
     *forcing(),
@@ -107,10 +109,10 @@ def dimensions(system: "HybridSystem", given: Dimensions, job: "Job") -> "xr.Dat
     Returns
     -------
     xarray.Dataset
-        Over the swept parameter, if there is one: ``dimension`` and ``dimension_error``, dimensionless, ``scale_low`` and ``scale_high``, the ends of the scaling
-        region (order); ``correlation_sum``, ``local_slope`` and ``local_slope_error`` (order, scale); ``spread``
-        (state), the standard deviations that are the units of distances; ``period`` and ``outcome``: ``periodic`` on a
-        cycle, whose dimensions are 0.
+        Over the swept parameter, if there is one: ``dimension`` and ``dimension_error``, dimensionless, ``scale_low``
+        and ``scale_high``, the ends of the scaling region (order); ``correlation_sum``, ``local_slope`` and
+        ``local_slope_error`` (order, scale); ``spread`` (state), the standard deviations that are the units of
+        distances; ``period`` and ``outcome``: ``periodic`` on a cycle, whose dimensions are 0.
 
     Raises
     ------
