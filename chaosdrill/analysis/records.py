@@ -29,7 +29,7 @@ class Measure:
     function: Callable[[Taken, Any, Numerics], Arrays]
     """It can be pickled; it may tell an ``outcome`` of its own, and the ``reason`` for it, which a single record has as
     an attribute."""
-    dims: dict[str, tuple[str, ...]]  # of each of its arrays, all of floating-point numbers
+    dims: Mapping[str, tuple[str, ...]]  # of each of its arrays, all of floating-point numbers
     sizes: dict[str, int]  # of their dimensions but ``state``
     coords: dict[str, Any]  # of these
     forcing: bool = False  # whether the dataset of a single record has the forcing period
