@@ -34,16 +34,19 @@ class FunctionTable(Settings):
 
 
 class FunctionTables(Value):
-    """Functions by name; in Python the expression may be sympy's."""
+    """Functions by name; in Python the expression may be sympy's, or a function of the orbit's record."""
 
     def plain(self, value: Any) -> Any:
         return {key_text(key): self._plain(one) for key, one in value.items()} if isinstance(value, Mapping) else value
 
     def _plain(self, value: Any) -> Any:
         from chaosdrill.model.text import write_text
+        from chaosdrill.orbits.orbit_record import PythonFunction
 
         if not isinstance(value, Mapping):
-            return value
+            return {"of": PythonFunction(value)} if callable(value) else value
+        if callable(value.get("of")):
+            return {**value, "of": PythonFunction(value["of"])}
         names = ListOf(Text())
         plain = {key: names.plain(one) if key == "modes" else one for key, one in value.items()}
         return plain | {"of": write_text(plain["of"])} if hasattr(plain.get("of"), "free_symbols") else plain
@@ -76,9 +79,18 @@ def misfits_of_functions(table: Mapping[str, Any], system: "HybridSystem") -> Fa
     """Expressions, events and modes that a system does not have."""
     from chaosdrill.model.grammar import ExpressionError
     from chaosdrill.orbits.functions import read_function
+    from chaosdrill.orbits.orbit_record import PYTHON, PythonFunction
 
     events = list(dict.fromkeys(name for t in system.transitions for name in (t.name, str(t.kind))))
     for name, one in (table.get("functions") or {}).items():
+        if isinstance(one["of"], PythonFunction):
+            for key in ("take", "at", "modes"):
+                if key in one:
+                    yield ("functions", name, key), "a Python function sees the whole orbit; leave it out"
+            continue
+        if one["of"].startswith(PYTHON):
+            yield ("functions", name, "of"), f"{one['of']!r:.80} cannot be read from text; pass the function itself"
+            continue
         try:
             read_function(system, name, one)
         except ExpressionError as fault:
@@ -151,4 +163,5 @@ def with_functions(
     if not lost:
         return ds
     why = "outside its domain there, or of events or modes that these orbits do not have"
-    return ds.assign_attrs(functions_message=f"no value: {', '.join(lost)} orbits; {why}")
+    told = "; ".join(functions.failures) or why
+    return ds.assign_attrs(functions_message=f"no value: {', '.join(lost)} orbits; {told}")

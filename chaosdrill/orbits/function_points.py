@@ -139,7 +139,10 @@ def _levels(
         def off(part: float, before: "Point" = before, after: "Point" = after, tried: dict = tried) -> float:
             if part not in tried:
                 tried[part] = curve.between(before, after, part)
-            return functions.at(index, curve.problem, tried[part].orbit) - value
+            found = functions.at(index, curve.problem, tried[part].orbit) - value
+            if not np.isfinite(found):
+                raise LostError(f"{name} has no value on the way")
+            return found
 
         try:
             part = bracketed(off, 0.0, 1.0)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from chaosdrill.orbits.orbit_record import PythonFunction, value_of
 from chaosdrill.orbits.settings import SETTINGS
 
 if TYPE_CHECKING:
@@ -25,9 +26,11 @@ class OrbitFunction:
     """A number that every orbit has."""
 
     name: str
-    of: Any  # sympy expression of states, time, parameters and quadratures, each of which stands for its rate
+    of: Any
+    """Sympy expression of states, time, parameters and quadratures, each of which stands for its rate; or a function
+    of `chaosdrill.orbits.orbit_record.OrbitRecord`, of which nothing is taken."""
     text: str  # the same as it was given
-    take: str  # {"mean", "total", "maximum", "minimum"}: over one period of the orbit, or over the events in it
+    take: str  # {"mean", "total", "maximum", "minimum"}: over one period of the orbit, or the events in it; or "value"
     at: str | None = None  # name or kind of the events before which it is taken; None: all along the orbit
     modes: tuple[str, ...] | None = None  # where it counts; elsewhere it is zero for a total and left out of an extreme
     units: str = "1"
@@ -35,6 +38,8 @@ class OrbitFunction:
     @property
     def words(self) -> str:
         """What it is, as in "maximum of x before impact"."""
+        if callable(self.of):
+            return self.text
         where = "" if self.at is None else f" before {self.at}"
         within = "" if self.modes is None else f" in {', '.join(self.modes)}"
         return f"{self.take} of {self.text}{where}{within}"
@@ -48,6 +53,8 @@ def read_function(system: "HybridSystem", name: str, table: Mapping[str, Any]) -
     ExpressionError
         An expression that cannot be read.
     """
+    if isinstance(table["of"], PythonFunction):
+        return OrbitFunction(name, table["of"].function, table["of"], "value", units=table.get("units", "1"))
     import sympy
 
     from chaosdrill.model.places import parameter
@@ -123,6 +130,8 @@ class Functions:
     def __init__(self, system: "HybridSystem", functions: Sequence[OrbitFunction]) -> None:
         self.system, self.functions = system, tuple(functions)
         self._codes: dict[tuple[int, str], Any] = {}
+        self.failures: dict[str, None] = {}
+        """What Python functions raised, in words, once each."""
 
     def __len__(self) -> int:
         return len(self.functions)
@@ -156,7 +165,19 @@ class Functions:
         sizes = np.maximum(problem.sizes, np.abs(starts).max(axis=(0, 1)))
         return _Lap(problem, orbits, [known[name] for name in self.system.parameters], sizes, np.array(errors)[:, None])
 
+    def _of_records(self, function: OrbitFunction, lap: _Lap) -> tuple[np.ndarray, np.ndarray]:
+        """A Python function on every orbit; NaN where it raises an exception."""
+        found = np.full((2, len(lap.orbits)), np.nan)
+        for k, (orbit, error) in enumerate(zip(lap.orbits, lap.errors[:, 0].tolist(), strict=True)):
+            try:
+                found[:, k] = value_of(function.of, lap.problem, orbit, error)
+            except Exception as failure:
+                self.failures[f"{function.name} raised {failure!r:.100}"] = None
+        return found[0], found[1]
+
     def _taken(self, index: int, lap: _Lap) -> tuple[np.ndarray, np.ndarray]:
+        if callable(self.functions[index].of):
+            return self._of_records(self.functions[index], lap)
         function, transitions = self.functions[index], self.system.transitions
         within = [s for s in lap.stretches() if function.modes is None or s.mode in function.modes]
         if function.at is not None:

@@ -231,3 +231,102 @@ def test_without_a_branch_there_are_no_columns(oscillator):
     nothing = cd.continue_orbit(wild, {"omega": (1.8, 2.0)}, functions=FUNCTIONS, transient=0)
     assert nothing.sizes["point"] == 0
     assert nothing["function_value"].shape == (0, len(FUNCTIONS))
+
+
+# Python functions of the orbit's record.
+
+
+def highest(orbit):
+    return orbit.maximum(orbit.states["x"])
+
+
+def power(orbit):
+    force = orbit.parameters["amplitude"] * np.cos(orbit.parameters["omega"] * orbit.times)
+    return orbit.mean(force * orbit.states["v"])
+
+
+def hit(orbit):
+    return orbit.event_states["v"].max()
+
+
+def trace(orbit):
+    return orbit.multipliers.sum().real
+
+
+@pytest.fixture(scope="module")
+def pythonic(oscillator):
+    """The same branch as `branch` in larger steps, with functions in Python beside the expressions."""
+    both = {"speed": hit, "highest": highest, "power": {"of": power, "units": "W"}}
+    tables = {f"{name} in words": FUNCTIONS[name] for name in both}
+    wanted = {"functions": {**both, **tables, "trace": trace}, "levels": {"speed": [0.6]}, "optima": ["speed"]}
+    return cd.continue_orbit(oscillator, {"omega": (1.85, 2.05)}, step=0.02, **wanted)
+
+
+@pytest.mark.parametrize("name", ["speed", "highest", "power"])
+def test_a_python_function_has_the_values_of_the_expression(pythonic, name):
+    values, errors = of(pythonic, name)
+    known, off = of(pythonic, f"{name} in words")
+    assert (np.abs(values - known) <= errors + off).all()
+    assert errors.max() < 1e-9
+    told = str(pythonic.sel(function=name)["function_expression"].values)
+    assert told == f"Python function {'hit' if name == 'speed' else name}"
+
+
+def test_a_python_function_is_located_as_an_expression_is(pythonic):
+    values, errors, _ = special(pythonic, Special.OPTIMUM)
+    assert abs(values[0, 0] - brentq(slope, 1.88, 1.9, xtol=1e-15)) <= 2 * errors[0] < 1e-9
+    values, errors, _ = special(pythonic, Special.LEVEL)
+    assert abs(values[0, 0] - brentq(lambda w: speed(w) - 0.6, 2.0, 2.05, xtol=1e-15)) <= 2 * errors[0] < 1e-10
+
+
+def test_a_python_function_sees_the_multipliers(pythonic):
+    known = pythonic["multiplier_real"].sum("multiplier").values
+    values, _ = of(pythonic, "trace")
+    np.testing.assert_allclose(values, known, atol=1e-9)
+
+
+def test_a_test_function_of_a_user_is_located_with_its_error():
+    """Where the fixed point of r x (1 - x), 1 - 1/r, has the multiplier 2 - r of -1/2."""
+    system = cd.Map(states="x", parameters={"r": 2.2}, images={"x": "r*x*(1 - x)"}, initial={"x": 0.5})
+    functions = {"half": lambda orbit: orbit.multipliers[0].real + 0.5}
+    found = cd.continue_orbit(system, {"r": (2.2, 2.9)}, functions=functions, levels={"half": [0.0]})
+    values, errors, texts = special(found, Special.LEVEL)
+    assert abs(values[0, 0] - 2.5) <= 2 * errors[0] < 1e-11
+    assert texts.tolist() == ["half = 0"]
+
+
+def test_a_level_of_a_python_function_is_held_over_two_parameters(oscillator):
+    over = {"omega": (1.9, 1.95), "wall": (0.28, 0.32)}
+    held = {"functions": {"speed": hit}, "levels": {"speed": [3.5]}, "follow": "level", "step": 0.02}
+    curve = cd.continue_orbit(oscillator, over, **held)
+    assert curve.sizes["point"] > 2
+    for omega, wall in zip(curve["omega"].values, curve["wall"].values, strict=True):
+        assert speed(omega, wall) == pytest.approx(3.5, abs=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("function", "told"),
+    [
+        (lambda orbit: orbit.states["y"].max(), "KeyError('y')"),
+        (lambda orbit: orbit.states["x"], "which is no number"),
+        (lambda orbit: 1j, "which is no number"),
+    ],
+)
+def test_what_a_python_function_raises_is_told(oscillator, function, told):
+    found = cd.periodic_orbit(oscillator, functions={"wrong": function})
+    assert int(found["outcome"]) == cd.Outcome.PERIODIC
+    assert np.isnan(float(found["function_value"][0]))
+    assert told in found.attrs["functions_message"]
+
+
+@pytest.mark.parametrize(
+    ("table", "told"),
+    [
+        ({"of": hit, "take": "maximum"}, "sees the whole orbit"),
+        ({"of": hit, "at": "impact"}, "sees the whole orbit"),
+        ({"of": "Python function hit"}, "pass the function itself"),
+    ],
+)
+def test_what_a_python_function_cannot_have(oscillator, table, told):
+    with pytest.raises(cd.SettingsError, match=told):
+        cd.periodic_orbit(oscillator, functions={"speed": table})

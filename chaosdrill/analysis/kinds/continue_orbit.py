@@ -226,7 +226,9 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
         states, time and parameters, in which a quadrature stands for its rate; ``take`` is "mean" (default), "total",
         "maximum" or "minimum" over one period of the orbit. With ``at``, the name or kind of an event, only the states
         before these events are used; with ``modes``, a list, only these modes: elsewhere the function is zero for a
-        mean or total, and ignored for an extreme. ``units`` is kept.
+        mean or total, and ignored for an extreme. ``units`` is kept. ``of``, or the table itself, may be a Python
+        function of an `chaosdrill.orbits.orbit_record.OrbitRecord` (times, states, events, multipliers) that returns a
+        number; where it raises an exception it is NaN, and ``functions_message`` says which.
     levels : mapping of a function to numbers, optional
         Special points are where the function takes one of these values. With ``follow="level"`` one function is held at
         one value over two parameters.
