@@ -154,7 +154,8 @@ def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitSt
 
     Where a section is named: in the middle of the first long way between events from a point of it on, so that it is
     beside all of them, and the round has the time that the ``period`` returns from there take. On an attractor it is
-    the point after the transient to which so many returns lead back most nearly.
+    the point after the transient to which so many returns lead back most nearly; else the first point, or the middle of
+    the way to it, if that is long.
     """
     # a section alone needs no orbits, nor what they import
     from chaosdrill.orbits.marks import Marks
@@ -167,7 +168,8 @@ def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitSt
     assert where.transitions is not None
     run = Run(where.system, where.unit, numerics)
     attracted = given.start == "attractor"
-    found = record_returns(run, where.transitions, max(int(given.transient), 1) if attracted else 1, where.longest)
+    lead_in = max(int(given.transient), 1) if attracted else 0
+    found = record_returns(run, where.transitions, lead_in, where.longest)
     ahead = Run(where.system, where.unit, numerics)
     ahead.continue_from(run)
     passed = found
@@ -195,9 +197,13 @@ def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitSt
     instants = passed.times[(passed.times >= first) & (passed.times <= last_time)]
     # a way that is wide enough: the later it is, the farther the round leads beyond the return that was seen
     ways = np.diff(instants)
-    wide = int(np.flatnonzero(ways >= ways.max() / 2)[0])
-    beside = Run(where.system, float((instants[wide] + instants[wide + 1]) / 2 - first), numerics)
-    beside.continue_from(run)
+    if not attracted and first >= ways.max() / 4:
+        # the start itself is on a way, and deviations from an orbit grow from there on
+        beside = Run(where.system, float(first) / 2, numerics)
+    else:
+        wide = int(np.flatnonzero(ways >= ways.max() / 2)[0])
+        beside = Run(where.system, float((instants[wide] + instants[wide + 1]) / 2 - first), numerics)
+        beside.continue_from(run)
     beside.advance(1)
     state = dict(zip(system.state_names, beside.x.tolist(), strict=True))
     marks = Marks(where.system.limited({}), where.transitions)

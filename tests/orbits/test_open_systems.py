@@ -29,6 +29,16 @@ def _moved(start, by):
     return {**start, "y": start["y"] + by}
 
 
+@pytest.mark.parametrize("disks", [(0, 1), (2, 0), (1, 0)])
+@pytest.mark.parametrize("beside", [1e-5, -1e-5])
+def test_the_first_round_counts_where_deviations_grow_a_thousandfold_a_round(disks, beside):
+    start = pinball().with_initial(**_moved(on_triangle(*disks), beside))
+    found = periodic_orbit(start, at="bounce", period=3, start="guess")
+    assert int(found["outcome"]) == Outcome.PERIODIC, found.attrs["message"]
+    assert float(found["period_time"]) == pytest.approx(ROUNDS[3][0], rel=1e-11)
+    assert float(found["multiplier_real"][0]) == pytest.approx(ROUNDS[3][1], rel=2e-8)
+
+
 def test_without_a_section_too():
     start = pinball().with_initial(**_moved(on_triangle(1, 2), 1e-5))
     found = periodic_orbit(start, start="guess")
