@@ -14,7 +14,7 @@ from chaosdrill.orbits.continuation import Birth, Continued, continue_curve
 from chaosdrill.orbits.criticality import normal_form
 from chaosdrill.orbits.crossings import Located, located, noise_of, steps_with
 from chaosdrill.orbits.curve import Curve, SpecialCurve
-from chaosdrill.orbits.event_changes import branch_behind, reason, recounted, slowness, what_changed
+from chaosdrill.orbits.event_changes import branch_behind, change_at, recounted, slowness
 from chaosdrill.orbits.find import NoOrbitError, admissible, starting_orbit
 from chaosdrill.orbits.halves import halves_met
 from chaosdrill.orbits.marks import NO_COLUMNS, Columns
@@ -269,23 +269,19 @@ def _behind(curve: Curve, part: Continued, last: BranchSegment, branch: Branch) 
     assert part.border is not None
     length, at_border = last.points[-1].arclength, last.points[-1].orbit
     if isinstance(curve, SpecialCurve):
-        kind, _ = reason(curve.problem, part.border)
-        further = (
-            None
-            if halves_met(curve, last.points, kind == Special.REGULAR)
-            else curve_behind(curve, last.points[-1], part.border)
-        )
+        alone = change_at(curve.problem, part.border).kind == Special.REGULAR
+        further = None if halves_met(curve, last.points, alone) else curve_behind(curve, last.points[-1], part.border)
         if further is None:
             return None
-        behind, first, text = further
-        _mark(branch, part.border, kind, f"{text}; the curve continues")
+        behind, first, change = further
+        _mark(branch, part.border, change.kind, f"{change.text}; the curve continues")
         return behind, first
     beyond = branch_behind(curve, part.border)
     if beyond is None:
         return None
     if not recounted(curve.problem, part.border.good, beyond.orbit):
         before = last.points[-2].orbit if len(last) > 1 else at_border
-        kind, text = what_changed(curve.problem, part.border, beyond.orbit)
+        kind, text = change_at(curve.problem, part.border, beyond.orbit)
         coming = float(curve.values(at_border)[-1] - curve.values(before)[-1])
         way = "continues" if coming * beyond.ahead[-1] > 0 else "folds back"
         _mark(branch, part.border, kind, f"{text}; the branch {way}")
@@ -321,7 +317,7 @@ def _ended_at(branch: Branch, curve: Curve, part: Continued, last: BranchSegment
     assert part.border is not None
     if part.lost and _escapes(last, step):
         return branch.ended(BranchEnd.ESCAPED)
-    kind, text = reason(curve.problem, part.border)
+    kind, text = change_at(curve.problem, part.border)
     words = f"{text}; the {curve.noun} ends" if text else _lost(last)
     if halves_met(curve, last.points, kind == Special.REGULAR) and (isinstance(curve, SpecialCurve) or not words):
         return branch.ended(BranchEnd.DOUBLING)
@@ -359,12 +355,18 @@ def _marked(segment: BranchSegment, count: int) -> tuple[BranchSegment, list[Mar
     for one in reversed(marks):
         kind = one.point.special
         form = normal_form(segment.curve.problem, one.point.orbit, kind, one.multiplicity)
-        found.append(Mark(0, places[id(one.point)], kind, one.error, _told(one, form), one.multiplicity, form))
+        text = _told(one, form, bool(len(segment.curve.problem.conserved)))
+        found.append(Mark(0, places[id(one.point)], kind, one.error, text, one.multiplicity, form))
     return segment.with_points(points), found
 
 
-def _told(mark: Located, form: NormalForm) -> str:
-    """What happens at a special point, in words."""
+def _told(mark: Located, form: NormalForm, held: bool) -> str:
+    """What happens at a special point, in words; ``held``: only the differential of what is conserved is held."""
+    if held and mark.point.special == Special.FOLD:
+        return (
+            "A multiplier is +1: two orbits with one value of what is conserved meet and vanish. The branch goes on, "
+            "since that value changes along it."
+        )
     words, usual = mark.point.special.words, 2 if mark.point.special == Special.NEIMARK_SACKER else 1
     if mark.multiplicity > usual:
         words = f"{words} {mark.multiplicity // usual} cross together."

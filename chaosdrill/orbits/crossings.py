@@ -130,8 +130,19 @@ def _pair(values: np.ndarray) -> int:
     return 2 if pair_on_circle(values) <= SETTINGS.missed_multiplier else 0
 
 
+def _turning(segment: "BranchSegment") -> tuple[np.ndarray, float]:
+    """The parameter's part of the direction.
+
+    Where only the differential of what is conserved is held, as it was at the first orbit, the branch leads from level
+    to level, and turns back where that differential vanishes along the family of orbits at one parameter: no two orbits
+    of one level meet there.
+    """
+    way = segment.tangents[:, -1]
+    return (np.full(len(segment), np.nan) if len(segment.curve.problem.conserved) else way), 0.0
+
+
 TESTS = [
-    BranchTest(Special.FOLD, lambda s: (s.tangents[:, -1], 0.0), lambda values: np.abs(values - 1), crossed=True),
+    BranchTest(Special.FOLD, _turning, lambda values: np.abs(values - 1), crossed=True),
     BranchTest(
         Special.BRANCH_POINT,
         _noisy(lambda s: fold_test(free_of(s))),
@@ -252,6 +263,8 @@ class _Step:
         self.pair, self.curve = pair, pair.curve
         self.before, self.after = pair.points
         self.points: dict[float, Point] = {0.0: self.before, 1.0: self.after}
+        self.held = bool(len(self.curve.problem.conserved))
+        """Whether a differential is held: folds on a level of what is conserved are on the branch, which goes on."""
 
     def point(self, part: float, singular: bool) -> "Point":
         """The point at a part of the step."""
@@ -297,8 +310,8 @@ class _Step:
         kind, multiplicity = test.kind, test.multiplicity(free)
         if not multiplicity:
             return None
-        if kind == Special.FOLD and _crossed(self.curve, self.before, point, self.after):
-            kind = Special.BRANCH_POINT
+        if test.crossed and (kind == Special.FOLD or self.held):
+            kind = Special.BRANCH_POINT if _crossed(self.curve, self.before, point, self.after) else Special.FOLD
         return self._marked(part, kind, there(part)[1], abs(high - low), multiplicity)
 
     def crossed(self) -> list[Located]:
@@ -328,7 +341,10 @@ class _Step:
             part, kind, slope = group[0]
             point = self.points[part]
             noise = SETTINGS.tangent_error * len(point.orbit) * max(1.0, float(np.abs(point.shot.monodromy).max()))
-            if kind == Special.BRANCH_POINT and self.before.tangent.change[-1] * self.after.tangent.change[-1] < 0:
+            turned = self.before.tangent.change[-1] * self.after.tangent.change[-1] < 0
+            if kind == Special.BRANCH_POINT and (
+                turned or (self.held and not _crossed(self.curve, self.before, point, self.after))
+            ):
                 kind = Special.FOLD
             marks.append(self._marked(part, kind, noise, slope, len(group)))
         return sorted(marks, key=lambda one: one.part)
@@ -346,7 +362,7 @@ class _Step:
         if kind == Special.BRANCH_POINT:
             # the equations vanish there to third order across, so that the orbit is known to the root of its residual
             error = 3 * scale ** (2 / 3) * size
-        elif kind != Special.FOLD:
+        elif kind != Special.FOLD or self.held:
             error += noise * scale / SETTINGS.tangent_error * max(way, 1e-300) / rise
         return Located(replace(point, special=kind), part, float(error), multiplicity)
 

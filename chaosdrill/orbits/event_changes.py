@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 
@@ -169,8 +170,26 @@ class Continuation:
     ahead: np.ndarray
 
 
-def reason(problem: Problem, border: Border) -> tuple[Special, str]:
-    """What happens at a border beyond which no branch continues, from its last orbit and the first one beyond."""
+class Change(NamedTuple):
+    """What happens to the events at a border."""
+
+    kind: Special  # REGULAR: nothing that is known
+    text: str
+
+
+def change_at(problem: Problem, border: Border, after: Orbit | None = None) -> Change:
+    """What happens at a border.
+
+    Parameters
+    ----------
+    after : Orbit, optional
+        The first orbit of the branch beyond; without one the border ends the branch.
+    """
+    return _met_at(problem, border) if after is None else _changed(problem, border, after)
+
+
+def _met_at(problem: Problem, border: Border) -> Change:
+    """What happens at a border, from its last orbit and the first one beyond, which the system does not follow."""
     system = problem.plain
     orbit, shot = (border.good, border.shot) if border.bad is None else (border.bad, border.bad_shot)
     assert shot is not None
@@ -183,25 +202,48 @@ def reason(problem: Problem, border: Border) -> tuple[Special, str]:
             name = system.transitions[came if came >= 0 else first].name
             if shot.crossed[i] == end and shot.met[i] >= (1 - 1e-6) * orbit.durations[i]:
                 # met twice in a row, the second time from behind: between the two it was met at no speed
-                return Special.GRAZING, f"{names[i]} vanishes"
+                return Change(Special.GRAZING, f"{names[i]} vanishes")
             if shot.met[i] <= 1e-6 * orbit.durations[i]:
-                return Special.EVENT_SWAP, f"{name} coincides with {names[i - 1]}"
+                return Change(Special.EVENT_SWAP, f"{name} coincides with {names[i - 1]}")
             if shot.met[i] >= (1 - 1e-6) * orbit.durations[i]:
-                return Special.EVENT_SWAP, f"{name} coincides with {names[i]}"
-            return Special.GRAZING, f"{name} appears"
+                return Change(Special.EVENT_SWAP, f"{name} coincides with {names[i]}")
+            return Change(Special.GRAZING, f"{name} appears")
         if events[i] and shot.came[i] != outcome:
             if shot.came[i] >= 0 and system.transitions[shot.came[i]].name == system.transitions[outcome].completes:
                 told = f"{names[i]} would come after one more rebound; the branch was not followed further"
-                return Special.REGULAR, told
-            return Special.OUTCOME_SWITCH, f"{names[i]} has another outcome"
+                return Change(Special.REGULAR, told)
+            return Change(Special.OUTCOME_SWITCH, f"{names[i]} has another outcome")
     slow = slowness(problem, orbit, shot)
     short = orbit.durations / orbit.durations.sum()
     if slow.min(initial=np.inf) <= SETTINGS.tangential:
-        return Special.GRAZING, f"{names[int(slow.argmin())]} vanishes"
+        return Change(Special.GRAZING, f"{names[int(slow.argmin())]} vanishes")
     if short.min() <= SETTINGS.tangential:
         i = int(short.argmin())
-        return Special.EVENT_SWAP, f"{names[i - 1]} and {names[i]} coincide"
-    return Special.REGULAR, ""
+        return Change(Special.EVENT_SWAP, f"{names[i - 1]} and {names[i]} coincide")
+    return Change(Special.REGULAR, "")
+
+
+def _changed(problem: Problem, border: Border, after: Orbit) -> Change:
+    """What happens at a border, from the sequences of events on its two sides, and the speeds at the border itself."""
+    system, before = problem.plain, border.good
+    old, new = (Counter(o.events(system).split()) for o in (before, after))
+    # in the order of declaration: where an orbit's sequence begins may be a matter of the last digit
+    declared = [t.name for t in system.transitions]
+    appeared, vanished = (sorted(changed.elements(), key=declared.index) for changed in (new - old, old - new))
+    if len(before) == len(after) and not before.eventless and not after.eventless:
+        if not appeared and not vanished:
+            return Change(Special.EVENT_SWAP, "two events change their order")
+        return Change(Special.OUTCOME_SWITCH, f"{' and '.join(vanished)} becomes {' and '.join(appeared)}")
+    parts = []
+    for names, one, many in ((appeared, "appears", "appear"), (vanished, "vanishes", "vanish")):
+        counted = [f"{k} {name}" if k > 1 else name for name, k in Counter(names).items()]
+        if names:
+            parts.append(f"{' and '.join(counted)} {one if len(names) == 1 else many}")
+    touches = (
+        slowness(problem, before, border.shot).min() <= SETTINGS.tangential
+        or nearest_touch(problem, before) is not None
+    )
+    return Change(Special.GRAZING if touches else Special.BORDER_COLLISION, ", ".join(parts))
 
 
 def branch_behind(curve: Curve, border: Border) -> Continuation | None:
@@ -231,29 +273,6 @@ def recounted(problem: Problem, before: Orbit, after: Orbit) -> bool:
     old, new = (Counter(o.events(problem.plain).split()) for o in (before, after))
     replaced = {transitions[name].completes for name in old} - {None}
     return old != new and all(name in replaced for name in (old - new) + (new - old))
-
-
-def what_changed(problem: Problem, border: Border, after: Orbit) -> tuple[Special, str]:
-    """What happens at a border, from the sequences of events on its two sides, and the speeds at the border itself."""
-    system, before = problem.plain, border.good
-    old, new = (Counter(o.events(system).split()) for o in (before, after))
-    # in the order of declaration: where an orbit's sequence begins may be a matter of the last digit
-    declared = [t.name for t in system.transitions]
-    appeared, vanished = (sorted(changed.elements(), key=declared.index) for changed in (new - old, old - new))
-    if len(before) == len(after) and not before.eventless and not after.eventless:
-        if not appeared and not vanished:
-            return Special.EVENT_SWAP, "two events change their order"
-        return Special.OUTCOME_SWITCH, f"{' and '.join(vanished)} becomes {' and '.join(appeared)}"
-    parts = []
-    for names, one, many in ((appeared, "appears", "appear"), (vanished, "vanishes", "vanish")):
-        counted = [f"{k} {name}" if k > 1 else name for name, k in Counter(names).items()]
-        if names:
-            parts.append(f"{' and '.join(counted)} {one if len(names) == 1 else many}")
-    touches = (
-        slowness(problem, before, border.shot).min() <= SETTINGS.tangential
-        or nearest_touch(problem, before) is not None
-    )
-    return Special.GRAZING if touches else Special.BORDER_COLLISION, ", ".join(parts)
 
 
 def _guesses(curve: Curve, border: Border) -> Iterator[Orbit]:

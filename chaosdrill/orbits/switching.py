@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from chaosdrill.orbits.curve import Curve, SpecialCurve
-from chaosdrill.orbits.event_changes import branch_behind, distance, slowest_event, touches, what_changed
+from chaosdrill.orbits.event_changes import Change, branch_behind, change_at, distance, slowest_event, touches
 from chaosdrill.orbits.find import admissible
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.points import Border, Point
@@ -81,8 +81,8 @@ def crossing(
             break
 
 
-def curve_behind(curve: SpecialCurve, last: Point, border: Border) -> tuple[SpecialCurve, Point, str] | None:
-    """The curve that goes on behind a border: (the curve, its first point with the way ahead, what changed).
+def curve_behind(curve: SpecialCurve, last: Point, border: Border) -> tuple[SpecialCurve, Point, Change] | None:
+    """The curve that goes on behind a border: (the curve, its first point with the way ahead, the change).
 
     With the second parameter held, the branch behind the border is the one that
     `chaosdrill.orbits.event_changes.branch_behind` finds. A special point of the same kind is looked for next to it, a
@@ -119,8 +119,8 @@ def curve_behind(curve: SpecialCurve, last: Point, border: Border) -> tuple[Spec
             and slowest_event(problem, point.orbit, point.shot) is None
         ):
             ahead = float(np.sign(change @ (point.tangent.change[-2:] / curve.spans)))
-            _, text = what_changed(one.problem, flat, found.orbit)
-            return behind, replace(point, tangent=point.tangent.times(ahead), arclength=last.arclength + gap), text
+            first = replace(point, tangent=point.tangent.times(ahead), arclength=last.arclength + gap)
+            return behind, first, change_at(one.problem, flat, found.orbit)
     return None
 
 

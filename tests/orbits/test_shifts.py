@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 import sympy
 from scipy.integrate import solve_ivp
+from scipy.optimize import fsolve
 
 import chaosdrill as cd
 from chaosdrill.dataset import Outcome
+from chaosdrill.dataset.branches import Special
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.shifts import Shifts, shifts_of
 from chaosdrill.engine.structure import symmetries_of, turns_of
@@ -54,14 +56,14 @@ def runner(placed):
     )  # fmt: skip
 
 
-def step(state):
+def step(state, stiffness=STIFFNESS):
     """State (x, u, v) at a touchdown after one step and the time of it, by SciPy's DOP853 and a parabola."""
     x, u, v = state
     foot, height = x + math.cos(LANDING), math.sin(LANDING)
 
     def rates(t, s):
         leg = math.hypot(s[0] - foot, s[1])
-        pull = STIFFNESS * (1 / leg - 1)
+        pull = stiffness * (1 / leg - 1)
         return [s[2], s[3], pull * (s[0] - foot), pull * s[1] - 1]
 
     def liftoff(t, s):
@@ -256,3 +258,29 @@ def test_across_shifts():
     apart = np.array([3.5, 4.1, 3.75, -1.0])
     np.testing.assert_allclose(shifts.part(apart), [3.5, 4, 3.5, 0])
     np.testing.assert_allclose(shifts.across(apart), [0, 0.1, 0.25, -1])
+
+
+def test_two_gaits_of_one_energy_meet_where_a_multiplier_is_one():
+    """The branch turns back elsewhere: only the differential of the energy is held on it, not the energy."""
+    branch = cd.continue_orbit(runner(True), {"k": (34.0, 48.0)}, start="guess", step=0.5, max_points=40)
+    fold = np.flatnonzero(branch["special_multiplicity"].values)
+    assert branch["special_kind"].values[fold].tolist() == [Special.FOLD]
+    assert "one value of what is conserved" in str(branch["special_text"].values[fold[0]])
+    _, y, u, v, _ = branch["orbit_state"].values[int(branch["special_index"][fold[0]])]
+    known, error = (float(branch[name][fold[0]]) for name in ("special_value", "special_error"))
+    energy = y + (u**2 + v**2) / 2
+
+    def misses(fall, stiffness):
+        state = np.array([0.0, math.sqrt(2 * (energy - math.sin(LANDING)) - fall**2), -fall])
+        return step(state, stiffness)[0][2] + fall
+
+    def tangency(unknowns):
+        fall, stiffness = unknowns
+        far, near = (misses(fall + k * 1e-3, stiffness) - misses(fall - k * 1e-3, stiffness) for k in (2, 1))
+        return [misses(fall, stiffness), (8 * near - far) / 12e-3]
+
+    guess = [math.sqrt(v**2 + 2 * (y - math.sin(LANDING))), known + 0.1]
+    _, stiffness = fsolve(tangency, guess, xtol=1e-12)
+    assert abs(stiffness - known) < 1e-8
+    assert 0 < error < 1e-8
+    assert branch["k"].values.max() > known + 1
