@@ -56,6 +56,23 @@ class Criticality(Code):
         return _BORN[self]
 
 
+class Onset(Code):
+    """Kind of the motion that follows where a stable orbit grazes; archives store the number."""
+
+    NONE = 0
+    CONTINUOUS = 1
+    PERIOD_ADDING = 2
+    PERIOD_ADDING_CHAOS = 3
+    CHAOS = 4
+    JUMP = 5
+    UNDECIDED = 6
+
+    @property
+    def words(self) -> str:
+        """What follows there, in one sentence; empty where the question does not arise."""
+        return _FOLLOWS[self]
+
+
 class BranchEnd(Code):
     """How a branch ended; archives store the number, with the names as CF flag meanings."""
 
@@ -134,6 +151,16 @@ _BORN = {
     Criticality.SUBCRITICAL: "Subcritical, or hard: the new motion repels, beside the orbit that attracts.",
     Criticality.TRANSCRITICAL: "Transcritical: the two branches exchange their stability.",
     Criticality.UNDECIDED: "Whether it is soft or hard is undecided.",
+}
+
+_FOLLOWS = {
+    Onset.NONE: "",
+    Onset.CONTINUOUS: "The orbit goes on with the event, and attracts.",
+    Onset.PERIOD_ADDING: "Periods add up without end towards the point, and the attractor grows from the orbit.",
+    Onset.PERIOD_ADDING_CHAOS: "Periods add up without end towards the point, with chaos between them.",
+    Onset.CHAOS: "A chaotic attractor grows from the orbit at once.",
+    Onset.JUMP: "No attractor is left near the orbit: the motion jumps.",
+    Onset.UNDECIDED: "What follows is undecided.",
 }
 
 _ADVICE = {

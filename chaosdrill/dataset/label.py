@@ -8,7 +8,7 @@ from importlib import import_module
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.dataset.branches import AttractorEnd, BranchEnd, Criticality, Special
+from chaosdrill.dataset.branches import AttractorEnd, BranchEnd, Criticality, Onset, Special
 from chaosdrill.dataset.curves import CurveBreak, CurveEnd
 from chaosdrill.dataset.equilibria import Admissibility, Beyond, EquilibriumType, SpecialEquilibrium
 from chaosdrill.dataset.outcomes import Outcome, holds_codes
@@ -220,6 +220,7 @@ def _attributes(variable: Variable, system: Any) -> dict[str, Any]:
             "transition": [transition.name for transition in system.transitions],
             "special": [special.meaning for special in Special],
             "criticality": [criticality.meaning for criticality in Criticality],
+            "onset": [onset.meaning for onset in Onset],
             "branch_end": [end.meaning for end in BranchEnd],
             "attractor_end": [end.meaning for end in AttractorEnd],
             "equilibrium": [one.meaning for one in EquilibriumType],

@@ -16,6 +16,7 @@ from chaosdrill.orbits.crossings import Located, located, noise_of, steps_with
 from chaosdrill.orbits.curve import Curve, SpecialCurve
 from chaosdrill.orbits.event_changes import branch_behind, change_at, recounted, slowness
 from chaosdrill.orbits.find import NoOrbitError, admissible, starting_orbit
+from chaosdrill.orbits.grazing import grazing_form
 from chaosdrill.orbits.halves import halves_met
 from chaosdrill.orbits.marks import NO_COLUMNS, Columns
 from chaosdrill.orbits.multipliers import Spectra, free_multipliers, is_stable, multipliers, spectra, structural_rank
@@ -23,7 +24,7 @@ from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.points import Border, Point
 from chaosdrill.orbits.problem import CONVERGED, LostError, Shot
 from chaosdrill.orbits.rests import rest_behind
-from chaosdrill.orbits.results import NO_FORM, BranchResult, Cascade, NormalForm
+from chaosdrill.orbits.results import NO_FORM, NO_GRAZING, BranchResult, Cascade, GrazingForm, NormalForm
 from chaosdrill.orbits.roots import bracketed
 from chaosdrill.orbits.settings import SETTINGS
 from chaosdrill.orbits.switching import crossing, curve_behind, doubled
@@ -107,6 +108,7 @@ class Mark:
     text: str
     multiplicity: int = 0  # where events change, multipliers jump
     form: NormalForm = NO_FORM  # what is born there
+    grazing: GrazingForm = NO_GRAZING  # what follows where events change at no speed
 
 
 @dataclass
@@ -297,7 +299,12 @@ def _mark(branch: Branch, border: Border, kind: Special, text: str) -> None:
         segment = segment.with_points([*segment.points[:-1], replace(segment.points[-1], special=kind)])
         branch.segments[-1] = segment
     if kind != Special.REGULAR:
-        branch.marks.append(Mark(len(branch.segments) - 1, k, kind, border.error, text))
+        grazing = NO_GRAZING
+        if kind == Special.GRAZING and not isinstance(segment.curve, SpecialCurve):
+            grazing = grazing_form(
+                segment.curve.problem, border.good, border.shot, segment.curve.weights(border.good)
+            )
+        branch.marks.append(Mark(len(branch.segments) - 1, k, kind, border.error, text, grazing=grazing))
 
 
 def _at_rest(branch: Branch, curve: Curve) -> Branch:

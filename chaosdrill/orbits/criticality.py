@@ -43,7 +43,8 @@ class ReturnMap:
 
     def __init__(self, problem: "Problem", orbit: Orbit) -> None:
         self.problem, d = problem, problem.states
-        self.path = _cut(problem, orbit)
+        longest = _free_segment(problem, orbit)
+        self.path = cut(problem, orbit, longest, 0.0 if orbit.eventless else float(orbit.durations[longest]) / 2)
         self.closed = problem.neutral.flow
         self.sizes = 1 / problem.weights(orbit)[:d]
         shot = problem.shoot(self.path, False)
@@ -111,8 +112,8 @@ class ReturnMap:
         return rows, ends
 
 
-def _cut(problem: "Problem", orbit: Orbit) -> Orbit:
-    """One period of an orbit from the middle of its longest segment in which all that is not pinned is free."""
+def _free_segment(problem: "Problem", orbit: Orbit) -> int:
+    """The longest segment of an orbit in which all that is not pinned is free."""
     modes = orbit.segments[:, at.SEGMENT_MODE]
     held = np.array(kernels_of(problem.plain).held)[modes]
     pinned = constrained_states(problem.plain)[modes].sum(axis=1)
@@ -120,21 +121,36 @@ def _cut(problem: "Problem", orbit: Orbit) -> Orbit:
     longest = int(merit.argmax())
     if merit[longest] <= 0:
         raise LostError("every segment is held to a surface")
-    share = np.array([[modes[longest], at.SHARE, -1]], dtype=np.int64)
+    return longest
+
+
+def cut(problem: "Problem", orbit: Orbit, segment: int, after: float) -> Orbit:
+    """One period of an orbit from within a segment, a time after its start, on to the same place.
+
+    Parameters
+    ----------
+    segment : int
+    after : float
+    """
+    period, d = problem.period_at(orbit), problem.states
+    share = np.array([[orbit.segments[segment, at.SEGMENT_MODE], at.SHARE, -1]], dtype=np.int64)
     if orbit.eventless:
-        return replace(orbit, segments=share, starts=orbit.starts[:1], durations=np.array([orbit.durations.sum()]))
-    turned = orbit.rotated(longest, problem.period_at(orbit))
-    half = float(turned.durations[0]) / 2
+        after, total = after + float(orbit.durations[:segment].sum()), float(orbit.durations.sum())
+        begin = orbit.starts[:1].copy()
+        begin[0, :d] = problem.at([orbit], np.array([[after % total]]))[0][0, 0]
+        phase = orbit.phase + after
+        phase = phase % period if period else phase
+        return replace(orbit, segments=share, starts=begin, durations=np.array([total]), phase=phase)
+    turned = orbit.rotated(segment, period)
     middle = turned.starts[0].copy()
-    middle[: problem.states] = problem.at([turned], np.array([[half]]))[0][0, 0]
-    period = problem.period_at(orbit)
-    phase = turned.phase + half
+    middle[:d] = problem.at([turned], np.array([[after]]))[0][0, 0]
+    phase = turned.phase + after
     return Orbit(
         np.vstack([turned.segments, share]),
         orbit.periods,
         np.vstack([middle, turned.starts[1:], turned.starts[:1] + turned.moved_on()]),
         phase % period if period else phase,
-        np.concatenate([[half], turned.durations[1:], [half]]),
+        np.concatenate([[float(turned.durations[0]) - after], turned.durations[1:], [after]]),
         turned.drift,
     )
 
@@ -225,7 +241,7 @@ def _terms(returns: ReturnMap, distances_of: Callable[[np.ndarray], np.ndarray])
         raise LostError("another normal form holds at a strong resonance")
     q = q / np.linalg.norm(q)
     p = p / (p @ q)
-    return _extrapolated(lambda h: _coefficients(returns, at_rest, mu, q, p, h))
+    return extrapolated(lambda h: _coefficients(returns, at_rest, mu, q, p, h))
 
 
 def _coefficients(
@@ -253,9 +269,15 @@ def _coefficients(
     return np.array([0.0, -(cubic / unit).real])
 
 
-def _extrapolated(function: Callable[[float], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Values at the distance zero of functions of its square, and their errors."""
-    best, errors = np.zeros(2), np.full(2, np.inf)
+def extrapolated(function: Callable[[float], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Values at the distance zero of functions of its square, shape (m,), and their errors.
+
+    Raises
+    ------
+    LostError
+        The functions have no values at any two distances.
+    """
+    best, errors = np.zeros(1), np.full(1, np.inf)
     before: list[np.ndarray] = []
     for distance in SETTINGS.difference_distances:
         try:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaosdrill.dataset.branches import BranchEnd, Criticality, Special
+from chaosdrill.dataset.branches import BranchEnd, Criticality, Onset, Special
 from chaosdrill.dataset.outcomes import Outcome
 
 if TYPE_CHECKING:
@@ -124,6 +124,23 @@ NO_FORM = NormalForm(Criticality.NONE)
 
 
 @dataclass(frozen=True)
+class GrazingForm:
+    """The leading term of the return map beside a grazing point, and what follows."""
+
+    onset: Onset
+    power: float = float("nan")  # of the guard's greatest value, y > 0 where the event happens; NaN if it is not known
+    coefficient: float = float("nan")
+    """By how much that power of y, times this, changes the next greatest value, in units of the guard; NaN without one."""
+    error: float = float("nan")
+    decisive: int = 0
+    """Number of the return after an event that decides: for a jump the first above the guard; undecided: the first that
+    is as high as the guard, a resonance. 0 where none does."""
+
+
+NO_GRAZING = GrazingForm(Onset.NONE)
+
+
+@dataclass(frozen=True)
 class SpecialPoint:
     """A point of a branch at which something happens, located."""
 
@@ -134,6 +151,7 @@ class SpecialPoint:
     text: str  # in words, with what becomes of the branch, as in "impact appears; the branch continues"
     multiplicity: int = 0  # how many multipliers are on the unit circle there; 0 where events change, and they jump
     form: NormalForm = NO_FORM  # what is born there
+    grazing: GrazingForm = NO_GRAZING  # what follows where events change at no speed
 
 
 @dataclass(frozen=True)

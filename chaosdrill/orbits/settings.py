@@ -262,6 +262,9 @@ class Settings:
     """Error of the orbit at a point where branches cross, in sizes of the states: with a symmetry the third root of
     its residual, and the terms that it mixes in."""
 
+    most_returns: int = 1000
+    """Returns after a grazing event until one multiplier tells them all: their ratio goes with the number."""
+
     # changes of the event sequence
     border_steps: tuple[float, ...] = (0.0, 1e-5, -1e-5, 1e-4, -1e-4, 1e-3, -1e-3, 1e-2, -1e-2)
     """Lengths along a new branch at which its first orbit is tried."""

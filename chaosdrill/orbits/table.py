@@ -93,6 +93,7 @@ def branch_table(
                     mark.text,
                     mark.multiplicity,
                     mark.form,
+                    mark.grazing,
                 )
             )
         infos.append(BranchInfo(branch.parent, period, branch.start, branch.words, branch.end))

@@ -55,6 +55,10 @@ STEP = 1 / 200
 _STABLE = "Whether small deviations die out; on a curve: by all multipliers but those on the unit circle."
 _BORN = "Whether what is born there attracts (supercritical, soft) or repels (subcritical, hard)."
 _COEFFICIENT = "On the centre manifold, above 0 where supercritical; states in parts of their sizes along the orbit."
+_ONSET = "Of the attractor beside a stable orbit, by the returns after the event."
+_POWER = "Of the return map where a guard is met at no speed, y > 0 where the event happens; NaN: not known, or none."
+_GRAZING = "What that power adds to the guard's next greatest value, in units of the guard."
+_RETURN = "Of a jump the first return above the guard; undecided: the first as high as the guard, a resonance; else 0."
 _SPECIAL = "What happens there; the names are in flag_meanings."
 
 VARIABLES = table(
@@ -102,6 +106,11 @@ VARIABLES = table(
     need("special_criticality", "special", "i1", "soft or hard", _BORN, flags="criticality"),
     need("special_coefficient", "special", "f8", "cubic coefficient", _COEFFICIENT),
     need("special_coefficient_error", "special", "f8", "error of the cubic coefficient", "Estimated; NaN without one."),
+    need("special_onset", "special", "i1", "what follows grazing", _ONSET, flags="onset"),
+    need("special_power", "special", "f8", "power of the guard's height", _POWER),
+    need("grazing_coefficient", "special", "f8", "coefficient of that power", _GRAZING),
+    need("grazing_coefficient_error", "special", "f8", "error of that coefficient", "Estimated; NaN without one."),
+    need("special_return", "special", "i4", "decisive return", _RETURN),
     axis("special_text", "special", "str", "what happens at the special point", "In words.", True),
     may("doubling_value", "doubling", "f8", "parameter at the doubling", "Of the cascade, in order."),
     may("doubling_period", "doubling", "i4", "period that doubles", "As the variable period."),
@@ -112,10 +121,11 @@ VARIABLES = table(
     may("neutral", "", "i4", "neutral multipliers", "How many are 1 by the structure of the system."),
     *function_columns("point"),
     need("outcome", "", "i1", "outcome", "Of the search for the orbit from which the branch starts.", flags="outcome"),
-    magnitude=("residual", "special_error", "special_coefficient_error", "accumulation_error"),
+    magnitude=("residual", "special_error", "special_coefficient_error", "grazing_coefficient_error", "accumulation_error"),
     bars={
         "special_value": "special_error",
         "special_coefficient": "special_coefficient_error",
+        "grazing_coefficient": "grazing_coefficient_error",
         "accumulation": "accumulation_error",
         "function_value": "function_error",
         "drift": "drift_error",
