@@ -34,6 +34,10 @@ class Special(Code):
     LEVEL = 23
     OPTIMUM = 24
     HOPF = 25
+    CROSSING_SLIDING = 26
+    GRAZING_SLIDING = 27
+    ADDING_SLIDING = 28
+    SWITCHING_SLIDING = 29
 
     @property
     def words(self) -> str:
@@ -143,6 +147,10 @@ _HAPPENS = {
     Special.LEVEL: "A function of the orbit takes a requested value.",
     Special.OPTIMUM: "A function of the orbit is largest or smallest.",
     Special.HOPF: "The orbit has shrunk onto an equilibrium, of which a pair of eigenvalues is on the imaginary axis.",
+    Special.CROSSING_SLIDING: "A crossing of the surface reaches the part that slides: a stay on it begins or vanishes.",
+    Special.GRAZING_SLIDING: "The orbit touches the surface where motions slide: a stay on it begins or vanishes.",
+    Special.ADDING_SLIDING: "A stay on the surface touches the end of the part that slides: it parts in two, or two join.",
+    Special.SWITCHING_SLIDING: "The orbit reaches the surface at the end of the part that slides: it crosses it first.",
 }
 
 _BORN = {

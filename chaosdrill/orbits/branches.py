@@ -27,6 +27,7 @@ from chaosdrill.orbits.rests import rest_behind
 from chaosdrill.orbits.results import NO_FORM, NO_GRAZING, BranchResult, Cascade, GrazingForm, NormalForm
 from chaosdrill.orbits.roots import bracketed
 from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.sliding import TOUCHING, sliding_between, sliding_beyond
 from chaosdrill.orbits.switching import crossing, curve_behind, doubled
 from chaosdrill.orbits.table import branch_table, cascade_from, nothing
 
@@ -284,6 +285,7 @@ def _behind(curve: Curve, part: Continued, last: BranchSegment, branch: Branch) 
     if not recounted(curve.problem, part.border.good, beyond.orbit):
         before = last.points[-2].orbit if len(last) > 1 else at_border
         kind, text = change_at(curve.problem, part.border, beyond.orbit)
+        kind = sliding_between(curve.problem, part.border.good, beyond.orbit) or kind
         coming = float(curve.values(at_border)[-1] - curve.values(before)[-1])
         way = "continues" if coming * beyond.ahead[-1] > 0 else "folds back"
         _mark(branch, part.border, kind, f"{text}; the branch {way}")
@@ -300,7 +302,7 @@ def _mark(branch: Branch, border: Border, kind: Special, text: str) -> None:
         branch.segments[-1] = segment
     if kind != Special.REGULAR:
         grazing = NO_GRAZING
-        if kind == Special.GRAZING and not isinstance(segment.curve, SpecialCurve):
+        if kind in TOUCHING and not isinstance(segment.curve, SpecialCurve):
             grazing = grazing_form(
                 segment.curve.problem, border.good, border.shot, segment.curve.weights(border.good)
             )
@@ -329,6 +331,7 @@ def _ended_at(branch: Branch, curve: Curve, part: Continued, last: BranchSegment
     if halves_met(curve, last.points, kind == Special.REGULAR) and (isinstance(curve, SpecialCurve) or not words):
         return branch.ended(BranchEnd.DOUBLING)
     branch.ended(ENDS.get(kind, BranchEnd.NO_CONVERGENCE), words)
+    kind = sliding_beyond(curve.problem, part.border) or kind if kind != Special.REGULAR else kind
     _mark(branch, part.border, kind, words)
     return branch
 

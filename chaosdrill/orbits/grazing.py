@@ -25,6 +25,7 @@ from chaosdrill.codegen.signatures import event_places
 from chaosdrill.dataset.branches import Onset, Special
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.layout import DONE
+from chaosdrill.engine.setup import constrained_states
 from chaosdrill.orbits.criticality import cut, extrapolated
 from chaosdrill.orbits.event_changes import Touch
 from chaosdrill.orbits.problem import LostError
@@ -184,6 +185,7 @@ def _event(place: Place, mode: int, guard: int, rates: np.ndarray) -> tuple[int,
 
 def _through(place: Place, other: int, fall: float, doubt: float) -> Shift | None:
     """The shift by a stay in another mode, which the path leaves again at once."""
+    problem = place.problem
     here, there = place.field(place.mode), place.field(other)
     unknown = np.full(len(here), np.nan)
     back = _way_back(place, other)
@@ -203,15 +205,15 @@ def _through(place: Place, other: int, fall: float, doubt: float) -> Shift | Non
         # the guard of the way back goes away with the first, and comes back with the second
         stay = -2 * float(away[0] / bend[0])
         return Shift(0.5, stay * np.sqrt(2 / fall) * (there - here), doubt + first + second)
-    held = place.kernels.held
+    held = np.array(place.kernels.held) + constrained_states(problem.system).sum(axis=1)
 
     def apart(along: np.ndarray) -> np.ndarray:
         return place.field(other, along) - place.field(place.mode, along)
 
-    if held[other]:
+    if held[other] > held[place.mode]:
         growth, error = place.slope(apart, place.onward(place.mode))
         return Shift(1.0, -growth / (place.total / (2 * np.pi)) / fall, doubt + error)
-    if held[place.mode]:
+    if held[place.mode] > held[other]:
         return Shift(2.0, unknown, doubt)
     gradient = place.touch.side * place.guard(place.mode, place.touch.guard)[2]
     try:
