@@ -324,19 +324,21 @@ def _other_outcomes(curve: Curve, border: Border) -> Iterator[Orbit]:
 
 
 def without_events(problem: Problem, orbit: Orbit) -> Iterator[Orbit]:
-    """The path without its events, if it stays in one mode."""
-    if orbit.eventless or len(set(orbit.segments[:, at.SEGMENT_MODE].tolist())) > 1:
+    """The path without its events, if it stays in one mode but for moments."""
+    lasting = orbit.durations > SETTINGS.tangential * orbit.durations.sum()
+    if orbit.eventless or len(set(orbit.segments[lasting, at.SEGMENT_MODE].tolist())) > 1:
         return
-    values = orbit.starts[0, problem.states :]
-    mode = problem.plain.mode_names[orbit.segments[0, at.SEGMENT_MODE]]
+    values, longest = orbit.starts[0, problem.states :], int(orbit.durations.argmax())
+    mode = problem.plain.mode_names[orbit.segments[longest, at.SEGMENT_MODE]]
     if problem.forced:
         period = problem.period_at(orbit)
         assert period is not None
         yield eventless(problem, problem.strobes([orbit])[0][0, 0], mode, orbit.periods, values, period)
     else:
         total = float(orbit.durations.sum())
-        state = problem.at([orbit], np.array([[0.5 * float(orbit.durations[0])]]))[0][0, 0]
-        segments = np.array([[orbit.segments[0, at.SEGMENT_MODE], at.PLANE, -1]], dtype=np.int64)
+        middle = float(orbit.durations[:longest].sum() + 0.5 * orbit.durations[longest])
+        state = problem.at([orbit], np.array([[middle]]))[0][0, 0]
+        segments = np.array([[orbit.segments[longest, at.SEGMENT_MODE], at.PLANE, -1]], dtype=np.int64)
         starts = np.concatenate([state, values])[np.newaxis]
         yield Orbit(segments, orbit.periods, starts, 0.0, np.array([total]), orbit.drift)
 

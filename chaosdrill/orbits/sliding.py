@@ -6,6 +6,7 @@ Gragnani 2003, doi:10.1142/S0218127403007874; di Bernardo, Kowalczyk and Nordmar
 doi:10.1016/S0167-2789(02)00547-X).
 """
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from chaosdrill.orbits.orbit import Orbit
     from chaosdrill.orbits.points import Border
     from chaosdrill.orbits.problem import Problem
+
+Cycle = tuple[tuple[str, float], ...]
 
 SLIDING = (
     Special.CROSSING_SLIDING,
@@ -40,13 +43,12 @@ def sliding_between(problem: "Problem", before: "Orbit", after: "Orbit") -> Spec
     """The sliding bifurcation between two orbits; None if it is none of the four, or several different ones."""
     system = problem.plain
     slides = sliding_modes(system)
-    if not slides:
+    shorter, longer = sorted((_stays(system, orbit) for orbit in (before, after)), key=len)
+    if not slides or len(longer) == len(shorter):
         return None
-    longer, shorter = sorted(([system.mode_names[m] for m in _modes(orbit)] for orbit in (before, after)), key=len)[::-1]
-    if len(longer) == len(shorter):
-        return None
-    found = {kind for kind in SLIDING if _reached(tuple(longer), tuple(shorter), kind, slides)}
-    return found.pop() if len(found) == 1 else None
+    reached = {kind: _reached(longer, shorter, kind, slides) for kind in SLIDING}
+    kind = min(reached, key=lambda one: reached[one])
+    return kind if np.isfinite(reached[kind]) else None
 
 
 def sliding_beyond(problem: "Problem", border: "Border") -> Special | None:
@@ -63,42 +65,61 @@ def sliding_beyond(problem: "Problem", border: "Border") -> Special | None:
             brief = orbit.durations[(i + 1) % len(orbit)] <= SETTINGS.tangential * orbit.durations.sum()
             if came and not expected:
                 return Special.CROSSING_SLIDING
-            if expected and not came:
-                return Special.CROSSING_SLIDING if brief else Special.SWITCHING_SLIDING
+            if expected and not came and not brief:
+                return Special.SWITCHING_SLIDING
     return None
 
 
-def _modes(orbit: "Orbit") -> list[int]:
-    """The modes in order; one that goes on behind no event counts once."""
-    events = orbit.segments[:, at.SEGMENT_END] >= 0
-    modes = orbit.segments[:, at.SEGMENT_MODE]
-    return modes[events].tolist() if events.any() else modes[:1].tolist()
+def _stays(system: "HybridSystem", orbit: "Orbit") -> Cycle:
+    """The modes in order, and how long each lasts, written from the least rotation of their names."""
+    modes = [system.mode_names[m] for m in orbit.segments[:, at.SEGMENT_MODE].tolist()]
+    return _least(tuple(zip(modes, orbit.durations.tolist(), strict=True)))
 
 
-def _reached(longer: tuple[str, ...], shorter: tuple[str, ...], kind: Special, slides: set[str]) -> bool:
-    """Whether leaving out stays of one kind makes the one cycle of modes the other."""
-    cycles = {longer}
-    while cycles and len(next(iter(cycles))) > len(shorter):
-        cycles = {less for cycle in cycles for less in _left_out(cycle, kind, slides)}
-    return min(shorter[k:] + shorter[:k] for k in range(len(shorter))) in cycles
+def _least(cycle: Cycle) -> Cycle:
+    return min((cycle[k:] + cycle[:k] for k in range(len(cycle))), key=_names)
 
 
-def _left_out(cycle: tuple[str, ...], kind: Special, slides: set[str]) -> "list[tuple[str, ...]]":
-    """The cycles without one stay that begins or ends at a sliding bifurcation, written from their least rotation."""
-    found, count = set(), len(cycle)
-    for k in range(count):
+def _names(cycle: Cycle) -> tuple[str, ...]:
+    return tuple(mode for mode, _ in cycle)
+
+
+def _reached(longer: Cycle, shorter: Cycle, kind: Special, slides: set[str]) -> float:
+    """The longest of the stays without which, all of one kind, the one cycle of modes is the other; infinite if none.
+
+    A stay between two others may be taken for one of two kinds: what vanishes is the brief one.
+    """
+    cycles, count = {_names(longer): (0.0, longer)}, len(longer)
+    while cycles and count > len(shorter):
+        less: dict[tuple[str, ...], tuple[float, Cycle]] = {}
+        for most, cycle in cycles.values():
+            for lasting, left in _left_out(cycle, kind, slides):
+                most_now, name = max(most, lasting), _names(left)
+                if name not in less or most_now < less[name][0]:
+                    less[name] = most_now, left
+        cycles = less
+        count = len(next(iter(cycles), ()))
+    return cycles.get(_names(shorter), (np.inf, ()))[0]
+
+
+def _left_out(cycle: Cycle, kind: Special, slides: set[str]) -> Iterator[tuple[float, Cycle]]:
+    """The cycles without one stay that begins or ends at a sliding bifurcation, and how long it lasts."""
+    for k in range(len(cycle)):
         turned = cycle[k:] + cycle[:k]
-        before, stay, after = turned[0], turned[1 % count], turned[2 % count]
-        here = (before in slides, stay in slides, after in slides)
-        less: tuple[str, ...] | None = None
-        if kind == Special.CROSSING_SLIDING and here == (False, True, False) and before != after:
-            less = turned[:1] + turned[2:]
-        elif kind == Special.GRAZING_SLIDING and here == (False, True, False) and before == after:
-            less = turned[:1] + turned[3:]
-        elif kind == Special.ADDING_SLIDING and here == (True, False, True) and before == after:
-            less = turned[:1] + turned[3:]
-        elif kind == Special.SWITCHING_SLIDING and here == (False, False, True):
-            less = turned[:1] + turned[2:]
-        if less:
-            found.add(min(less[j:] + less[:j] for j in range(len(less))))
-    return sorted(found)
+        (before, lasting), (stay, brief), (after, last) = (turned[j % len(cycle)] for j in range(3))
+        if (before in slides, stay in slides, after in slides) != _PATTERNS[kind]:
+            continue
+        if kind in (Special.CROSSING_SLIDING, Special.SWITCHING_SLIDING):
+            if before != after:
+                yield brief, _least((*turned[:1], *turned[2:]))
+        elif before == after:
+            yield brief, _least(((before, lasting + brief + last), *turned[3:]))
+
+
+_PATTERNS = {
+    Special.CROSSING_SLIDING: (False, True, False),
+    Special.GRAZING_SLIDING: (False, True, False),
+    Special.ADDING_SLIDING: (True, False, True),
+    Special.SWITCHING_SLIDING: (False, False, True),
+}
+"""Whether the mode before a stay, that of the stay and the one after it slide."""

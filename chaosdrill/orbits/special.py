@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from chaosdrill.dataset.branches import Special
-from chaosdrill.engine import shooting as at
 from chaosdrill.orbits.crossings import doubling_test, is_paired
-from chaosdrill.orbits.event_changes import Touch, distance, left_out, nearest_touch, slowest_event
+from chaosdrill.orbits.event_changes import Touch, distance, left_out, nearest_touch, slowest_event, without_events
 from chaosdrill.orbits.find import least_period
-from chaosdrill.orbits.guess import eventless
 from chaosdrill.orbits.multipliers import all_multipliers, based, free_multipliers, pair_near
 from chaosdrill.orbits.points import Border, Plane, plane_at
 from chaosdrill.orbits.problem import CONVERGED, LostError
@@ -161,10 +159,4 @@ def test_function_at(
 def _without_event(problem: "Problem", orbit: "Orbit", shot: "Shot") -> Iterator["Orbit"]:
     """The path without events that may have no effect."""
     yield from left_out(problem, Border(orbit, shot, None, None, 0.0))
-    modes = set(orbit.segments[:, at.SEGMENT_MODE].tolist())
-    if problem.forced and len(modes) == 1:
-        period = problem.period_at(orbit)
-        assert period is not None
-        states, _ = problem.strobes([orbit])
-        name = problem.plain.mode_names[modes.pop()]
-        yield eventless(problem, states[0, 0], name, orbit.periods, orbit.starts[0, problem.states :], period)
+    yield from without_events(problem, orbit)
