@@ -303,9 +303,7 @@ def _mark(branch: Branch, border: Border, kind: Special, text: str) -> None:
     if kind != Special.REGULAR:
         grazing = NO_GRAZING
         if kind in TOUCHING and not isinstance(segment.curve, SpecialCurve):
-            grazing = grazing_form(
-                segment.curve.problem, border.good, border.shot, segment.curve.weights(border.good)
-            )
+            grazing = grazing_form(segment.curve.problem, border.good, border.shot, segment.curve.weights(border.good))
         branch.marks.append(Mark(len(branch.segments) - 1, k, kind, border.error, text, grazing=grazing))
 
 

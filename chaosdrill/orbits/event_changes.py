@@ -26,6 +26,7 @@ from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.points import Border
 from chaosdrill.orbits.problem import CONVERGED, LostError, Problem, Shot
 from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.sliding import switched
 
 
 @dataclass(frozen=True)
@@ -283,6 +284,7 @@ def _guesses(curve: Curve, border: Border) -> Iterator[Orbit]:
     problem = curve.problem
     d = problem.states
     yield from _other_outcomes(curve, border)
+    yield from switched(problem, border.good)
     last = border.bad if border.bad is not None else border.good
     for part in SETTINGS.border_beside:
         for orbit in (border.good, last):

@@ -7,10 +7,12 @@ doi:10.1016/S0167-2789(02)00547-X).
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset.branches import Special
 from chaosdrill.engine import shooting as at
 from chaosdrill.orbits.settings import SETTINGS
@@ -68,6 +70,54 @@ def sliding_beyond(problem: "Problem", border: "Border") -> Special | None:
             if expected and not came and not brief:
                 return Special.SWITCHING_SLIDING
     return None
+
+
+def switched(problem: "Problem", orbit: "Orbit") -> Iterator["Orbit"]:
+    """A guess of the orbit beyond a switching-sliding point: it crosses the surface first, and slides when it is back.
+
+    All stays that begin at the end of the part that slides are begun so together, as those of a symmetric orbit are.
+    They last for a while: a stay of no time satisfies the equations, and Newton's method goes back to it.
+    """
+    system = problem.plain
+    slides, events = sliding_modes(system), kernels_of(problem.system).events
+    if not slides or orbit.eventless:
+        return
+    names, count, stay = system.mode_names, len(orbit), SETTINGS.ahead * float(orbit.durations.sum())
+    rows, starts, durations = [], [], []
+    for i, (mode, end, outcome) in enumerate(orbit.segments.tolist()):
+        rows.append([mode, end, outcome])
+        starts.append(orbit.starts[i])
+        durations.append(float(orbit.durations[i]))
+        if end < 0 or names[mode] in slides or system.transitions[outcome].target not in slides:
+            continue
+        for crossing in (k for k in events[mode][end].outcomes if system.transitions[k].kind == "cross"):
+            other = names.index(system.transitions[crossing].target)
+            ways = [(j, k) for j, event in enumerate(events[other]) for k in event.outcomes]
+            back = [way for way in ways if system.transitions[way[1]].kind == "slide"]
+            if back and _leaves(problem, orbit, (i + 1) % count, other):
+                rows[-1][at.SEGMENT_OUTCOME] = crossing
+                rows.append([other, *back[0]])
+                starts.append(orbit.starts[(i + 1) % count])
+                durations.append(stay)
+    if len(rows) > count:
+        yield replace(orbit, segments=np.array(rows), starts=np.array(starts), durations=np.array(durations))
+
+
+def _leaves(problem: "Problem", orbit: "Orbit", segment: int, other: int) -> bool:
+    """Whether a stay on the surface begins at the end of the part that slides, towards another mode."""
+    system, kernels = problem.plain, kernels_of(problem.system)
+    mode, n = int(orbit.segments[segment, at.SEGMENT_MODE]), len(problem.system.state_names)
+    constants = kernels.constants(problem.system.parameters)
+    gradient, rates = np.zeros(n + 1), np.zeros(n + len(problem.system.quadratures))
+    time = orbit.phase + float(orbit.durations[:segment].sum())
+    state = np.ascontiguousarray(orbit.starts[segment])
+    kernels.functions.field(mode, time, constants, state, rates)
+    for j, event in enumerate(kernels.events[mode]):
+        if any(system.transitions[k].target == system.mode_names[other] for k in event.outcomes):
+            value = float(kernels.functions.guard(mode, j, time, constants, state, gradient))
+            pace = abs(float(gradient[:n] @ rates[:n] + gradient[n]))
+            return abs(value) <= SETTINGS.tangential * pace * float(orbit.durations.sum())
+    return False
 
 
 def _stays(system: "HybridSystem", orbit: "Orbit") -> Cycle:

@@ -121,7 +121,13 @@ VARIABLES = table(
     may("neutral", "", "i4", "neutral multipliers", "How many are 1 by the structure of the system."),
     *function_columns("point"),
     need("outcome", "", "i1", "outcome", "Of the search for the orbit from which the branch starts.", flags="outcome"),
-    magnitude=("residual", "special_error", "special_coefficient_error", "grazing_coefficient_error", "accumulation_error"),
+    magnitude=(
+        "residual",
+        "special_error",
+        "special_coefficient_error",
+        "grazing_coefficient_error",
+        "accumulation_error",
+    ),
     bars={
         "special_value": "special_error",
         "special_coefficient": "special_coefficient_error",
