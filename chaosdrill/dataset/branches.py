@@ -147,9 +147,9 @@ _HAPPENS = {
     Special.LEVEL: "A function of the orbit takes a requested value.",
     Special.OPTIMUM: "A function of the orbit is largest or smallest.",
     Special.HOPF: "The orbit has shrunk onto an equilibrium, of which a pair of eigenvalues is on the imaginary axis.",
-    Special.CROSSING_SLIDING: "A crossing of the surface reaches the part that slides: a stay on it begins or vanishes.",
-    Special.GRAZING_SLIDING: "The orbit touches the surface where motions slide: a stay on it begins or vanishes.",
-    Special.ADDING_SLIDING: "A stay on the surface touches the end of the part that slides: it parts in two, or two join.",
+    Special.CROSSING_SLIDING: "A crossing reaches the part of the surface that slides: a stay on it begins or ends.",
+    Special.GRAZING_SLIDING: "The orbit touches the surface where motions slide: a stay on it begins or ends.",
+    Special.ADDING_SLIDING: "A stay on the surface touches the end of the part that slides: it parts, or two join.",
     Special.SWITCHING_SLIDING: "The orbit reaches the surface at the end of the part that slides: it crosses it first.",
 }
 

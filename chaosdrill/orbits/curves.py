@@ -19,6 +19,7 @@ from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.points import Point
 from chaosdrill.orbits.problem import LostError, Problem
 from chaosdrill.orbits.results import BranchResult
+from chaosdrill.orbits.sliding import TOUCHING
 from chaosdrill.orbits.special import test_function_at
 from chaosdrill.orbits.switching import lifted
 from chaosdrill.orbits.table import branch_table, nothing
@@ -129,7 +130,7 @@ def _nearest(ways: list[Branch], kind: Special) -> Orbit | None:
         (abs(way.segments[m.segment].points[m.point].arclength), way.orbit(m))
         for way in ways
         for m in way.marks
-        if m.kind == kind
+        if m.kind == kind or (kind == Special.GRAZING and m.kind in TOUCHING)
     ]
     return min(places, key=lambda place: place[0])[1] if places else None
 

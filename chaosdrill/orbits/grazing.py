@@ -3,8 +3,8 @@
 A path whose guard would rise to y > 0 above zero meets the guard a time sqrt(2 y/A) early, A being how fast the guard's
 rate falls at its greatest value. What the event then does to the path is its discontinuity map (Nordmark 1991,
 doi:10.1016/0022-460X(91)90592-8; di Bernardo, Budd, Champneys and Kowalczyk 2008, doi:10.1007/978-1-84628-708-4,
-chapters 6 to 8): the state is shifted by a vector times a power of y, 1/2 for an impact, 1/2 or 3/2 for another field, 1
-where the motion slides, 2 where it leaves a surface on which it slides. Carried once around the orbit, the shift
+chapters 6 to 8): the state is shifted by a vector times a power of y, 1/2 for an impact, 1/2 or 3/2 for another field,
+1 where the motion slides, 2 where it leaves a surface on which it slides. Carried once around the orbit, the shift
 changes the next y by the coefficient times that power.
 
 After an event of the power 1/2 the guard's greatest values are those that the tangent map M makes of the shift. If one
@@ -27,9 +27,9 @@ from chaosdrill.engine import shooting as at
 from chaosdrill.engine.layout import DONE
 from chaosdrill.engine.setup import constrained_states
 from chaosdrill.orbits.criticality import cut, extrapolated
-from chaosdrill.orbits.event_changes import Touch
+from chaosdrill.orbits.event_changes import Touch, touches
 from chaosdrill.orbits.problem import LostError
-from chaosdrill.orbits.results import NO_GRAZING, GrazingForm
+from chaosdrill.orbits.results import GrazingForm
 from chaosdrill.orbits.settings import SETTINGS
 from chaosdrill.orbits.special import Touching, test_function_at
 
@@ -130,12 +130,13 @@ def grazing_form(problem: "Problem", orbit: "Orbit", shot: "Shot", weights: np.n
     Returns
     -------
     GrazingForm
-        Undecided where no orbit without the event is found, where the event has an effect however slow it is, where a
-        return after it is neither above nor below the guard (a resonance), and where orbits come in families.
+        Undecided where no orbit without the event is found, where it touches several guards at once, where the event
+        has an effect however slow it is, where a return after it is neither above nor below the guard (a resonance),
+        and where orbits come in families.
     """
     try:
         test, orbit, shot, instant = test_function_at(problem, orbit, shot, Special.GRAZING, weights)
-        if not isinstance(test, Touching):
+        if not isinstance(test, Touching) or _several(problem, orbit):
             return UNDECIDED
         place = Place(problem, orbit, test.touch, instant)
         shift = _shift(place)
@@ -144,6 +145,12 @@ def grazing_form(problem: "Problem", orbit: "Orbit", shot: "Shot", weights: np.n
         return _form(place, shift, orbit, instant)
     except (LostError, np.linalg.LinAlgError):
         return UNDECIDED
+
+
+def _several(problem: "Problem", orbit: "Orbit") -> bool:
+    """Whether an orbit touches several guards, or still has a stay of no time, as a symmetric one has."""
+    touching = sum(value <= SETTINGS.touching for value, _, _ in touches(problem, orbit))
+    return touching > 1 or bool(orbit.durations.min() <= SETTINGS.tangential * orbit.durations.sum())
 
 
 def _shift(place: Place) -> Shift | None:

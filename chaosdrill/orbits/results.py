@@ -130,7 +130,7 @@ class GrazingForm:
     onset: Onset
     power: float = float("nan")  # of the guard's greatest value, y > 0 where the event happens; NaN if it is not known
     coefficient: float = float("nan")
-    """By how much that power of y, times this, changes the next greatest value, in units of the guard; NaN without one."""
+    """What that power of y, times this, adds to the next greatest value, in units of the guard; NaN without one."""
     error: float = float("nan")
     decisive: int = 0
     """Number of the return after an event that decides: for a jump the first above the guard; undecided: the first that

@@ -47,6 +47,10 @@ SPECIAL_MARKERS = {
     "level": "$=$",
     "optimum": "$!$",
     "hopf": "$H$",
+    "crossing_sliding": "P",
+    "grazing_sliding": "$\\cap$",
+    "adding_sliding": "$\\cup$",
+    "switching_sliding": "$\\wr$",
     "boundary": "o",
 }
 """Shape of each kind of special point; white with a black edge, or black for hard points, visible on any line."""
@@ -68,6 +72,10 @@ _NAMES = {
     "level": "level of a function",
     "optimum": "optimum of a function",
     "hopf": "Hopf",
+    "crossing_sliding": "crossing-sliding",
+    "grazing_sliding": "grazing-sliding",
+    "adding_sliding": "adding-sliding",
+    "switching_sliding": "switching-sliding",
     "boundary": "boundary equilibrium",
 }
 _ENDS = {

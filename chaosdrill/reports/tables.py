@@ -411,10 +411,19 @@ def _special(dataset: "xr.Dataset", parameters: list[str]) -> Markup:
         at = [Quantity(number(column[i], _DIGITS)) for column in values]
         error = Quantity(number(dataset["special_error"].values[i], 2))
         kind, words = meaning(kinds.values[i], kinds), str(dataset["special_text"].values[i])
-        rows.append((kind, *at, error, int(owner[place]), *_coefficient(dataset, i), words))
+        rows.append((kind, *at, error, int(owner[place]), *_coefficient(dataset, i), *_onset(dataset, i), words))
     coefficient = "first Lyapunov coefficient" if "special_frequency" in dataset else "cubic coefficient"
     born = (coefficient,) if "special_coefficient" in dataset else ()
-    return table("Special points", ("kind", *parameters, "error", "branch", *born, "what happens"), rows)
+    follows = ("after grazing",) if "special_onset" in dataset else ()
+    return table("Special points", ("kind", *parameters, "error", "branch", *born, *follows, "what happens"), rows)
+
+
+def _onset(dataset: "xr.Dataset", i: int) -> tuple[Any, ...]:
+    """What follows where an orbit grazes; nothing in older archives."""
+    if "special_onset" not in dataset:
+        return ()
+    codes = dataset["special_onset"]
+    return (meaning(codes.values[i], codes) if int(codes.values[i]) else "–",)
 
 
 def _coefficient(dataset: "xr.Dataset", i: int) -> tuple[Any, ...]:
