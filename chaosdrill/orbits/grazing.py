@@ -15,7 +15,7 @@ up without a gap, below 2/3 with chaos between them, and above there is chaos at
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -136,21 +136,25 @@ def grazing_form(problem: "Problem", orbit: "Orbit", shot: "Shot", weights: np.n
     """
     try:
         test, orbit, shot, instant = test_function_at(problem, orbit, shot, Special.GRAZING, weights)
-        if not isinstance(test, Touching) or _several(problem, orbit):
+        if not isinstance(test, Touching):
             return UNDECIDED
         place = Place(problem, orbit, test.touch, instant)
         shift = _shift(place)
         if shift is None:
             return UNDECIDED
+        if shift.power <= 1 and _several(problem, orbit, instant):
+            return replace(UNDECIDED, power=shift.power)
         return _form(place, shift, orbit, instant)
     except (LostError, np.linalg.LinAlgError):
         return UNDECIDED
 
 
-def _several(problem: "Problem", orbit: "Orbit") -> bool:
-    """Whether an orbit touches several guards, or still has a stay of no time, as a symmetric one has."""
-    touching = sum(value <= SETTINGS.touching for value, _, _ in touches(problem, orbit))
-    return touching > 1 or bool(orbit.durations.min() <= SETTINGS.tangential * orbit.durations.sum())
+def _several(problem: "Problem", orbit: "Orbit", instant: float) -> bool:
+    """Whether an orbit touches a guard elsewhere, too, or still has a stay of no time, as a symmetric one has."""
+    total = float(orbit.durations.sum())
+    others = [when for value, _, when in touches(problem, orbit) if value <= SETTINGS.touching]
+    apart = [abs((when - instant) / total - round((when - instant) / total)) for when in others]
+    return bool(max(apart, default=0.0) > SETTINGS.tangential or orbit.durations.min() <= SETTINGS.tangential * total)
 
 
 def _shift(place: Place) -> Shift | None:

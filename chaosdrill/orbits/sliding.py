@@ -122,6 +122,8 @@ def _leaves(problem: "Problem", orbit: "Orbit", segment: int, other: int) -> boo
 
 def _stays(system: "HybridSystem", orbit: "Orbit") -> Cycle:
     """The modes in order, and how long each lasts, written from the least rotation of their names."""
+    if orbit.eventless:
+        return ((system.mode_names[orbit.segments[0, at.SEGMENT_MODE]], float(orbit.durations.sum())),)
     modes = [system.mode_names[m] for m in orbit.segments[:, at.SEGMENT_MODE].tolist()]
     return _least(tuple(zip(modes, orbit.durations.tolist(), strict=True)))
 

@@ -60,9 +60,7 @@ def impacting(omega, zeta, size=1.0, e=0.8):
 DAMPED = np.sqrt(1 - 0.05**2)
 
 
-@pytest.mark.parametrize(
-    ("omega", "size"), [(2.5, 1.0), (1.7, 1e-4), (0.8, 1e3), (2 * DAMPED, 1.0), (4 * DAMPED, 1.0)]
-)
+@pytest.mark.parametrize(("omega", "size"), [(2.5, 1.0), (1.7, 1e-4), (0.8, 1e3), (2 * DAMPED, 1.0), (4 * DAMPED, 1.0)])
 def test_the_square_root_of_an_impact_in_closed_form(omega, size):
     found, one, time = impacting(omega, 0.05, size), Oscillator(omega, 0.05, size), 2 * np.pi / omega
     heights = [-1.8 * np.sqrt(2 * one.height) * omega * one.after(k * time) for k in (1, 2, 3, 4, 5)]

@@ -1,0 +1,135 @@
+"""The four sliding bifurcations, where exact motions say they are, and beyond."""
+
+import numpy as np
+import pytest
+from scipy.optimize import fsolve
+
+import chaosdrill as cd
+from chaosdrill.dataset.branches import Onset, Special
+
+
+def coulomb(**parameters):
+    """x'' + 2 z x' + x = cos(omega t) - f sign(x')."""
+    free = "-x-2*z*v+cos(omega*t)"
+    return cd.filippov(
+        name="coulomb", states="x v", time="t", parameters={"omega": 0.35, "f": 0.1, "z": 0.0, **parameters},
+        surface="v", above={"x": "v", "v": f"{free}-f"}, below={"x": "v", "v": f"{free}+f"}, period="2*pi/omega",
+    )  # fmt: skip
+
+
+def rising(x, start, end, omega, f, z):
+    """Displacement and velocity of a motion upward that begins at x with no speed."""
+    response = 1 / (1 - omega**2 + 2j * z * omega)
+    turn = -z + 1j * np.sqrt(1 - z**2)
+
+    def forced(t):
+        turning = response * np.exp(1j * omega * t)
+        return -f + turning.real, (1j * omega * turning).real
+
+    (x0, v0), (x1, v1) = forced(start), forced(end)
+    # c exp(turn s) with the real part x - x0, and the velocity -v0
+    real, lasting = x - x0, np.exp(turn * (end - start))
+    whole = real + 1j * (turn.real * real + v0) / turn.imag
+    return x1 + (whole * lasting).real, v1 + (whole * turn * lasting).real
+
+
+def special(branch, kind):
+    places = np.flatnonzero(branch["special_kind"].values == kind)
+    assert len(places) == 1, branch["special_text"].values
+    return branch.isel(special=places[0])
+
+
+def follow(system, sweep, **given):
+    branch = cd.continue_orbit(system, sweep, transient=400, step=float(np.ptp(list(sweep.values()))) / 40, **given)
+    assert not branch.attrs["message"]
+    return branch
+
+
+def test_crossing_sliding_ends_motion_without_stops():
+    """Den Hartog 1931: the motion stops where friction can hold it at its turning point."""
+    found = special(follow(coulomb(omega=1.25, f=0.55), {"f": (0.5, 0.8)}), Special.CROSSING_SLIDING)
+
+    def at(unknown):
+        x, start, f = unknown
+        end, speed = rising(x, start, start + np.pi / 1.25, 1.25, f, 0.0)
+        # the other friction holds the mass from there on
+        return end + x, speed, x - np.cos(1.25 * start) - f
+
+    f = fsolve(at, (-1.8, 2.6, 0.7), xtol=1e-13)[2]
+    assert f == pytest.approx(float(found["special_value"]), abs=1e-11)
+    assert str(found["special_text"].values).endswith("the branch continues")
+
+
+@pytest.mark.parametrize("f", [0.04, 0.07])
+def test_switching_sliding_from_either_side(f):
+    """A symmetric orbit of two stops: one begins where friction cannot hold the mass on the other side yet."""
+    branch = follow(coulomb(f=f, z=0.1), {"f": (0.03, 0.08)})
+    found = special(branch, Special.SWITCHING_SLIDING)
+    assert special(branch, Special.GRAZING_SLIDING)["special_value"] < found["special_value"]
+
+    def at(unknown):
+        x, start, lasting, f = unknown
+        end, speed = rising(x, start, start + lasting, 0.35, f, 0.1)
+        held = np.cos(0.35 * start) - x - f, np.cos(0.35 * (start + lasting)) - end + f
+        return end + x, speed, *held
+
+    for guess in np.linspace(-1.2, 1.2, 25):
+        begun = 2 * np.pi - np.arccos(np.clip(guess + 0.047, -1, 1))
+        solved, _, code, _ = fsolve(at, (guess, begun / 0.35, 8.845, 0.047), full_output=True, xtol=1e-13)
+        if code == 1 and abs(solved[3] - 0.047) < 1e-3 and abs(solved[2] - 8.845) < 0.1:
+            break
+    assert solved[3] == pytest.approx(float(found["special_value"]), abs=1e-11)
+
+
+def test_adding_sliding_where_the_force_is_greatest_in_a_stop():
+    """A stop at x = f - 1: there the force just reaches the friction when it is greatest."""
+    found = special(follow(coulomb(omega=0.2, f=0.5), {"f": (0.38, 0.6)}), Special.ADDING_SLIDING)
+    f = float(found["special_value"])
+    assert int(found["special_onset"]) == Onset.CONTINUOUS
+    assert float(found["special_power"]) == 2
+    at_stop = cd.periodic_orbit(coulomb(omega=0.2, f=f + 1e-9), transient=400)
+    assert np.abs(np.abs(at_stop["event_state_before"].values[:, 0]) - (1 - f)).max() < 1e-7
+
+
+@pytest.mark.parametrize("mu", [0.9, 1.1])
+def test_grazing_sliding_of_a_circle(mu):
+    """The circle of radius sqrt(mu) touches y = 1; deviations across it shrink by exp(-4 pi) in a turn."""
+    turning = {"x": "mu*x - y - x*(x**2 + y**2)", "y": "x + mu*y - y*(x**2 + y**2)"}
+    system = cd.filippov(
+        name="circle", states="x y", parameters={"mu": mu}, surface="y - 1", below=turning,
+        above={"x": "0.3", "y": "-1"}, initial={"x": 0.9, "y": 0.0},
+    )  # fmt: skip
+    found = special(follow(system, {"mu": (0.8, 1.2)}), Special.GRAZING_SLIDING)
+    assert float(found["special_value"]) == pytest.approx(1, abs=1e-12)
+    assert (int(found["special_onset"]), float(found["special_power"])) == (Onset.CONTINUOUS, 1.0)
+    assert float(found["grazing_coefficient"]) == pytest.approx(-np.exp(-4 * np.pi), rel=1e-7)
+
+
+def friction():
+    field = "-x {} 1.5 - 1.5*(1 - v) + 0.45*(1 - v)**3 + F*cos(omega*t)"
+    return cd.filippov(
+        name="belt", states="x v", time="t", parameters={"omega": 1.72, "F": 0.1}, surface="v - 1",
+        below={"x": "v", "v": field.format("+")}, above={"x": "v", "v": field.format("-")}, period="2*pi/omega",
+        initial={"x": 1.0, "v": 0.5},
+    )  # fmt: skip
+
+
+def test_the_forced_belt_grazes_where_it_is_published():
+    """di Bernardo, Kowalczyk and Nordmark 2003: sudden onset of chaos at omega = 1.7078, with decreasing omega."""
+    branch = cd.continue_orbit(friction(), {"omega": (1.70, 1.73)}, transient=800, period=2, step=1e-3, doublings=1)
+    found = special(branch, Special.GRAZING_SLIDING)
+    assert float(found["special_value"]) == pytest.approx(1.7078, abs=5e-5)
+    assert int(found["period"][int(found["special_index"])]) == 4
+
+
+def test_a_curve_of_grazing_sliding_over_two_parameters():
+    """A stop at f - 1 whatever the frequency: along a curve of adding-sliding the force just reaches the friction."""
+    curve = cd.continue_orbit(
+        coulomb(omega=0.2, f=0.5), {"f": (0.38, 0.6), "omega": (0.18, 0.22)}, follow="grazing", transient=400,
+        step=0.01,
+    )  # fmt: skip
+    assert curve.sizes["point"] > 5
+    for k in (0, curve.sizes["point"] // 2, curve.sizes["point"] - 1):
+        omega, f = float(curve["omega"][k]), float(curve["f"][k])
+        at_stop = cd.periodic_orbit(coulomb(omega=omega, f=f + 1e-9), transient=400)
+        assert np.abs(np.abs(at_stop["event_state_before"].values[:, 0]) - (1 - f)).max() < 1e-7
