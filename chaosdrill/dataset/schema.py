@@ -49,7 +49,7 @@ class Variable:
     long_name, doc : str
         Name for axes, and one sentence of explanation (stored as the attribute ``comment``).
     flags : {"", "outcome", "mode", "transition", "special", "criticality", "branch_end", "attractor_end", "truth"}
-        Names for which the codes stand; of grazing points ``"onset"``; of equilibria ``"equilibrium"``, ``"admissibility"``,
+        Names for which the codes stand; of grazing ``"onset"``; of equilibria ``"equilibrium"``, ``"admissibility"``,
         ``"special_equilibrium"``, ``"beyond"``; of manifolds ``"curve_end"``, ``"curve_break"``.
     coordinate : bool
         Whether it is stored as a coordinate.
