@@ -38,6 +38,7 @@ class Special(Code):
     GRAZING_SLIDING = 27
     ADDING_SLIDING = 28
     SWITCHING_SLIDING = 29
+    RESONANT_GRAZING = 30
 
     @property
     def words(self) -> str:
@@ -150,6 +151,7 @@ _HAPPENS = {
     Special.CROSSING_SLIDING: "A crossing reaches the part of the surface that slides: a stay on it begins or ends.",
     Special.GRAZING_SLIDING: "The orbit touches the surface where motions slide: a stay on it begins or ends.",
     Special.ADDING_SLIDING: "A stay on the surface touches the end of the part that slides: it parts, or two join.",
+    Special.RESONANT_GRAZING: "The first, second or third return after an event that grazes is as high as the guard.",
     Special.SWITCHING_SLIDING: "The orbit reaches the surface at the end of the part that slides: it crosses it first.",
 }
 

@@ -16,10 +16,12 @@ from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.orbits.branches import Mark
 from chaosdrill.orbits.criticality import cubic_term
 from chaosdrill.orbits.crossings import changes, noise_of, pair_on_circle, torus_test
+from chaosdrill.orbits.grazing import height_of_return
 from chaosdrill.orbits.multipliers import all_multipliers, free_multipliers, pair_near
 from chaosdrill.orbits.problem import LostError
 from chaosdrill.orbits.roots import bracketed
 from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.special import Touching
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.branches import Branch, BranchSegment
@@ -161,6 +163,23 @@ def _cubic_error(curve: "SpecialCurve", point: "Point") -> float:
     return _cubic_term(curve, point)[1]
 
 
+def _height(curve: "SpecialCurve", point: "Point", number: int) -> float:
+    """Height of a return after an event that grazes."""
+    if not isinstance(curve.test, Touching) or point.root is None:
+        return float("nan")
+    return height_of_return(curve.problem, point.orbit, curve.test.touch, point.root.tracked, number)
+
+
+def _returning(number: int) -> Condition:
+    """A return after an event that grazes is as high as the guard, and none before."""
+
+    def first(curve: "SpecialCurve", point: "Point") -> bool:
+        return all(abs(_height(curve, point, k)) > SETTINGS.missed_multiplier for k in range(1, number))
+
+    values = _each(lambda curve, point: _height(curve, point, number))
+    return Condition(Special.RESONANT_GRAZING, Special.GRAZING, values, 0, first)
+
+
 _PAIR = Special.NEIMARK_SACKER
 
 CONDITIONS = [
@@ -187,6 +206,7 @@ CONDITIONS = [
     Condition(Special.GRAZING_FOLD, Special.GRAZING, _at(1, 0, True), 1),
     Condition(Special.GRAZING_FLIP, Special.GRAZING, _at(-1, 0, False), 1),
     Condition(Special.GRAZING_NEIMARK_SACKER, Special.GRAZING, _each(_circling), 2, _on_circle),
+    *map(_returning, (1, 2, 3)),
     *(
         Condition(kind, curve, values, multiplicity, proper)
         for curve in (Special.LEVEL, Special.OPTIMUM)

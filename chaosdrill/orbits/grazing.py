@@ -252,24 +252,56 @@ def _way_back(place: Place, other: int) -> tuple[int, int] | None:
 
 def _form(place: Place, shift: Shift, orbit: "Orbit", instant: float) -> GrazingForm:
     """The coefficient of the shift after one turn around the orbit, and what follows."""
-    problem, d = place.problem, place.problem.states
+    problem = place.problem
     neutral = problem.neutral
     families = len(problem.conserved) or neutral.count > int(neutral.flow)
-    path = cut(problem, orbit, place.touch.segment, instant - float(orbit.durations[: place.touch.segment].sum()))
+    row, turn, vector, count = _turn(place, shift, orbit, instant)
+    coefficient = float(row @ turn @ vector)
+    noise = SETTINGS.tangent_error * count * np.linalg.norm(row) * np.linalg.norm(turn) * np.linalg.norm(vector)
+    error = float(abs(coefficient) * shift.error + noise)
+    if families:
+        return GrazingForm(Onset.UNDECIDED, shift.power, coefficient, error)
+    returns = _Returns(turn, row, vector, int(neutral.flow), shift.error, count)
+    onset, decisive = returns.onset(shift.power)
+    return GrazingForm(onset, shift.power, coefficient, error, decisive)
+
+
+def height_of_return(problem: "Problem", orbit: "Orbit", touch: Touch, instant: float, number: int) -> float:
+    """Height of a return after a grazing event, as a part of what it may be, for the power 1/2; else NaN.
+
+    Parameters
+    ----------
+    problem : Problem
+    orbit : Orbit
+        The orbit without the event.
+    touch : Touch
+    instant : float
+        Time since the start of the orbit.
+    number : int
+        From 1.
+    """
+    try:
+        place = Place(problem, orbit, touch, instant)
+        shift = _shift(place)
+        if shift is None or shift.power != 0.5:
+            return float("nan")
+        row, turn, vector, _ = _turn(place, shift, orbit, instant)
+    except LostError:
+        return float("nan")
+    most = np.linalg.norm(row) * np.linalg.norm(vector) * np.linalg.norm(turn) ** number
+    return float(row @ np.linalg.matrix_power(turn, number) @ vector / most)
+
+
+def _turn(place: Place, shift: Shift, orbit: "Orbit", instant: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
+    """Gradient of the guard, tangent map around the orbit from there and shift, in its units; number of segments."""
+    problem, touch, d = place.problem, place.touch, place.problem.states
+    path = cut(problem, orbit, touch.segment, instant - float(orbit.durations[: touch.segment].sum()))
     shot = problem.shoot(path, False)
     if shot.outcome != DONE or not np.isfinite(shot.monodromy).all():
         raise LostError("the orbit that touches the guard has no multipliers")
     units = 2.0 ** np.round(np.log2(problem.sizes))
-    row = place.touch.side * place.guard(place.mode, place.touch.guard)[2] * units
-    vector, turn = shift.vector / units, shot.monodromy[:d, :d]
-    coefficient = float(row @ turn @ vector)
-    noise = SETTINGS.tangent_error * len(path) * np.linalg.norm(row) * np.linalg.norm(turn) * np.linalg.norm(vector)
-    error = float(abs(coefficient) * shift.error + noise)
-    if families:
-        return GrazingForm(Onset.UNDECIDED, shift.power, coefficient, error)
-    returns = _Returns(turn, row, vector, int(neutral.flow), shift.error, len(path))
-    onset, count = returns.onset(shift.power)
-    return GrazingForm(onset, shift.power, coefficient, error, count)
+    row = touch.side * place.guard(place.mode, touch.guard)[2] * units
+    return row, shot.monodromy[:d, :d], shift.vector / units, len(path)
 
 
 class _Returns:

@@ -51,6 +51,7 @@ SPECIAL_MARKERS = {
     "grazing_sliding": "$\\cap$",
     "adding_sliding": "$\\cup$",
     "switching_sliding": "$\\wr$",
+    "resonant_grazing": "$\\sim$",
     "boundary": "o",
 }
 """Shape of each kind of special point; white with a black edge, or black for hard points, visible on any line."""
@@ -76,6 +77,7 @@ _NAMES = {
     "grazing_sliding": "grazing-sliding",
     "adding_sliding": "adding-sliding",
     "switching_sliding": "switching-sliding",
+    "resonant_grazing": "resonant grazing",
     "boundary": "boundary equilibrium",
 }
 _ENDS = {

@@ -12,7 +12,7 @@ def test_codes_are_fixed():
     special += " border_collision cusp resonance_1_1 resonance_1_2 resonance_1_3 resonance_1_4 fold_flip"
     special += " generalised_flip chenciner fold_neimark_sacker flip_neimark_sacker double_neimark_sacker"
     special += " grazing_fold grazing_flip grazing_neimark_sacker level optimum hopf"
-    special += " crossing_sliding grazing_sliding adding_sliding switching_sliding"
+    special += " crossing_sliding grazing_sliding adding_sliding switching_sliding resonant_grazing"
     ends = "limit grazing event_swap outcome_switch closed most_points escaped no_convergence no_effect joined"
     ends += " doubling rest"
     assert [code.meaning for code in Special] == special.split()
@@ -20,7 +20,7 @@ def test_codes_are_fixed():
     onsets = "none continuous period_adding period_adding_chaos chaos jump undecided"
     assert [code.meaning for code in Onset] == onsets.split()
     assert [*map(int, Onset)] == list(range(7))
-    assert [*map(int, Special)] == list(range(30))
+    assert [*map(int, Special)] == list(range(31))
     assert [*map(int, BranchEnd)] == list(range(12))
 
 

@@ -113,22 +113,19 @@ def stop(force, **parameters):
     )  # fmt: skip
 
 
-def next_heights(omega, heights, stiff, push):
-    """Greatest displacements over the wall, a period after one that would be so high without the stop."""
+def next_height(omega, y, stiff, push):
+    """Greatest displacement over the wall, a period after one that would be y without the stop."""
     free = Oscillator(omega, 0.05)
-    wall, top = free.height, free.top
+    wall, top, period = free.height, free.top, 2 * np.pi / omega
     inside = Oscillator(omega, 0.05, 1.0, 1 + stiff, stiff * wall - push)
-    period, found = 2 * np.pi / omega, []
-    for y in heights:
-        early = np.sqrt(2 * y / (omega**2 * wall))
-        state = np.array([wall + y, 0.0])
-        begin = brentq(lambda t: free.at(state, top, t)[0] - wall, top - 1.5 * early, top, xtol=1e-16)
-        state = free.at(state, top, begin)
-        end = brentq(lambda t: inside.at(state, begin, t)[0] - wall, begin + 0.2 * early, begin + 3 * early, xtol=1e-16)
-        state = inside.at(state, begin, end)
-        peak = brentq(lambda t: free.at(state, end, t)[1], top + 0.9 * period, top + 1.1 * period, xtol=1e-15)
-        found.append(free.at(state, end, peak)[0] - wall)
-    return np.array(found)
+    early = np.sqrt(2 * y / (omega**2 * wall))
+    high = np.array([wall + y, 0.0])
+    begin = brentq(lambda t: free.at(high, top, t)[0] - wall, top - 1.5 * early, top, xtol=1e-16)
+    hit = free.at(high, top, begin)
+    end = brentq(lambda t: inside.at(hit, begin, t)[0] - wall, begin + 0.2 * early, begin + 3 * early, xtol=1e-16)
+    off = inside.at(hit, begin, end)
+    peak = brentq(lambda t: free.at(off, end, t)[1], top + 0.9 * period, top + 1.1 * period, xtol=1e-15)
+    return free.at(off, end, peak)[0] - wall
 
 
 @pytest.mark.parametrize(("push", "power"), [(0.0, 1.5), (2.0, 0.5)])
@@ -137,7 +134,7 @@ def test_another_field_behind_the_guard_against_least_squares_from_exact_flows(p
     found = grazing_point(stop("(push+stiff*(x-wall))", stiff=stiff, push=push), Oscillator(omega, 0.05))
     one = Oscillator(omega, 0.05)
     y = np.geomspace(1e-7, 1e-4, 12) * one.height
-    own = next_heights(omega, y, stiff, push)
+    own = np.array([next_height(omega, one_y, stiff, push) for one_y in y])
     # without the stop the next height is known, too
     turn = np.exp(-0.05 * 2 * np.pi / omega)
     angle = DAMPED * 2 * np.pi / omega
@@ -148,3 +145,17 @@ def test_another_field_behind_the_guard_against_least_squares_from_exact_flows(p
     assert float(found["special_power"]) == power
     assert float(found["grazing_coefficient"]) == pytest.approx(fitted, rel=2e-4 if push == 0 else 1e-5)
     assert int(found["special_onset"]) == (Onset.CONTINUOUS if push == 0 else Onset.JUMP)
+
+
+def test_resonances_on_a_curve_of_grazing_points():
+    """The second return has no square root at four times the damped frequency, the third at three times, all at twice."""
+    omega, one = 3.6, Oscillator(3.6, 0.05)
+    x, v = one.forced(0.0)
+    system = cd.build("impact-oscillator").with_parameters(omega=omega, wall=1.01 * one.height).with_initial(x=x, v=v)
+    curve = cd.continue_orbit(
+        system, {"wall": (0.05, 0.6), "omega": (1.8, 4.2)}, follow="grazing", start="guess", step=0.02
+    )
+    found = np.flatnonzero(curve["special_kind"].values == Special.RESONANT_GRAZING)
+    expected = np.array([4 * DAMPED, 3 * DAMPED, 2 * DAMPED])
+    assert len(found) == len(expected)
+    assert np.abs(np.sort(curve["special_value_2"].values[found])[::-1] - expected).max() < 1e-10
