@@ -148,7 +148,7 @@ def test_another_field_behind_the_guard_against_least_squares_from_exact_flows(p
 
 
 def test_resonances_on_a_curve_of_grazing_points():
-    """The second return has no square root at four times the damped frequency, the third at three times, all at twice."""
+    """Returns have no square root at four (the second), three (the third) and two times the damped frequency."""
     omega, one = 3.6, Oscillator(3.6, 0.05)
     x, v = one.forced(0.0)
     system = cd.build("impact-oscillator").with_parameters(omega=omega, wall=1.01 * one.height).with_initial(x=x, v=v)
