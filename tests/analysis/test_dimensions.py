@@ -134,7 +134,7 @@ def test_information_dimension_of_the_lozi_map_is_that_of_its_exponents():
 
 
 @pytest.mark.parametrize(("dimension", "order"), [(1, 1), (1, 2), (2, 2), (2, 3), (3, 2)])
-def test_noise(dimension, order):
+def test_noise_has_the_dimension_of_its_space(dimension, order):
     found = of_points(np.random.default_rng(2).normal(size=(6000, dimension)), order)
     assert abs(found.dimension - dimension) <= 2 * found.error < 0.25
 

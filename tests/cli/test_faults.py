@@ -269,7 +269,7 @@ def motion_of_names():
 
 
 @pytest.mark.parametrize(("locale", "name", "text"), CASES)
-def test_every_command(tmp_path, locale, name, text):
+def test_every_command_takes_files_of_any_name_in_any_locale(tmp_path, locale, name, text):
     folder = os.path.join(os.fsencode(tmp_path), name)
     os.mkdir(folder)
 

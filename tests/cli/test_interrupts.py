@@ -33,7 +33,7 @@ FINISHED = re.compile(r" [1-9]\d*/100000 ")
 
 
 @pytest.mark.parametrize(("analysis", "workers"), [(SPECTRUM, 1), (DIAGRAM, 1), (DIAGRAM, 2)])
-def test_interrupt(tmp_path, analysis, workers):
+def test_an_interrupt_keeps_the_earlier_archive_and_finished_parts(tmp_path, analysis, workers):
     (tmp_path / "scene.toml").write_text(LONG + analysis)
     (tmp_path / "out.nc").write_bytes(b"the earlier archive")
     command = [sys.executable, "-m", "chaosdrill", "run", "scene.toml", "-o", "out.nc", "--workers", str(workers)]

@@ -392,11 +392,11 @@ def one(folder):
     return run(folder, "one.nc")
 
 
-def test_two_workers(folder, one):
+def test_two_workers_write_the_archive_of_one(folder, one):
     assert_same(run(folder, "two.nc", "--workers", 2), one)
 
 
-def test_two_worker_processes_of_a_cluster(folder, one):
+def test_two_processes_of_a_cluster_write_the_archive_of_one(folder, one):
     distributed = pytest.importorskip("distributed")
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
         assert_same(run(folder, "cluster.nc", "--scheduler", cluster.scheduler_address), one)
@@ -411,7 +411,7 @@ def test_ten_kills_at_random_moments(folder, one):
         call = command(folder, "-o", folder / "killed.nc", "--resume", "--workers", chance.choice([1, 2]))
         with subprocess.Popen(call, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
             while process.poll() is None and points_in(parts) < moment:
-                time.sleep(0.001)
+                time.sleep(0.005)
             time.sleep(chance.uniform(0, 0.03))
             assert process.poll() is None, process.stderr.read()
             process.send_signal(signal.SIGKILL)

@@ -116,7 +116,7 @@ def test_fault(call, scene, monkeypatch, arguments, code, kind, message):
     assert call(*arguments).code == code
 
 
-def test_interrupt(call, scene, tmp_path, monkeypatch):
+def test_an_interrupt_is_an_error_in_json(call, scene, tmp_path, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 

@@ -95,7 +95,7 @@ def own(**changed):
     return cd.HybridSystem(**fields | changed)
 
 
-def test_every_field():
+def test_every_field_is_read_back():
     assert differing(own(), through_text(own())) == []
     assert through_text(own()).initial["x"] == 0.30000000000000004
 

@@ -41,7 +41,7 @@ METHODS = [
 
 
 @pytest.mark.parametrize(("numerics", "error"), METHODS)
-def test_the_drill(drill, numerics, error):
+def test_every_method_finds_the_known_orbit_of_the_drill(drill, numerics, error):
     found = find_orbit(drill, 1, "attractor", 200, numerics)
     assert found.outcome == Outcome.PERIODIC
     assert found.checks.consistent, found.checks.disagreements
@@ -53,7 +53,7 @@ def test_the_drill(drill, numerics, error):
 
 
 @pytest.mark.parametrize(("numerics", "error"), METHODS)
-def test_the_belt(numerics, error):
+def test_every_method_finds_the_closed_form_of_the_belt(numerics, error):
     system = build("belt-stick-slip")
     own = system.parameters
     closed = belt(own["belt"], own["F_s"], own["F_k"])
