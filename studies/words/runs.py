@@ -32,7 +32,7 @@ CARRIED = cd.HybridSystem(
     parameters={"rho": 28.0},
     modes={"on": {"x": "10*(y - x)", "y": "x*(rho - z) - y", "z": "x*y - 8*z/3", "s": "z"}},
 )
-DRIVEN = {"x": "v", "v": "cos(n*phi) - x - v/2", "phi": "w + x/9"}
+DRIVEN = {"x": "v", "v": "cos(n*phi) - x - v/2", "phi": "w + x/50"}
 ROTOR = cd.HybridSystem(name="rotor", states="phi x v", parameters={"n": 1.0, "w": 1.0}, modes={"on": DRIVEN})
 ROTORS = cd.HybridSystem(
     name="rotors",
@@ -124,7 +124,7 @@ def carried(rng, length):
 
 
 def rotor(rng, length):
-    """A rotor that drives an oscillator and is driven by it: an angle with a parameter."""
+    """A rotor that drives an oscillator, which drives it too weakly to stop it: an angle with a parameter."""
     n, rate = float(rng.integers(1, 6)), rng.uniform(0.4, 1.5)
     system = ROTOR.with_parameters(n=n, w=rate / n).with_initial(phi=rng.uniform(-9, 9))
     return system, {"duration": 6.0 * length / rate, "transient": 60}, False
