@@ -68,7 +68,7 @@ def test_a_section_at_nothing(bouncer, duffing, at):
 
 @pytest.mark.parametrize("sweep", [0.4, "gamma", None, ["gamma"], [("gamma", 0.4)]])
 def test_a_sweep_that_names_no_parameter(duffing, sweep):
-    with pytest.raises(cd.SettingsError, match=r"sweep is .*; expected a table of values by name: .* one parameter"):
+    with pytest.raises(cd.SettingsError, match=r"sweep is .*; expected a table of values .*, as in .* one parameter"):
         cd.bifurcation_diagram(duffing, sweep, transient=1, periods=2)
 
 

@@ -119,7 +119,7 @@ def test_what_is_no_part_of_a_system(fault):
 
 TRANSITIONS = {
     "guard that cannot be read": ({"guard": "x - "}, "transition 'hit': guard: 'x - ' ends where a number, a name"),
-    "guard that is a relation": ({"guard": sympy.Eq(X, 1)}, "guard: Eq(x, 1) must be a number, not a comparison"),
+    "guard that is a relation": ({"guard": sympy.Eq(X, 1)}, "guard: Eq(x, 1) is a comparison; a guard is a number"),
     "guard that is complex": ({"guard": X - sympy.I}, "guard: x - I is complex"),
     "reset in a list": ({"reset": [V, -V]}, "reset: expected a table of names (a dict in Python), received [v, -v]"),
     "reset to a relation": ({"reset": {V: X < V}}, "reset.v: x < v must be a number, not a comparison"),
