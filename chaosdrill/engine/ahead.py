@@ -14,13 +14,13 @@ from chaosdrill.codegen.kept import engine_path, places
 from chaosdrill.progress import compiling, tell_of_compilation
 
 ONE_RUN = "chaosdrill.engine.flow"
-"""What steps a single run."""
+"""Functions that step a single run."""
 
 LANES = "chaosdrill.engine.lane_flow"
-"""What steps many at once."""
+"""Functions that step many runs at once."""
 
 _WITH = {LANES: ("chaosdrill.engine.first_event",)}
-"""What a part calls by address, which is compiled beside it."""
+"""Functions called by address, and compiled beside their callers."""
 
 _started: dict[str, subprocess.Popen[bytes]] = {}
 

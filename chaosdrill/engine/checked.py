@@ -26,7 +26,7 @@ DENSE_DEFECT = 100.0
 """The same of a dense output, whose rates are two orders less exact than the step."""
 
 ROUNDING = 1e-12
-"""What rounding may make of a rate, as a part of it, and of a state in its scale."""
+"""Relative rounding error of a rate, and of a state in units of its scale."""
 
 SHORTENINGS = 16
 """Times that a step is shortened for a defect; what does not change then is round-off, as about a point at rest."""
@@ -245,7 +245,7 @@ def looks(agrees: Any) -> Callable[..., float]:
 
     @rare
     def look(functions, tables, settings, h, t, state, ws, scratch):  # type: ignore[no-untyped-def]
-        """The step h, shortened to the last place up to which nothing is hidden; 0 if there is none."""
+        """The step h, shortened so that it hides nothing; 0 if any step would."""
         mode, n, c = state.run[0].mode, state.x.size, state.c
         shapes, count = tables.shapes[mode], tables.steep[mode, 0]
         now, then, largest = scratch.watched[0], scratch.watched[1], scratch.watched[2]

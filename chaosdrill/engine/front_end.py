@@ -32,7 +32,7 @@ WORDS = WORD.as_pointer()
 
 _CALLBACK = {"error_model": "numpy", "_nrt": False}
 PLAIN = _CALLBACK | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-"""How numba compiles all of the engine: errors are none of arithmetic, nothing is allocated, Python calls no part."""
+"""Options of numba for the engine: no arithmetic errors, no allocation, no calls from Python."""
 
 
 register_jitable(event_places)

@@ -18,7 +18,7 @@ NEAR = 1e-6
 
 
 def exact_times(arrive: Any) -> Callable[..., None]:
-    """What makes exact the times of the events of a step, in place: the later half of a method's ``locate``.
+    """Refines the event times of a step, in place: the second half of a method's ``locate``.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
-"""What an event is: the side of a guard, how it changes, and which guard fires first in a step.
+"""Events: the side of a guard, how it changes, and which guard fires first in a step.
 
-The side of a guard is a fact that a run carries. It is read off the guard's value where nothing is known of it: at the
-start of a run, in a mode that has just begun to watch the guard, and after a reset that moved it. From then on only a
-located root changes it, once, whatever sign round-off gives to a value near zero. So no event is lost or seen twice
-where a step, a strobe or a call ends on a root ("discontinuity sticking", Park and Barton 1996,
+A run stores the side of each guard. It reads the side off the guard's value at the start, in a mode that begins to
+watch the guard, and after a reset that moved the guard. From then on only a located root changes the side, once, and
+the sign of a rounded value near zero does not matter. So no event is lost or seen twice where a step, a strobe or a
+call ends on a root ("discontinuity sticking", Park and Barton 1996,
 doi:10.1145/232807.232809). A value counts as zero within a bound of its own rounding error.
 """
 
@@ -46,7 +46,7 @@ VANISHING = 1e-13
 """Part of a guard's variation over a step below which its second and later derivatives count as zero."""
 
 INTERPOLATED = 1e-10
-"""What the polynomial of a curved guard may leave out at least, beside its rounding error, where it is interpolated."""
+"""Least truncation error of the interpolated polynomial of a curved guard, beside its rounding error."""
 
 INTERPOLATION_NOISE = 4 * EPSILON * float((np.abs(TO_CHEBYSHEV[-2:]) / NODES**2).sum())
 """Rounding units by which the interpolation moves a polynomial, and its last two coefficients."""
@@ -238,7 +238,7 @@ def _state_at(ws, n, s, place):
 
 @rare
 def left_out(functions, tables, settings, state, ws, i, j, h, t, scratch):
-    """What the polynomial of guard j may leave out over the step by interpolation."""
+    """Truncation error of the interpolated polynomial of guard j over the step."""
     mode = state.run[0].mode
     marks = tables.marks[mode, j]
     if settings.method == TAYLOR:

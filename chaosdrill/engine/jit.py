@@ -161,7 +161,7 @@ def _format(kind: Kind) -> str:
 
 @cache
 def _writer(kind: Kind) -> _Writer:
-    """What appends the words of a value to a list."""
+    """Function that appends the words of a value to a list."""
     if isinstance(kind, Tuple):
         writers = [_writer(part) for part in kind.parts]
 

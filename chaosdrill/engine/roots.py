@@ -146,7 +146,7 @@ def _meeting(b, degree, f):
 
 @series
 def _search(a, n, degree, budget, stack, ends):
-    """First upward crossing in [0, 1]; -1 if there is none, -2 if the budget of intervals does not decide.
+    """First upward crossing in [0, 1]; -1 without one, -2 if the budget of intervals does not decide.
 
     Row 0 of ``stack`` holds the Bernstein coefficients of the terms up to ``degree``; the rest enters by its bound.
     """

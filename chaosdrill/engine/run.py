@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 
 STANDING = ("mode", "fresh", "fired", "surface", "way", "moved_by", "residual")
 BESIDE = ("scale", "sides", "hardest", "extent", "doubt", "normal")
-"""What a run says of its guards, in its record and beside it."""
+"""Where a run keeps the sides of its guards: fields of its record, and arrays."""
 
 NEAR = 1e-9
-"""Part of the sizes of states up to which a state counts as on a surface where a run is told to have stalled."""
+"""Relative distance within which a stalled run counts as on a surface."""
 
 
 class Run:
@@ -43,11 +43,11 @@ class Run:
     tangents : ndarray, optional
         Initial tangent vectors, shape (m, n), one a row.
     symmetries : int
-        How many of the first tangents lie along directions in which nothing ever changes.
+        Number of leading tangents along directions in which a shift changes nothing.
     orthonormalise : bool
         Whether growth is taken out of the tangents and kept in ``logs``.
     with_shares : bool
-        Whether it is kept, in ``states.shares``, of which tangents each was made.
+        Whether ``states.shares`` records the combination of earlier tangents that makes each tangent.
     deficient : collection of int
         Transitions at which rank may be lost.
     samples : int
@@ -102,7 +102,7 @@ class Run:
         self._no_events = np.zeros((0, at.EVENT_COLUMNS + 2 * n))
         self._scratch = scratch_of(system, m, numerics.method)
         self.refused = Outcome(int(refused[0]))
-        """What keeps the run from beginning; ``Outcome.OK`` if nothing does."""
+        """Why the run cannot start; ``Outcome.OK`` if it can."""
 
     @property
     def standing(self) -> np.void:
@@ -271,7 +271,7 @@ class Run:
 
     @cached_property
     def machine(self) -> "Record":
-        """What compiled functions need for this run, once they are compiled."""
+        """Arguments of the compiled functions for this run."""
         await_part(ONE_RUN)
         from chaosdrill.engine.stepper import machine
 
@@ -323,7 +323,7 @@ class Run:
         return (Outcome.OK if code in (at.DONE, at.FULL) else Outcome(code)), code == at.FULL
 
     def stopped(self, outcome: Outcome) -> str:
-        """What has ended the run, and where: a term of the equations, a bound, modes in turns for ever; else empty."""
+        """What ended the run, and where: a term of the equations, a bound, endless switching; else empty."""
         k, system, mode = int(self.standing["blocked"]), self.system, int(self.standing["mode"])
         if outcome == Outcome.ESCAPED:
             return self._beyond()
@@ -390,7 +390,7 @@ def ending_term(system: "HybridSystem", mode: int, k: int) -> str:
 
 
 def _names(system: "HybridSystem") -> dict[Any, Any]:
-    """What a system calls its symbols, by the places that they have in its kernels."""
+    """Names of the symbols of a system, by their places in its kernels."""
     from chaosdrill.model.places import places_of
 
     return {place: symbol for symbol, place in places_of(system).items()}

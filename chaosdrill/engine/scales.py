@@ -1,4 +1,4 @@
-"""The size of a state, in which its errors are told: one idea of it for every method, for one run and for lanes.
+"""The size of a state, the unit of its errors: the same for every method, for single runs and for lanes.
 
 A state comes to a step with the largest size that it has had of late, `brought`, and that follows it, `followed`. The
 size is that of a motion: what rests keeps none, whatever its value, and what a reset writes is a value and no size.
@@ -16,7 +16,7 @@ SMALLEST = 1e-290
 """Size below which one over it overflows."""
 
 FADE = 0.98
-"""What is left of a state's size after a step: it follows the motion within some hundred steps."""
+"""Factor by which a state's size fades in a step: it follows the motion within some hundred steps."""
 
 SLOW = 1000.0
 """Steps' motion up to which the value of a state counts as its size: what moves on for ever has no size."""
@@ -53,7 +53,7 @@ def followed(scale, x, rate, h):
 
 @rare
 def of_series(g, order, reach):
-    """Size of a motion of which nothing is known but its series: what it moves in a step of its own, 0 if that is 0."""
+    """Size of a motion known by its series alone: its displacement in a step of its own."""
     first = 1
     while first < order and g[first] == 0.0:
         first += 1

@@ -187,7 +187,7 @@ def _split(a):
 
 @inlined
 def keep_time(settings, run, te, strobe):
-    """Let the time be that of the end of a step, whose last strobe, or -1, is told."""
+    """Set the time to the end of a step; its last strobe, or -1, is given."""
     if strobe >= 0.0:
         run.time = te - strobe
         if settings.absolute_time == 1:
