@@ -216,12 +216,12 @@ def spread(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
         Each exponent that is a number somewhere, of at most a dozen, with two standard errors; the band has one
         standard deviation of exponents over the longest window to either side.
     """
-    figure, axes = one_panel(ax, _HEIGHT)
+    figure, axes = one_panel(ax, SETTINGS.evidence_height)
     (sweep,) = map(str, dataset["outcome"].dims)
     dataset = dataset.sortby(sweep).transpose(sweep, ...)
     means, values = dataset["lyapunov_exponent"], dataset[sweep].values
     width = np.sqrt(dataset["cumulant"].isel(window=-1).sel(order=2).values.clip(min=0))
-    for number, e in enumerate(np.flatnonzero(np.isfinite(means.values).any(axis=0)).tolist()[:MOST_PANELS]):
+    for number, e in enumerate(np.flatnonzero(np.isfinite(means.values).any(axis=0)).tolist()[: SETTINGS.most_panels]):
         band = (means.values[:, e] - width[:, e], means.values[:, e] + width[:, e])
         axes.fill_between(values, *band, color=PALETTE[number % len(PALETTE)], alpha=0.25, linewidth=0)
         name = subscript("λ", int(dataset["exponent"][e]))
