@@ -10,6 +10,7 @@ from chaosdrill.analysis.arguments import Span, tangent_count
 from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.blocks import Blocks
 from chaosdrill.analysis.records import Arrays, ValueTask, refuse_points
+from chaosdrill.analysis.recurrence import sizes
 from chaosdrill.analysis.spectra import computed_exponents, run_with_tangents
 from chaosdrill.analysis.statistics import in_blocks, standard_error
 from chaosdrill.dataset import Outcome
@@ -195,18 +196,21 @@ def _divided(plan: Span, wanted: Any) -> _Windows:
 def _sums(run: Run, plan: Span, m: int, job: Job) -> tuple[Outcome, np.ndarray, np.ndarray]:
     """Logarithms of the tangents' growth: in all, (m,), and at the beginning and after every unit, (count + 1, m).
 
-    Of units lengths are in parts of the sizes that states have by the end of the first units held together, which no
+    Of units lengths are in parts of the sizes that states have at the ends of the first units held together, which no
     unit of a state changes.
     """
     outcome, report, first = plan.settle(run), job.report(plan.count), run.strobes
     most = max(BLOCKS, HELD // max(1, m * len(run.x)))
-    whole, sums, sizes, done = np.full(m, np.nan), np.full((plan.count + 1, m), np.nan), None, 0
+    whole, sums, unit_sizes, done = np.full(m, np.nan), np.full((plan.count + 1, m), np.nan), None, 0
     while outcome == Outcome.OK and done < plan.count:
         count = min(most, plan.count - done)
         units = Blocks(run, np.arange(1, count + 1), m)
         outcome = units.go_on(count, report=report and (lambda: report(run.strobes - first)))
-        sizes, begin = run.sizes.copy() if sizes is None else sizes, done + 1 if done else 0
-        sums[begin : done + count + 1] = units.sums_by_size(sizes)[begin - done :]
+        if unit_sizes is None:
+            # the largest states at the ends of steps would depend on the steps
+            unit_sizes = sizes(np.nan_to_num(units.states)[np.newaxis], run.sizes)[0]
+        begin = done + 1 if done else 0
+        sums[begin : done + count + 1] = units.sums_by_size(unit_sizes)[begin - done :]
         whole, done = units.sums()[-1], done + count
     return outcome, whole, sums
 
