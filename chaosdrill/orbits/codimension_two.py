@@ -303,7 +303,7 @@ def _located(curve: "SpecialCurve", condition: Condition, before: "Point", after
         return None
     way = abs(float(curve.values(after.orbit)[0] - curve.values(before.orbit)[0]))
     own *= max(1.0, curve.problem.accuracy / SETTINGS.tangent_error)
-    error = curve.problem.accuracy * curve.size(point.orbit) + own * way / rise
+    error = curve.problem.accuracy * curve.size(point.orbit) + curve.error_at(point) + own * way / rise
     return Located(replace(point, special=condition.kind), part, float(error), condition.multiplicity)
 
 

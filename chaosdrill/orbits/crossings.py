@@ -364,6 +364,8 @@ class _Step:
             error = 3 * scale ** (2 / 3) * size
         elif kind != Special.FOLD or self.held:
             error += noise * scale / SETTINGS.tangent_error * max(way, 1e-300) / rise
+        if kind != Special.BRANCH_POINT:
+            error += curve.error_at(point)
         return Located(replace(point, special=kind), part, float(error), multiplicity)
 
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chaosdrill.dataset.branches import Special
+from chaosdrill.engine.layout import DONE
 from chaosdrill.orbits.find import admissible
 from chaosdrill.orbits.points import Border, Direction, Plane, Point, Root, Whole, plane_at
 from chaosdrill.orbits.problem import CONVERGED, LostError
@@ -151,6 +152,22 @@ class Curve:
         """Size of the first parameter at an orbit; its range where it passes zero."""
         return max(abs(float(self.values(orbit)[0])), float(self.spans[0]))
 
+    def error_at(self, point: Point) -> float:
+        """Error of the first parameter where something happens, as that of the orbit makes it.
+
+        An orbit is off by what is left of its equations times the inverse of their smallest singular value, and the
+        place of what happens along the curve by as much: near a multiplier 1 that is many times the error of the
+        equations. 0 where they have no derivatives.
+        """
+        shot = self.problem.shoot(point.orbit, False, point.section)
+        if shot.outcome != DONE or not np.isfinite(shot.equations).all():
+            return 0.0
+        smallest = self.problem.regularity(point.orbit, shot, point.weights)
+        change = point.tangent.change
+        along = abs(float(change[-len(self.spans)])) / np.linalg.norm(point.weights * change)
+        off = SETTINGS.states_to_parameters * self.problem.accuracy
+        return float(along * off / max(smallest, SETTINGS.smallest_pivot))
+
     def blocked(self, point: Point) -> tuple["Orbit", "Shot"] | None:
         """The orbit at or beside a point if it is not admissible; None if it is."""
         found = self.followed(point)
@@ -263,8 +280,36 @@ class Curve:
         orbit, shot = self.followed(good) or (good.orbit, good.shot)
         error = part * abs(float(self.values(beyond.orbit)[0] - self.values(good.orbit)[0]))
         error += self.problem.accuracy * self.size(orbit) + self.margin * self.spans[0]
+        error += self._known_from(last, good, error)
         bad_orbit, bad_shot = bad or (None, None)
         return good, Border(orbit, shot, bad_orbit, bad_shot, float(error))
+
+
+    def _known_from(self, before: Point, border: Point, within: float) -> float:
+        """Error of a border as the orbits beside it make it: how far from it they are known better than by that.
+
+        Where a multiplier comes to 1 just there, the errors of the orbits grow beyond their distance from the border,
+        and none of those nearer to it tells on which side it is.
+        """
+        error = self.error_at(border)
+        if error <= within or before is border:
+            return error
+        low, high, nearest = np.log(SETTINGS.known_from), 0.0, border
+        for _ in range(SETTINGS.known_tried):
+            middle = 0.5 * (low + high)
+            try:
+                point = self.between(border, before, float(np.exp(middle)), before.tangent.row)
+            except LostError:
+                break
+            away = abs(float((self.values(point.orbit) - self.values(border.orbit))[0]))
+            if self.error_at(point) <= away:
+                high, nearest = middle, point
+            else:
+                low = middle
+        if nearest is border:
+            return error
+        away = abs(float((self.values(nearest.orbit) - self.values(border.orbit))[0]))
+        return min(error, away + self.error_at(nearest))
 
 
 class SpecialCurve(Curve):

@@ -156,7 +156,7 @@ def _levels(
         point = tried[part]
         way = abs(float(curve.values(after.orbit)[0] - curve.values(before.orbit)[0]))
         own = float(functions(curve.problem, *_seen([point]))[1][0, index]) + left
-        error = curve.problem.accuracy * curve.size(point.orbit) + own * way / abs(high - low)
+        error = curve.problem.accuracy * curve.size(point.orbit) + curve.error_at(point) + own * way / abs(high - low)
         located = Located(replace(point, special=Special.LEVEL), part, float(error), 0)
         found.append((point.arclength, located, f"{name} = {value:.9g}"))
     return found
@@ -218,7 +218,7 @@ def _top(segment: "BranchSegment", functions: Functions, index: int, before: "Po
     # two steps may bend: what the parameter does over the error is taken at the point
     beside = curve.between(before, after, part + (1e-3 if part < 0.5 else -1e-3))
     slope = abs(float(curve.values(beside.orbit)[0] - curve.values(point.orbit)[0])) / 1e-3
-    error = curve.problem.accuracy * curve.size(point.orbit) + off * slope
+    error = curve.problem.accuracy * curve.size(point.orbit) + curve.error_at(point) + off * slope
     return Located(replace(point, special=Special.OPTIMUM), part, float(error), 0)
 
 

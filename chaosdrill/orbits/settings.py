@@ -293,6 +293,10 @@ class Settings:
     """Instants at which it is looked how near an orbit passes, and times that they are laid closer."""
     tangential: float = 1e-3
     """Speed relative to how fast a guard changes on the way below which a guard is met tangentially."""
+    known_from: float = 1e-12
+    """Smallest part of a step before a border at which it is seen how well orbits are known."""
+    known_tried: int = 12
+    """Orbits at which it is seen: their distance from the border within a tenth of itself."""
     same_path: float = 1e-4
     """Distance in the norm of the weights within which two sequences of events follow one path at a border."""
     ahead: float = 1e-3
