@@ -26,7 +26,7 @@ from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.points import Border
 from chaosdrill.orbits.problem import CONVERGED, LostError, Problem, Shot
 from chaosdrill.orbits.settings import SETTINGS
-from chaosdrill.orbits.sliding import switched
+from chaosdrill.orbits.sliding import switched, unswitched
 
 
 @dataclass(frozen=True)
@@ -251,7 +251,7 @@ def branch_behind(curve: Curve, border: Border) -> Continuation | None:
     """An orbit beyond a border with another sequence of events, if a branch begins there."""
     tried = [border.good]
     further: list[Orbit] = []
-    for guess in chain(_guesses(curve, border), _emptied(further)):
+    for guess in chain(_guesses(curve, border), _emptied(further), _own_ahead(curve, border)):
         if len(tried) > SETTINGS.border_tried:
             break
         if any(_same_cycle(guess, old) for old in tried):
@@ -285,6 +285,7 @@ def _guesses(curve: Curve, border: Border) -> Iterator[Orbit]:
     d = problem.states
     yield from _other_outcomes(curve, border)
     yield from switched(problem, border.good)
+    yield from unswitched(problem, border.good)
     last = border.bad if border.bad is not None else border.good
     for part in SETTINGS.border_beside:
         for orbit in (border.good, last):
@@ -294,6 +295,25 @@ def _guesses(curve: Curve, border: Border) -> Iterator[Orbit]:
                 yield guess
     yield from left_out(problem, border)
     yield from without_events(problem, border.good)
+
+
+def _own_ahead(curve: Curve, border: Border) -> Iterator[Orbit]:
+    """What the system does some way beyond a border, where the smooth continuation is no motion of it.
+
+    Nearer to the border the errors of the orbits may decide, as where a multiplier comes to 1 there.
+    """
+    problem, orbit = curve.problem, border.good
+    shot = problem.shoot(orbit, False)
+    if shot.outcome != 0 or not np.isfinite(shot.equations).all():
+        return
+    direction = problem.direction(orbit, shot, curve.weights(orbit))
+    for length in (SETTINGS.ahead, -SETTINGS.ahead):
+        moved = problem.moved(orbit, shot, length * direction)
+        seen = problem.shoot(moved)
+        if seen.outcome == 0 and not admissible(moved, seen):
+            guess = _own_path(problem, moved, moved.starts[0, problem.states :])
+            if guess is not None and sorted(guess.segments.tolist()) != sorted(orbit.segments.tolist()):
+                yield guess
 
 
 def _other_outcomes(curve: Curve, border: Border) -> Iterator[Orbit]:

@@ -59,15 +59,19 @@ def sliding_beyond(problem: "Problem", border: "Border") -> Special | None:
     slides = sliding_modes(system)
     if not slides or orbit is None or shot is None:
         return None
+    brief = _brief_before_sliding(problem, orbit)
     for i, (mode, _, outcome) in enumerate(orbit.segments.tolist()):
+        changed = shot.crossed[i] >= 0 or (outcome >= 0 and shot.came[i] != outcome)
+        if changed and (i in brief or (i + 1) % len(orbit) in brief):
+            return Special.SWITCHING_SLIDING
         if shot.crossed[i] >= 0 and 1e-6 < shot.met[i] / orbit.durations[i] < 1 - 1e-6:
             return Special.ADDING_SLIDING if system.mode_names[mode] in slides else Special.GRAZING_SLIDING
         if outcome >= 0 and shot.came[i] >= 0 and shot.came[i] != outcome:
             expected, came = (system.transitions[k].target in slides for k in (outcome, int(shot.came[i])))
-            brief = orbit.durations[(i + 1) % len(orbit)] <= SETTINGS.tangential * orbit.durations.sum()
+            ends = orbit.durations[(i + 1) % len(orbit)] <= SETTINGS.tangential * orbit.durations.sum()
             if came and not expected:
                 return Special.CROSSING_SLIDING
-            if expected and not came and not brief:
+            if expected and not came and not ends:
                 return Special.SWITCHING_SLIDING
     return None
 
@@ -101,6 +105,40 @@ def switched(problem: "Problem", orbit: "Orbit") -> Iterator["Orbit"]:
                 durations.append(stay)
     if len(rows) > count:
         yield replace(orbit, segments=np.array(rows), starts=np.array(starts), durations=np.array(durations))
+
+
+def _brief_before_sliding(problem: "Problem", orbit: "Orbit") -> list[int]:
+    """The stays of no time behind the surface after which the motion slides: they begin at switching-sliding."""
+    system = problem.plain
+    slides, short = sliding_modes(system), SETTINGS.tangential * float(orbit.durations.sum())
+    sliding = [system.mode_names[m] in slides for m in orbit.segments[:, at.SEGMENT_MODE].tolist()]
+    return [
+        i
+        for i, lasting in enumerate(orbit.durations.tolist())
+        if lasting <= short and (sliding[i - 1], sliding[i], sliding[(i + 1) % len(orbit)]) == (False, False, True)
+    ]
+
+
+def unswitched(problem: "Problem", orbit: "Orbit") -> Iterator["Orbit"]:
+    """A guess of the orbit on the other side of a switching-sliding point: it slides at once."""
+    if orbit.eventless:
+        return
+    brief = _brief_before_sliding(problem, orbit)
+    segments, events, count = orbit.segments.copy(), kernels_of(problem.system).events, len(orbit)
+    for i in brief:
+        mode, end, _ = segments[i - 1].tolist()
+        sliding = [k for k in events[mode][end].outcomes if problem.plain.transitions[k].kind == "slide"]
+        if not sliding:
+            return
+        segments[i - 1, at.SEGMENT_OUTCOME] = sliding[0]
+    kept = [i for i in range(count) if i not in brief]
+    if brief and kept:
+        first = kept[0]
+        turned = replace(orbit, segments=segments).rotated(first, None)
+        kept = [i - first for i in kept]
+        yield replace(
+            turned, segments=turned.segments[kept], starts=turned.starts[kept], durations=turned.durations[kept]
+        )
 
 
 def _leaves(problem: "Problem", orbit: "Orbit", segment: int, other: int) -> bool:

@@ -231,7 +231,7 @@ def test_a_reversal_begins_at_one_place_whatever_the_step(step, side, amplitude)
     limits = (border - 0.06, border + 0.06)
     branch = cd.continue_orbit(RUBBED.with_parameters(A=amplitude, c=border + side), {"c": limits}, step=step)
     assert (branch["c"].values.min(), branch["c"].values.max()) == limits
-    assert kinds(branch) == [Special.BORDER_COLLISION]
+    assert kinds(branch) == [Special.SWITCHING_SLIDING]
     assert abs(branch["special_value"].values[0] - border) <= branch["special_error"].values[0]
 
 
