@@ -251,12 +251,17 @@ def branch_behind(curve: Curve, border: Border) -> Continuation | None:
     """An orbit beyond a border with another sequence of events, if a branch begins there."""
     tried = [border.good]
     further: list[Orbit] = []
-    for guess in chain(_guesses(curve, border), _emptied(further), _own_ahead(curve, border)):
+    for guess in chain(_guesses(curve, border), _emptied(further)):
         if len(tried) > SETTINGS.border_tried:
             break
         if any(_same_cycle(guess, old) for old in tried):
             continue
         tried.append(guess)
+        found = _branch_from(curve, guess, border, further)
+        if found is not None:
+            return found
+    # these are tried though the same events were, nearer to the border
+    for guess in _own_ahead(curve, border):
         found = _branch_from(curve, guess, border, further)
         if found is not None:
             return found
