@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import fsolve
+from scipy.optimize import brentq, fsolve
 
 import chaosdrill as cd
 from chaosdrill.dataset.branches import Onset, Special
@@ -58,6 +58,29 @@ def test_crossing_sliding_ends_motion_without_stops():
     f = fsolve(at, (-1.8, 2.6, 0.7), xtol=1e-13)[2]
     assert f == pytest.approx(float(found["special_value"]), abs=1e-11)
     assert str(found["special_text"].values).endswith("the branch continues")
+
+
+CASES = [("f", 0.35, 0.1, (0.05, 0.3)), ("f", 0.35, 0.2, (0.05, 0.3)), ("f", 0.45, 0.3, (0.1, 0.4))]
+CASES += [("omega", 0.6, 0.3, (0.4, 0.9))]
+
+
+@pytest.mark.parametrize(("name", "omega", "f", "limits"), CASES)
+def test_switching_sliding_where_a_multiplier_is_one(name, omega, f, limits):
+    """Without damping the multiplier is cos(s)^2 after a motion that takes the time s between two stops.
+
+    At the switch all of x - r cos(omega t) + f, r = 1/(1 - omega^2), is a motion from cos(omega t) = c, sin(omega t) = s
+    to -c and s, so that it takes 2 pi: f = omega^2 sin(pi omega) / (1 - omega^2).
+    """
+    branch = follow(coulomb(omega=omega, f=f), {name: limits})
+    assert (branch[name].values.min(), branch[name].values.max()) == limits
+    found = special(branch, Special.SWITCHING_SLIDING)
+
+    def at(w):
+        return w**2 * np.sin(np.pi * w) / (1 - w**2)
+
+    exact = at(omega) if name == "f" else brentq(lambda w: at(w) - f, 0.3, 0.6, xtol=1e-15)
+    error = float(found["special_error"])
+    assert abs(float(found["special_value"]) - exact) <= error < 1e-4
 
 
 @pytest.mark.parametrize("f", [0.04, 0.07])
