@@ -341,6 +341,8 @@ class _Returns:
             return Onset.NONE, 0
         if not power <= 1:
             return Onset.CONTINUOUS, 0
+        if not np.isfinite(self.vector).all():
+            return Onset.UNDECIDED, 0
         if power == 1:
             beyond = np.linalg.eigvals(self.turn @ (np.eye(len(self.row)) + np.outer(self.vector, self.row)))
             kept = np.delete(beyond, np.abs(beyond - 1).argmin()) if len(beyond) > len(self.values) else beyond

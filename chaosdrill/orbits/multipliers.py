@@ -52,14 +52,22 @@ class Neutral:
         shared = self.conserved @ self.symmetries.T
         return np.vstack([self.conserved, np.linalg.svd(shared)[2][self.paired :] @ self.symmetries])
 
-    def words(self, system: "HybridSystem") -> str:
-        """The neutral directions besides that of the flow, in words; empty without any."""
+    def words(self, system: "HybridSystem", count: int) -> str:
+        """The neutral directions besides that of the flow, in words; empty without any.
+
+        Parameters
+        ----------
+        count : int
+            How many multipliers are 1, with those of what was found to be conserved.
+        """
         parts = [f"it can be shifted along {_combination(v, system)}" for v in self.symmetries]
         if not len(self.symmetries):
             parts = [f"deviations of {_combination(v, system)} are kept" for v in self.conserved]
+        if count > self.count:
+            parts.append("a quantity was found to be conserved")
         if not parts:
             return ""
-        return f"the orbit is one of a family, since {' and '.join(parts)}; {self.count} of its multipliers are 1"
+        return f"the orbit is one of a family, since {' and '.join(parts)}; {count} of its multipliers are 1"
 
 
 def neutral_of(system: "HybridSystem") -> Neutral:

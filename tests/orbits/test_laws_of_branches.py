@@ -235,6 +235,16 @@ def test_a_reversal_begins_at_one_place_whatever_the_step(step, side, amplitude)
     assert abs(branch["special_value"].values[0] - border) <= branch["special_error"].values[0]
 
 
+@pytest.mark.parametrize("slow", [1e-6, 1e-8])
+def test_a_special_point_is_no_better_known_than_its_orbit(slow):
+    """x := x + slow (0.3 - x), known to round-off over slow, and y := -(r + x) y, which doubles at r = 0.7."""
+    system = stepped({x: x + slow * (0.3 - x), y: -(r + x) * y - y**3}, {"r": 0.5}, [0.3, 0.0])
+    branch = cd.continue_orbit(system, {"r": (0.4, 0.93)}, start="guess")
+    assert kinds(branch) == [Special.PERIOD_DOUBLING]
+    off, error = abs(float(branch["special_value"][0]) - 0.7), float(branch["special_error"][0])
+    assert off <= error < 1e-12 / slow
+
+
 @pytest.mark.parametrize("transient", [1000, 1010])
 def test_a_closed_branch_is_walked_once(transient):
     system = cd.build("impact-oscillator", {"wall": 0.0, "zeta": 0.0, "omega": 3.24, "e": 0.6})

@@ -95,6 +95,7 @@ def test_the_gait_of_a_runner():
     np.testing.assert_allclose(gait.multipliers, [1, 1, 1, free, 0], atol=2e-6)
     assert gait.multipliers[3].real == pytest.approx(free, abs=1e-8)
     whole = cd.periodic_orbit(runner(True), start="guess", transient=0)
+    assert whole.attrs["structure"].endswith("3 of its multipliers are 1")
     assert bool(whole["stable"])
     np.testing.assert_allclose(whole["drift"], drift, atol=1e-11)
     assert float(whole["drift_error"][0]) < 1e-10

@@ -317,4 +317,5 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
     ds = with_functions(ds, functions, "point", result.functions, result.function_errors)
     if by := chosen(system, given.derivatives):
         ds = branches_derived(ds, system, by, result)
-    return ds.assign_attrs(message=result.message, structure=neutral_of(system).words(system))
+    structure = neutral_of(system).words(system, result.neutral)
+    return ds.assign_attrs(message=result.message, structure=structure)

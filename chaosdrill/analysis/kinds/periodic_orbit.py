@@ -244,12 +244,13 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
     ds = more(orbits_dataset(system, found), orbit_rates(system, found, job.numerics))
     functions = functions_of(system, given.functions)
     ds = with_functions(ds, functions, "orbit", *values_on(functions, found))
-    told = {"message": message, "disagreement": disagreement, "structure": neutral_of(system).words(system)}
+    words = neutral_of(system).words(system, int(ds["neutral"]))
+    told = {"message": message, "disagreement": disagreement, "structure": words}
     if names:
         empty = underived(system, len(names), 0, NOT_OF_CHAOS)
         derived = [empty if one.derived is None else one.derived for one in found]
         ds = with_derivatives(ds, system, names, derived, "orbit")
         ds = ds.assign_coords(parameter_value=variable("parameter", [system.parameters[name] for name in names]))
-        words = [one.message for one in derived]
-        told["derivatives_message"] = words[0] if given.max_period is None else numbered(words)
+        remarks = [one.message for one in derived]
+        told["derivatives_message"] = remarks[0] if given.max_period is None else numbered(remarks)
     return (ds if given.max_period is not None else first(ds, "orbit")).assign_attrs(told)
