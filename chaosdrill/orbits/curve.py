@@ -292,24 +292,29 @@ class Curve:
         and none of those nearer to it tells on which side it is.
         """
         error = self.error_at(border)
-        if error <= within or before is border:
+        step = abs(float((self.values(before.orbit) - self.values(border.orbit))[0]))
+        if error <= within or not step > 0:
             return error
-        low, high, nearest = np.log(SETTINGS.known_from), 0.0, border
+        low, high, least = np.log(SETTINGS.known_from), min(0.0, float(np.log(error / step))), error
+        tried = high
         for _ in range(SETTINGS.known_tried):
-            middle = 0.5 * (low + high)
             try:
-                point = self.between(border, before, float(np.exp(middle)), before.tangent.row)
+                point = self.between(border, before, float(np.exp(tried)), before.tangent.row)
             except LostError:
                 break
             away = abs(float((self.values(point.orbit) - self.values(border.orbit))[0]))
-            if self.error_at(point) <= away:
-                high, nearest = middle, point
+            there = self.error_at(point)
+            if tried == high and there > 0.5 * error:
+                # it is as good as constant
+                return error
+            if there <= away:
+                high, least = tried, away + there
             else:
-                low = middle
-        if nearest is border:
-            return error
-        away = abs(float((self.values(nearest.orbit) - self.values(border.orbit))[0]))
-        return min(error, away + self.error_at(nearest))
+                low = tried
+            if not high > low:
+                break
+            tried = 0.5 * (low + high)
+        return min(error, least)
 
 
 class SpecialCurve(Curve):
