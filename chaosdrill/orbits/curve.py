@@ -284,7 +284,6 @@ class Curve:
         bad_orbit, bad_shot = bad or (None, None)
         return good, Border(orbit, shot, bad_orbit, bad_shot, float(error))
 
-
     def _known_from(self, before: Point, border: Point, within: float) -> float:
         """Error of a border as the orbits beside it make it: how far from it they are known better than by that.
 

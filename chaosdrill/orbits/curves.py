@@ -112,7 +112,9 @@ def curve(
         report(2, 2, None)
     assert first.root is not None
     value = float(curve.values(first.orbit)[0])
-    error = first.root.error * float(curve.spans[0]) + problem.accuracy * curve.size(first.orbit) + curve.error_at(first)
+    error = (
+        first.root.error * float(curve.spans[0]) + problem.accuracy * curve.size(first.orbit) + curve.error_at(first)
+    )
     branch.marks.append(Mark(*place, kind, error, "start of the curve"))
     branch.start = f"the {called} at {name} = {value:.12g}"
     missing = mark_conditions(branch)

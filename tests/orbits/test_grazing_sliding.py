@@ -69,8 +69,8 @@ CASES += [("omega", 0.6, 0.3, (0.4, 0.9))]
 def test_switching_sliding_where_a_multiplier_is_one(name, omega, f, limits):
     """Without damping the multiplier is cos(s)^2 after a motion that takes the time s between two stops.
 
-    At the switch all of x - r cos(omega t) + f, r = 1/(1 - omega^2), is a motion from cos(omega t) = c, sin(omega t) = s
-    to -c and s, so that it takes 2 pi: f = omega^2 sin(pi omega) / (1 - omega^2).
+    At the switch x(t) - cos(omega t)/(1 - omega^2) + f, which turns at the frequency 1, comes back to its start: s is
+    2 pi, and f = omega^2 sin(pi omega) / (1 - omega^2).
     """
     branch = follow(coulomb(omega=omega, f=f), {name: limits})
     assert (branch[name].values.min(), branch[name].values.max()) == limits
