@@ -4,6 +4,7 @@ from typing import Any
 import xarray as xr
 
 from chaosdrill.analysis.measured import series_measures as series_measures
+from chaosdrill.analysis.orders import event_orders as event_orders
 from chaosdrill.analysis.pairs import recurrences as recurrences
 from chaosdrill.archive import cut as cut
 from chaosdrill.archive import join as join
@@ -192,6 +193,7 @@ def covariant_vectors(
 ) -> xr.Dataset: ...
 def dimensions(
     system: HybridSystem,
+    sweep: dict[str, Any] | None = None,
     *,
     periods: int | None = None,
     duration: float | None = None,
@@ -201,6 +203,9 @@ def dimensions(
     max_period: int = 64,
     orders: list[int] | None = None,
     window: int = 10,
+    workers: int = 1,
+    scheduler: str | None = None,
+    store: str | os.PathLike[str] | None = None,
     method: str = "taylor",
     tolerance: float = 1e-12,
     steps: int | None = None,
@@ -227,6 +232,7 @@ def equilibria(
 ) -> xr.Dataset: ...
 def finite_time_exponents(
     system: HybridSystem,
+    sweep: dict[str, Any] | None = None,
     *,
     periods: int | None = None,
     duration: float | None = None,
@@ -236,6 +242,9 @@ def finite_time_exponents(
     windows: list[float] | None = None,
     exponents: int | None = None,
     bins: int = 64,
+    workers: int = 1,
+    scheduler: str | None = None,
+    store: str | os.PathLike[str] | None = None,
     method: str = "taylor",
     tolerance: float = 1e-12,
     steps: int | None = None,

@@ -55,10 +55,8 @@ class _Task:
 
 def _coarser(numerics: Numerics) -> Numerics:
     """Steps whose errors are several times as large."""
-    steps = (
-        max(2, int((numerics.steps or 200) / SETTINGS.coarser_steps)) if numerics.method == "rk4" else numerics.steps
-    )
-    return replace(numerics, tolerance=SETTINGS.coarser * numerics.tolerance, steps=steps)
+    fewer = max(2, int(numerics.steps_a_period / SETTINGS.coarser_steps)) if numerics.traits.fixed_step else None
+    return replace(numerics, tolerance=SETTINGS.coarser * numerics.tolerance, steps=fewer)
 
 
 class Carrier:

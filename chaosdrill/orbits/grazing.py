@@ -347,7 +347,7 @@ class _Returns:
             beyond = np.linalg.eigvals(self.turn @ (np.eye(len(self.row)) + np.outer(self.vector, self.row)))
             kept = np.delete(beyond, np.abs(beyond - 1).argmin()) if len(beyond) > len(self.values) else beyond
             return (Onset.CONTINUOUS if (np.abs(kept) < 1).all() else Onset.UNDECIDED), 0
-        if not self.doubt < SETTINGS.missed_multiplier:
+        if not (self.doubt < SETTINGS.missed_multiplier and np.isfinite(self.vector).all()):
             return Onset.UNDECIDED, 0
         seen = np.flatnonzero(np.abs(self.parts) > self.noise)
         if not len(seen):

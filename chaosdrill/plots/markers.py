@@ -47,7 +47,7 @@ SPECIAL_MARKERS = {
     "level": "$=$",
     "optimum": "$!$",
     "hopf": "$H$",
-    "crossing_sliding": "P",
+    "crossing_sliding": "$\\ne$",
     "grazing_sliding": "$\\cap$",
     "adding_sliding": "$\\cup$",
     "switching_sliding": "$\\wr$",

@@ -19,6 +19,7 @@ from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.kinds import float64, int64
 from chaosdrill.codegen.signatures import matrix, vector
 from chaosdrill.engine import layout as at
+from chaosdrill.engine import stepper
 from chaosdrill.engine.jit import compiled, inner
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.records import machine_at, state_of
@@ -176,6 +177,7 @@ def install() -> None:
     for function in (expand, locate, evaluate, advance):
         setattr(module, function.py_func.__name__, function)
     sys.modules[module.__name__] = module
+    stepper.METHODS = {**stepper.METHODS, "exact_flow": stepper.METHODS["rk4"]}
 
 
 def impact_times(run: Run, count: int) -> np.ndarray:

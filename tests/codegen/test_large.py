@@ -153,6 +153,6 @@ def test_code_does_not_grow_with_the_system(name):
 
 def test_advection_is_two_products_a_state():
     """(x[i+1] - x[i-2]) x[i-1]: the difference is varied once, and not each of its parts in a product of its own."""
-    (mode,) = write(advected(40).placed).modes
-    assert len(mode.kept) == 40
-    assert len(mode.products) == 80
+    (series,) = write(advected(40).placed).modes
+    assert len(series.mode.kept) == 40
+    assert len(series.mode.products) == 80

@@ -10,7 +10,6 @@ import pytest
 
 from chaosdrill.analysis.orbit_datasets import branches_dataset, orbits_dataset
 from chaosdrill.dataset import BranchEnd, Outcome, Special, label
-from chaosdrill.engine.shifts import Shifts
 from chaosdrill.orbits.results import BranchInfo, BranchResult, Cascade, Checks, FoundOrbit, SpecialPoint
 
 DOUBLINGS = np.array([3.0, 1 + np.sqrt(6), 3.5440903596, 3.5644072661, 3.5687594195])
@@ -32,7 +31,7 @@ def system():
         state_names=("x", "v"),
         forced=True,
         forcing_period=lambda: 1.0,
-        shared={"shifts": Shifts(np.zeros((0, 2)), np.zeros((0, 2)))},
+        shared={"lines": [], "turns": []},
     )
 
 
