@@ -21,6 +21,7 @@ _HOME = {
     "driven": "chaosdrill.model.drives",
     **dict.fromkeys(("Uniform", "Normal", "LogNormal", "Exponential", "Choice"), "chaosdrill.model.noise"),
     "in_modes": "chaosdrill.model.kinks",
+    "halved": "chaosdrill.model.halved",
     "drill": "chaosdrill.systems.drill",
     "build": "chaosdrill.systems",
     "load_scene": "chaosdrill.scene",

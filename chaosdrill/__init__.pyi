@@ -23,6 +23,7 @@ from chaosdrill.model import Transition as Transition
 from chaosdrill.model.drives import driven as driven
 from chaosdrill.model.filippov import equivalent_control as equivalent_control
 from chaosdrill.model.filippov import filippov as filippov
+from chaosdrill.model.halved import halved as halved
 from chaosdrill.model.kinks import in_modes as in_modes
 from chaosdrill.model.noise import Choice as Choice
 from chaosdrill.model.noise import Exponential as Exponential

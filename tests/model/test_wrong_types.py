@@ -29,6 +29,7 @@ RIGHT = {
     "filippov": {**TWO, "surface": "x", "above": {"x": "-1"}, "below": {"x": "1"}},
     "equivalent_control": {**TWO, "surface": "x", "field": {"x": "u"}, "control": {"u": (-1, 1)}},
     "in_modes": {**TWO, "field": {"x": "-sign(x)"}},
+    "halved": {"system": cd.build("duffing"), "symmetry": {"x": "-x", "v": "-v"}},
     "driven": {"system": PUSHED, "drive": "f", "pieces": "square"},
     "drill": {},
     "build": {"name": "impact-oscillator"},
