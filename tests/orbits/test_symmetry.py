@@ -1,0 +1,213 @@
+"""Symmetric systems over half of their motion: orbits, multipliers and pitchforks are those of the whole system."""
+
+from math import acos, atan2, cos, exp, hypot, pi, sin, sqrt
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import chaosdrill as cd
+
+ODD = {"x": "-x", "v": "-v"}
+
+
+def multipliers(ds):
+    return np.sort_complex(ds["multiplier_real"].values + 1j * ds["multiplier_imag"].values)
+
+
+def found(system, **arguments):
+    ds = cd.periodic_orbit(system, **arguments)
+    assert int(ds["outcome"]) == cd.Outcome.PERIODIC, ds.attrs["message"]
+    return ds
+
+
+def impact_pair_half_map(gap, amplitude, omega, e):
+    """Tangent map over half a period of the motion with one hit on each wall a period: in closed form."""
+    a, b = -pi * (1 + e) / (1 - e), 2.0
+    # gap = (amplitude/omega^2) (a sin(phase) + b cos(phase)) at the hit on the left wall
+    phase = atan2(a, b) - acos(gap * omega**2 / amplitude / hypot(a, b))
+    speed, half, push = -2 * e / (1 - e) * amplitude / omega * sin(phase), pi / omega, amplitude * cos(phase)
+    met = speed / e
+    time = np.array([(speed + push * half) / met, -half / met])
+    return np.array([time, e * (np.array([-push, 1.0]) - push * time)])
+
+
+@pytest.fixture(scope="module")
+def pair():
+    return cd.build("impact-pair").with_parameters(amplitude=0.3, e=0.6)
+
+
+def test_multipliers_of_half_the_motion_are_roots_of_those_of_the_whole(pair):
+    half, whole = found(cd.halved(pair, ODD)), found(pair)
+    exact = np.sort_complex(np.linalg.eigvals(impact_pair_half_map(1.0, 0.3, 1.0, 0.6)).astype(complex))
+    ours = multipliers(half)
+    ours = np.delete(ours, np.abs(ours).argmin())
+    np.testing.assert_allclose(ours, exact, rtol=1e-9)
+    np.testing.assert_allclose(np.sort_complex(ours**2), multipliers(whole), rtol=1e-9)
+    np.testing.assert_allclose(half["orbit_state"][:2], whole["orbit_state"], rtol=1e-10)
+    assert float(half["period_time"]) == pytest.approx(pi, rel=1e-13)
+
+
+def test_symmetry_is_lost_where_the_half_map_has_a_multiplier_of_minus_one(pair):
+    exact = brentq(lambda a: np.linalg.det(impact_pair_half_map(1.0, a, 1.0, 0.6) + np.eye(2)), 0.3, 0.4, xtol=1e-14)
+    half = cd.continue_orbit(cd.halved(pair, ODD), {"amplitude": (0.28, 0.4)}, doublings=1)
+    kinds = half["special_text"].values
+    at = [
+        k
+        for k, text in enumerate(kinds)
+        if "twice the period" in text and half["branch"][half["special_index"][k]] == 0
+    ]
+    assert len(at) == 1
+    assert float(half["special_value"][at[0]]) == pytest.approx(exact, abs=1e-11)
+    assert half["special_criticality"][at[0]] == 1
+    # the doubled orbit holds both partners, each of which is an orbit of the whole system
+    both = half.isel(point=int(np.flatnonzero(half["branch"].values == 1)[-1]))
+    amplitude, states = float(both["amplitude"]), both["section"].values[:2, :2]
+    assert amplitude > exact
+    assert np.abs(states[0] - states[1]).max() > 0.01
+    one = [
+        found(pair.with_parameters(amplitude=amplitude).with_initial(list(state)), start="guess") for state in states
+    ]
+    for state, ds in zip(states, one, strict=True):
+        np.testing.assert_allclose(ds["orbit_state"], state, rtol=1e-9)
+    np.testing.assert_allclose(multipliers(one[0]), multipliers(one[1]), rtol=1e-7)
+
+
+def test_linear_oscillator_in_closed_form():
+    system = cd.HybridSystem(
+        states="x v",
+        parameters={"zeta": 0.1, "omega": 1.3},
+        modes={"on": {"x": "v", "v": "-x - 2*zeta*v + cos(omega*t)"}},
+        quadratures={"work": "2*zeta*v**2", "way": "v"},
+        transitions=[cd.Transition("middle", "on", "on", "x", 1), cd.Transition("still", "on", "on", "v", 0)],
+        period="2*pi/omega",
+    )
+    half = cd.halved(system, ODD)
+    ds = found(half)
+    exact = -np.exp((-0.1 + 1j * np.array([-1, 1]) * sqrt(1 - 0.01)) * pi / 1.3)
+    ours = multipliers(ds)
+    np.testing.assert_allclose(np.delete(ours, np.abs(ours).argmin()), np.sort_complex(exact), rtol=1e-10)
+    force = 1 / ((1 - 1.3**2) + 2j * 0.1 * 1.3)
+    np.testing.assert_allclose(ds["orbit_state"][:2], [force.real, (1j * 1.3 * force).real], rtol=1e-10)
+    # what the symmetry changes is left out
+    assert set(half.quadratures) == {"work"}
+    assert [t.name for t in half.transitions] == ["still", "half-on"]
+    spectrum = cd.lyapunov_spectrum(half, transient=10, periods=200)
+    np.testing.assert_allclose(spectrum["lyapunov_exponent"][:2], -0.1, atol=2e-3)
+
+
+def driven():
+    given = {"f": 0.0, "zeta": 0.1, "omega": 0.8}
+    field = {"x": "v", "v": "-x - x**3 - 2*zeta*v + f"}
+    return cd.driven(
+        cd.HybridSystem(name="o", states="x v", time="t", parameters=given, modes={"on": field}, period="2*pi/omega"),
+        "f",
+        "square",
+    )
+
+
+@pytest.mark.parametrize("make", [lambda: cd.build("impact-pair"), lambda: cd.build("den-hartog"), driven])
+def test_strobe_points_are_those_of_the_system_with_every_second_one_reflected(make):
+    system = make()
+    whole = cd.poincare_section(system, periods=6)["section"].values
+    half = cd.poincare_section(cd.halved(system, ODD), periods=12)["section"].values[:, :2]
+    later = cd.trajectory(system, periods=6, samples=2)
+    np.testing.assert_allclose(half[1::2], whole, atol=1e-9)
+    states, times = later["states"].values, later["time"].values
+    middle = states[np.searchsorted(times, (np.arange(6) + 0.5) * system.forcing_period() - 1e-9)]
+    np.testing.assert_allclose(half[0::2], -middle, atol=1e-9)
+
+
+def test_modes_are_exchanged():
+    system = cd.build("den-hartog")
+    half = cd.halved(system, ODD)
+    to = {t.source[0]: t.target for t in half.transitions if t.kind == "half"}
+    assert to == {"forward": "backward", "backward": "forward", "stick": "stick"}
+    one, both = multipliers(found(half)), multipliers(found(system))
+    np.testing.assert_allclose(np.sort_complex(np.delete(one, np.abs(one).argmin()) ** 2), both, rtol=1e-9)
+
+
+def test_lorenz_loses_its_symmetry_by_another_integrator():
+    system = cd.halved(cd.build("lorenz").with_parameters(rho=350.0), {"x": "-x", "y": "-y"})
+    branch = cd.continue_orbit(system, {"rho": (300, 360)}, at="half-flow")
+    assert branch.sizes["special"] == 1
+    rho, point = float(branch["special_value"][0]), branch.isel(point=int(branch["special_index"][0]))
+    # Sparrow 1982, The Lorenz Equations: near r = 313
+    assert rho == pytest.approx(313, abs=0.1)
+
+    def field(_, y):
+        (u, v, w), m = y[:3], y[3:].reshape(3, 3)
+        slope = np.array([[-10, 10, 0], [rho - w, -1, -u], [v, u, -8 / 3]])
+        return np.concatenate([[10 * (v - u), rho * u - v - u * w, u * v - 8 / 3 * w], (slope @ m).ravel()])
+
+    start = np.concatenate([point["orbit_state"].values, np.eye(3).ravel()])
+    end = solve_ivp(field, (0, float(point["period_time"])), start, method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
+    half = np.diag([-1, -1, 1]) @ end[3:].reshape(3, 3)
+    near = np.sort(np.linalg.eigvals(half).real)
+    np.testing.assert_allclose(near, [-1, -exp(-41 / 3 * float(point["period_time"])), 1], atol=1e-5)
+
+
+def test_map_in_closed_form():
+    # x = -F(x) has x^2 = a - 1 and the multiplier 3 - 2 a: -1 at a = 2
+    system = cd.Map("x", {"a": 1.5}, {"x": "-a*x + x**3"}, initial={"x": 0.7})
+    half = cd.halved(system, {"x": "-x"})
+    assert str(half.images[half.states[0]]) == "a*x - x**3"
+    branch = cd.continue_orbit(half, {"a": (1.2, 2.2)})
+    np.testing.assert_allclose(branch["special_value"], [2.0], atol=1e-12)
+    np.testing.assert_allclose(branch["multiplier_real"][:, 0], 3 - 2 * branch["a"], atol=1e-9)
+
+
+def test_a_parameter_that_must_be_zero_is_left_out():
+    gear = cd.build("gear-rattle").with_parameters(drag=0.0)
+    half = cd.halved(gear, {"s": "backlash - s", "v": "-v"})
+    assert set(gear.parameters) - set(half.parameters) == {"drag"}
+    with pytest.raises(cd.SettingsError, match="drag"):
+        half.with_parameters(drag=0.1)
+    assert (
+        cd.halved(gear.with_parameters(drag=0.0, beta=0.0), {"s": "backlash - s", "v": "-v"}).parameters["beta"] == 0.0
+    )
+
+
+def two_walls(**changed):
+    left = {"guard": "x + 1", "direction": -1, "reset": {"v": "-e*v"}, "condition": "v**2 > e", **changed}
+    return cd.HybridSystem(
+        name="walls",
+        states="x v",
+        parameters={"e": 0.5, "f": 0.4},
+        modes={"free": {"x": "v", "v": "-x + cos(t)"}},
+        transitions=[
+            cd.Transition("right", "free", "free", "x - 1", 1, {"v": "-e*v"}, condition="v**2 > e"),
+            cd.Transition("left", "free", "free", **left),
+        ],
+        period="2*pi",
+    )
+
+
+@pytest.mark.parametrize(
+    ("system", "symmetry", "told"),
+    [
+        (cd.build("impact-oscillator"), ODD, "'impact' has no image: .* its guard at the image is -wall - x"),
+        (cd.build("duffing"), {"x": "-x"}, "mode 'flow': the image of a motion has the rate -v of x; .* it is v"),
+        (cd.build("gear-rattle"), {"s": "backlash - s", "v": "-v"}, "drag"),
+        (two_walls(reset={"v": "-f*v"}), ODD, "after it v is f\\*v, the image has e\\*v"),
+        (two_walls(condition="v**2 >= e"), ODD, "its condition is v\\*\\*2 >= e"),
+        (two_walls(priority=1), ODD, "its priority or what it completes is another"),
+        (cd.build("duffing"), {"x": "2*x"}, "applied twice, x becomes 4\\*x; it must be x"),
+        (cd.build("duffing"), {"y": "-y"}, "unknown state 'y'"),
+        (cd.build("duffing"), {"x": "-t"}, "holds 't'"),
+        (cd.build("duffing"), {}, "changes no state"),
+        (cd.Map("x", {"a": 1.5}, {"x": "a*x + x**2"}), {"x": "-x"}, "the image of x is"),
+    ],
+)
+def test_what_breaks_the_symmetry_is_told(system, symmetry, told):
+    with pytest.raises(cd.ModelError, match=told):
+        cd.halved(system, symmetry)
+
+
+def test_a_halved_system_is_saved_as_any_other(tmp_path):
+    half = cd.halved(cd.build("impact-pair"), ODD)
+    cd.save_scene(tmp_path / "half.toml", system=half, analyses={"motion": {"kind": "trajectory", "periods": 2}})
+    again = cd.load_scene(tmp_path / "half.toml").system
+    one, other = (cd.trajectory(system, periods=3)["states"].values for system in (half, again))
+    np.testing.assert_array_equal(one, other)
