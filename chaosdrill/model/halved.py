@@ -178,6 +178,8 @@ class _Symmetry:
 
     def same(self, a: Any, b: Any, factor: float = 1.0) -> bool:
         """Whether b is a times a factor, as functions."""
+        if factor == 1 and a == b:
+            return True
         pairs = zip(self._at_points(a), self._at_points(b), strict=True)
         return all(
             abs(factor * one - other) <= _SAME * (abs(factor) * size + its) for (one, size), (other, its) in pairs
@@ -260,8 +262,7 @@ class _Symmetry:
             one = self.system.transitions[first]
             if one.completes is not None:
                 rebound = next(i for i, t in enumerate(self.system.transitions) if t.name == one.completes)
-                image = self.system.transitions[other]
-                if image.completes != self.system.transitions[met[source, rebound]].name:
+                if self.system.transitions[other].completes != self.system.transitions[met[source, rebound]].name:
                     return f"transition {one.name!r:.60} completes {one.completes!r:.60}, its image does not"
             # of outcomes of one event the first that holds is taken
             for later in range(first + 1, len(self.system.transitions)):
