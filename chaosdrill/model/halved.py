@@ -275,7 +275,7 @@ class _Symmetry:
     def _image_of(self, one: Transition, source: str) -> tuple[int | None, str]:
         """The number of the transition that is the image of one from a mode; else what comes closest, and why not."""
         where, to = self.modes[source], self.modes[one.target]
-        closest, told = -1, f"from {where!r:.60} to {to!r:.60} there is none"
+        closest, told = -1, f"there is none from {where!r:.60} to {to!r:.60}"
         for number, other in enumerate(self.system.transitions):
             if where not in other.source or other.target != to:
                 continue
@@ -283,7 +283,7 @@ class _Symmetry:
             if fault is None:
                 return number, ""
             if steps > closest:
-                closest, told = steps, f"{other.name!r:.60} is none, {fault}"
+                closest, told = steps, f"the nearest is {other.name!r:.60}, but {fault}"
         return None, f"transition {one.name!r:.60} has no image: {told}"
 
     def _difference(self, one: Transition, source: str, other: Transition) -> tuple[str | None, int]:
