@@ -18,6 +18,9 @@ from chaosdrill.engine.run import Run
 HEARD = 0.05
 """Seconds that a call may take before the next ones are longer no more: an interruption is heard between calls."""
 
+_FINEST = 1e-140
+"""Least size of a state as a part of the largest: the square of one over it is a double."""
+
 
 class Blocks:
     """The blocks of a record, and what is kept at their ends; what the run does not reach stays NaN.
@@ -61,7 +64,10 @@ class Blocks:
         flow at the apex of a flight, where nothing but the speed changes. The ``sizes`` are those by now, by default.
         """
         found, size = self.sums(), self._run.sizes if sizes is None else sizes
-        scaled = self._vectors / np.where(size > 0, size, 1.0)
+        known = (size > 0) & (size < math.inf)
+        # all by one factor, which differences do not see: states may have decayed to 1e-300
+        largest = size.max(initial=0.0, where=known) or 1.0
+        scaled = self._vectors / np.where(known, np.maximum(size / largest, _FINEST), 1.0)
         rows = np.arange(len(found))
         for i in range(scaled.shape[1]):
             row = scaled[:, i]
