@@ -1,8 +1,9 @@
 """A symmetric system over half of its motion: what comes after is the image of what was before."""
 
 import random
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from itertools import chain, count
 from typing import TYPE_CHECKING, Any, cast
 
 import sympy
@@ -348,6 +349,12 @@ def _name(system: "HybridSystem") -> str:
     return f"{system.name}, halved"
 
 
+def _labels(system: "HybridSystem", kept: Collection[str]) -> dict[str, Any]:
+    """The labels of a system but those of parameters and quadratures that are not kept."""
+    gone = {*system.parameters, *system.quadratures}.difference(kept)
+    return {key: one for key, one in system.labels.items() if key not in gone}
+
+
 def _half_of_map(found: _Symmetry, values: Mapping[str, float]) -> "HybridSystem":
     from chaosdrill.model.maps import Map
 
@@ -367,12 +374,12 @@ def _half_of_map(found: _Symmetry, values: Mapping[str, float]) -> "HybridSystem
         name=_name(system),
         initial=system.start,
         bounds=system.bounds,
-        labels={key: one for key, one in system.labels.items() if key not in {*system.parameters} - {*values}},
+        labels=_labels(system, values),
     )
 
 
-def _parts(found: _Symmetry, moved: Mapping[Any, Any]) -> dict[str, Any]:
-    """Modes, transitions and quadratures of the system itself, with other symbols."""
+def _parts(found: _Symmetry, values: Mapping[str, float], moved: Mapping[Any, Any]) -> dict[str, Any]:
+    """Parameters, modes, transitions and quadratures of the system itself, with other symbols."""
     system = found.system
 
     def put(expression: Any) -> Any:
@@ -390,18 +397,14 @@ def _parts(found: _Symmetry, moved: Mapping[Any, Any]) -> dict[str, Any]:
     quadratures = {
         name: {mode: put(rate) for mode, rate in rates.items()} for name, rates in found.kept_quadratures().items()
     }
-    gone = (
-        {*system.parameters, *system.quadratures}
-        - {*quadratures}
-        - {p for p in system.parameters if parameter(p) not in found.put}
-    )
     return {
         "name": _name(system),
+        "parameters": dict(values),
         "modes": {mode: {x: put(rate) for x, rate in rates.items()} for mode, rates in system.modes.items()},
         "transitions": kept,
         "quadratures": quadratures,
         "regions": {mode: put(one) for mode, one in system.regions.items()},
-        "labels": {key: one for key, one in system.labels.items() if key not in gone},
+        "labels": _labels(system, {*values, *quadratures}),
         "bounds": dict(system.bounds),
     }
 
@@ -431,9 +434,9 @@ def _half_of_forced(found: _Symmetry, values: Mapping[str, float]) -> "HybridSys
     taken = {*system.state_names, *system.parameters, *system.quadratures}
     time = system.time or sympy.Symbol("t" if "t" not in taken else "time", real=True)
     within = sympy.Symbol(
-        next(name for name in (CLOCK, *(f"{CLOCK}_{k}" for k in range(99))) if name not in taken), real=True
+        next(name for name in chain([CLOCK], (f"{CLOCK}_{k}" for k in count())) if name not in taken), real=True
     )
-    parts = _parts(found, {time: within})
+    parts = _parts(found, values, {time: within})
     for rates in parts["modes"].values():
         rates[within] = sympy.Integer(1)
     changed = {x: image for x, image in found.images.items() if x != image}
@@ -441,9 +444,7 @@ def _half_of_forced(found: _Symmetry, values: Mapping[str, float]) -> "HybridSys
     parts["transitions"] += _halfway(found, sympy.sin(4 * sympy.pi * time / period), {**changed, within: -period / 4})
     parts["bounds"][within.name] = None
     parts["labels"][within.name] = "time within the half period"
-    return HybridSystem(
-        states=(*system.states, within), time=time, parameters=values, period=period / 2, initial=system.start, **parts
-    )
+    return HybridSystem(states=(*system.states, within), time=time, period=period / 2, initial=system.start, **parts)
 
 
 def _half_of_autonomous(found: _Symmetry, values: Mapping[str, float]) -> "HybridSystem":
@@ -460,7 +461,7 @@ def _half_of_autonomous(found: _Symmetry, values: Mapping[str, float]) -> "Hybri
     guard = sympy.factor_terms(first - found.images[first])
     # on the surface that state is its own image
     reset = {x: image for x, image in changed.items() if x != first}
-    parts = _parts(found, {})
+    parts = _parts(found, values, {})
     parts["transitions"] += _halfway(found, guard, reset)
     start = dict(system.start)
     here = {
@@ -470,4 +471,4 @@ def _half_of_autonomous(found: _Symmetry, values: Mapping[str, float]) -> "Hybri
     if float(guard.xreplace(here)) < 0:
         start |= {x.name: float(image.xreplace(here)) for x, image in changed.items()}
         start |= {"mode": found.modes[start["mode"]]} if "mode" in start else {}
-    return HybridSystem(states=system.states, time=system.time, parameters=values, initial=start, **parts)
+    return HybridSystem(states=system.states, time=system.time, initial=start, **parts)
