@@ -4,8 +4,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.plots.evidence import along_sweep, with_bars
 from chaosdrill.plots.figures import legend_above, new_figure, one_panel
-from chaosdrill.plots.labels import axis_label, label, shorten, uncertain
+from chaosdrill.plots.labels import label, shorten, uncertain
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.settings import SETTINGS
@@ -94,17 +95,16 @@ def over_parameter(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figur
         determine it.
     """
     figure, axes = one_panel(ax, SETTINGS.dimensions_height)
-    (parameter,) = (str(name) for name in dataset["dimension"].dims if name != "order")
-    values = dataset[parameter].values
-    step = np.diff(values).min(initial=np.inf) if len(values) > 1 else 0.0
+    (sweep,) = map(str, dataset["outcome"].dims)
+    dataset = dataset.sortby(sweep)
+    values = dataset[sweep].values
+    aside = SETTINGS.slopes_aside * np.diff(values).min(initial=np.inf) if len(values) > 1 else 0.0
     for number, order in enumerate(dataset["order"].values.tolist()):
         one = dataset.isel(order=number)
-        axes.errorbar(
-            values + SETTINGS.slopes_aside * number * step, one["dimension"], yerr=2 * one["dimension_error"], fmt="o",
-            color=PALETTE[number % len(PALETTE)], markersize=3, elinewidth=0.8, label=f"order {shorten(order)}",
-        )  # fmt: skip
+        bars = with_bars(axes, values + number * aside, one["dimension"], one["dimension_error"], number)
+        bars.set_label(f"order {shorten(order)}")
     axes.set_ylim(bottom=-0.05)
-    axes.set_xlabel(axis_label(dataset, parameter))
     axes.set_ylabel("dimension")
     legend_above(axes)
+    along_sweep(axes, dataset)
     return figure

@@ -83,7 +83,7 @@ def growth(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     _limits_of_growth(axes, beside=True)
     lowest = float(np.nanmin(dataset["k"].values, initial=0.0))
     axes.set_ylim(min(-0.25, lowest - 0.1), 1.25)
-    _along(axes, dataset)
+    along_sweep(axes, dataset)
     return figure
 
 
@@ -138,9 +138,9 @@ def rotation(dataset: "xr.Dataset") -> "Figure":
     above.set_ylim(0, 17)
     (name,) = dataset["period"].dims
     dataset = dataset.sortby(name)
-    _with_bars(below, dataset[name].values, dataset["rotation_number"], dataset["rotation_number_error"], 0)
+    with_bars(below, dataset[name].values, dataset["rotation_number"], dataset["rotation_number_error"], 0)
     below.set_ylabel(label(dataset["rotation_number"]))
-    _along(below, dataset)
+    along_sweep(below, dataset)
     figure.align_ylabels([above, below])
     return figure
 
@@ -225,12 +225,12 @@ def spread(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
         band = (means.values[:, e] - width[:, e], means.values[:, e] + width[:, e])
         axes.fill_between(values, *band, color=PALETTE[number % len(PALETTE)], alpha=0.25, linewidth=0)
         name = subscript("λ", int(dataset["exponent"][e]))
-        _with_bars(axes, values, means[:, e], dataset["lyapunov_error"][:, e], number).set_label(name)
+        with_bars(axes, values, means[:, e], dataset["lyapunov_error"][:, e], number).set_label(name)
     axes.axhline(0.0, color="0.6", linewidth=0.8, zorder=1)
     axes.set_ylabel(label(means))
     if axes.get_legend_handles_labels()[0]:
         legend_above(axes)
-    _along(axes, dataset)
+    along_sweep(axes, dataset)
     return figure
 
 
@@ -251,7 +251,7 @@ def _of_states(axes: "Axes", dataset: "xr.Dataset", name: str, error: str) -> No
     dataset = dataset.sortby(sweep).transpose(sweep, "state", ...)
     moving = np.flatnonzero(np.isfinite(dataset[name].values).any(axis=0)).tolist()[: SETTINGS.most_panels]
     for number, i in enumerate(moving):
-        _with_bars(axes, dataset[sweep].values, dataset[name][:, i], dataset[error][:, i], number).set_label(
+        with_bars(axes, dataset[sweep].values, dataset[name][:, i], dataset[error][:, i], number).set_label(
             state_label(dataset, i)
         )
     axes.set_ylabel(label(dataset[name]))
@@ -259,7 +259,7 @@ def _of_states(axes: "Axes", dataset: "xr.Dataset", name: str, error: str) -> No
         legend_above(axes)
 
 
-def _with_bars(axes: "Axes", x: np.ndarray, values: "xr.DataArray", errors: "xr.DataArray", number: int) -> Any:
+def with_bars(axes: "Axes", x: np.ndarray, values: "xr.DataArray", errors: "xr.DataArray", number: int) -> Any:
     """Draw dots with bars of two standard errors, joined by a thin line, in the colour with this number."""
     colour = PALETTE[number % len(PALETTE)]
     return axes.errorbar(
@@ -268,7 +268,7 @@ def _with_bars(axes: "Axes", x: np.ndarray, values: "xr.DataArray", errors: "xr.
     )  # fmt: skip
 
 
-def _along(axes: "Axes", dataset: "xr.Dataset") -> None:
+def along_sweep(axes: "Axes", dataset: "xr.Dataset") -> None:
     """Label the axis of the swept parameter, and limit it to the sweep."""
     (sweep,) = map(str, dataset["outcome"].dims)
     axes.set_xlabel(axis_label(dataset, sweep))
