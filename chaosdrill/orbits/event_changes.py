@@ -201,12 +201,12 @@ def _met_at(problem: Problem, border: Border) -> Change:
             came = taken(problem, orbit, i, int(shot.crossed[i]), float(shot.met[i]))
             first = kernels_of(problem.system).events[mode][shot.crossed[i]].outcomes[0]
             name = system.transitions[came if came >= 0 else first].name
-            if shot.crossed[i] == end and shot.met[i] >= (1 - 1e-6) * orbit.durations[i]:
+            if shot.crossed[i] == end and shot.met[i] >= (1 - SETTINGS.end_of_stay) * orbit.durations[i]:
                 # met twice in a row, the second time from behind: between the two it was met at no speed
                 return Change(Special.GRAZING, f"{names[i]} vanishes")
-            if shot.met[i] <= 1e-6 * orbit.durations[i]:
+            if shot.met[i] <= SETTINGS.end_of_stay * orbit.durations[i]:
                 return Change(Special.EVENT_SWAP, f"{name} coincides with {names[i - 1]}")
-            if shot.met[i] >= (1 - 1e-6) * orbit.durations[i]:
+            if shot.met[i] >= (1 - SETTINGS.end_of_stay) * orbit.durations[i]:
                 return Change(Special.EVENT_SWAP, f"{name} coincides with {names[i]}")
             return Change(Special.GRAZING, f"{name} appears")
         if events[i] and shot.came[i] != outcome:

@@ -291,6 +291,8 @@ class Settings:
     """Step along a new branch that shows which way leads away from the border."""
     passing_samples: tuple[int, int] = (64, 5)
     """Instants at which it is looked how near an orbit passes, and times that they are laid closer."""
+    end_of_stay: float = 1e-6
+    """Part of a stay, from either end, within which what is met belongs to the event there."""
     tangential: float = 1e-3
     """Speed relative to how fast a guard changes on the way below which a guard is met tangentially."""
     known_from: float = 1e-12

@@ -64,7 +64,8 @@ def sliding_beyond(problem: "Problem", border: "Border") -> Special | None:
         changed = shot.crossed[i] >= 0 or (outcome >= 0 and shot.came[i] != outcome)
         if changed and (i in brief or (i + 1) % len(orbit) in brief):
             return Special.SWITCHING_SLIDING
-        if shot.crossed[i] >= 0 and 1e-6 < shot.met[i] / orbit.durations[i] < 1 - 1e-6:
+        first, last = SETTINGS.end_of_stay * orbit.durations[i], (1 - SETTINGS.end_of_stay) * orbit.durations[i]
+        if shot.crossed[i] >= 0 and first < shot.met[i] < last:
             return Special.ADDING_SLIDING if system.mode_names[mode] in slides else Special.GRAZING_SLIDING
         if outcome >= 0 and shot.came[i] >= 0 and shot.came[i] != outcome:
             expected, came = (system.transitions[k].target in slides for k in (outcome, int(shot.came[i])))
