@@ -1,10 +1,11 @@
 """What a setting may be, said once: arguments of Python are read, and tables of a scene checked, by the same record."""
 
+from collections import ChainMap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields
 from inspect import Parameter
 from math import inf, isfinite, nan
-from typing import Any, Self, cast
+from typing import Any, ClassVar, Self, cast
 
 from chaosdrill.errors import SettingsError
 from chaosdrill.limits import Limit
@@ -58,6 +59,11 @@ class Known:
 class Value:
     """What a setting may be."""
 
+    @property
+    def type_name(self) -> str:
+        """Its type in words, as docstrings give it."""
+        raise NotImplementedError
+
     def read(self, name: str, value: Any, system: Any) -> Any:
         """An argument as the analysis takes it, checked as a scene is.
 
@@ -94,6 +100,7 @@ class Whole(Value):
 
     least: int = 0
     most: int = LONGEST
+    type_name = "int"
 
     def plain(self, value: Any) -> Any:
         number = real(value)
@@ -114,6 +121,7 @@ class Number(Value):
     least: float = -inf
     most: float = inf
     above: float = -inf
+    type_name = "float"
 
     def plain(self, value: Any) -> Any:
         number = real(value)
@@ -134,12 +142,16 @@ class Number(Value):
 class Amount(Number):
     """A number that stays whole where it is given so, such as a length in periods."""
 
+    type_name = "int or float"
+
     def argument(self, value: Any) -> Any:
         return value
 
 
 class Text(Value):
     """Text."""
+
+    type_name = "str"
 
     def faults(self, value: Any) -> Faults:
         if not isinstance(value, str):
@@ -152,6 +164,10 @@ class Choice(Value):
 
     words: tuple[str, ...]
     hint: str = ""
+
+    @property
+    def type_name(self) -> str:
+        return "{" + ", ".join(f'"{word}"' for word in self.words) + "}"
 
     def faults(self, value: Any) -> Faults:
         if not isinstance(value, str) or value not in self.words:
@@ -166,6 +182,11 @@ class ListOf(Value):
     distinct: bool = False
     least: int = 1
     most: int = 1_000_000
+
+    @property
+    def type_name(self) -> str:
+        item = "str" if isinstance(self.item, Text) else self.item.type_name
+        return f"pair of {item}" if self.least == self.most == 2 else f"sequence of {item}"
 
     def plain(self, value: Any) -> Any:
         found = listed(value)
@@ -191,6 +212,7 @@ class TableOf(Value):
 
     item: Value | None = None
     hint: str = ""
+    type_name = "mapping"
 
     def faults(self, value: Any) -> Faults:
         if not isinstance(value, Mapping):
@@ -203,14 +225,31 @@ class TableOf(Value):
         return {name: one if self.item is None else self.item.argument(one) for name, one in value.items()}
 
 
-def setting(value: Value, default: Any = MISSING, *, positional: bool = False) -> Any:
-    """Declare a field of `Settings`: what it may be, and its default; one whose default is None may be None."""
-    return field(default=default, kw_only=not positional, metadata={"value": value})
+def setting(value: Value, default: Any = MISSING, *, doc: str = "", positional: bool = False) -> Any:
+    """Declare a field of `Settings`: what it may be, its default, and what it means.
+
+    One whose default is None may be None.
+    """
+    return field(default=default, kw_only=not positional, metadata={"value": value, "doc": doc})
 
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
     """A record of settings: signature of a function, table of a scene, and provenance."""
+
+    meanings: ClassVar[Mapping[str, str]] = {}
+    """What settings of a base class mean here, where that is not what they mean there."""
+
+    @classmethod
+    def described(cls) -> dict[str, tuple[str, str]]:
+        """Type with default, and meaning, of each setting, by name, as docstrings and lists give them."""
+        meant = cls.meant()
+        return {one.name: (_type_of(one), meant.get(one.name, one.metadata["doc"])) for one in fields(cls)}
+
+    @classmethod
+    def meant(cls) -> Mapping[str, str]:
+        """The meanings that are said for this class and its bases, the nearest first."""
+        return ChainMap(*(dict(vars(one).get("meanings", {})) for one in cls.__mro__))
 
     @classmethod
     def values(cls) -> dict[str, Value]:
@@ -323,6 +362,21 @@ def _parameter(one: "Field[Any]") -> Parameter:
         default=Parameter.empty if _is_needed(one) else default,
         annotation=annotation,
     )
+
+
+def _type_of(one: "Field[Any]") -> str:
+    """The type of a setting in words, with its default."""
+    name, default = one.metadata["value"].type_name, one.default
+    if _is_needed(one):
+        return str(name)
+    if default is None or isinstance(default, tuple):
+        return f"{name}, optional"
+    shown = f'"{default}"' if isinstance(default, str) else _short(default) if type(default) is float else str(default)
+    return f"{name}, default {shown}"
+
+
+def _short(number: float) -> str:
+    return f"{number:g}".replace("e-0", "e-")
 
 
 def _is_needed(one: "Field[Any]") -> bool:

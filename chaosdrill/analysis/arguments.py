@@ -7,10 +7,12 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from chaosdrill.declared import METHODS, unfit
+from chaosdrill.engine.methods import NAMES
 from chaosdrill.errors import SettingsError
 from chaosdrill.names import key_text, remedy, shown
 from chaosdrill.settings import (
     LONGEST,
+    Choice,
     Faults,
     Known,
     ListOf,
@@ -185,6 +187,7 @@ class Exponents(Whole):
 class Parameters(Value):
     """Parameters by name, or whether all of them or none."""
 
+    type_name = "bool or list of str"
     _list = ListOf(Text(), distinct=True)
 
     def plain(self, value: Any) -> Any:
@@ -218,6 +221,8 @@ def chosen(system: "HybridSystem", wanted: bool | list[str]) -> tuple[str, ...]:
 class Method(Text):
     """A numerical method."""
 
+    type_name = Choice(NAMES).type_name
+
     def faults(self, value: Any) -> Faults:
         if isinstance(value, str) and value not in METHODS:
             yield (), f"unknown method {value!r:.60}; {remedy(value, METHODS)}"
@@ -240,6 +245,8 @@ class Range(Settings):
 
 class Times(Value):
     """Times of output, in ascending order."""
+
+    type_name = "list of float"
 
     def read(self, name: str, value: Any, system: Any) -> list[float]:
         return self.argument(super().read(name, value, system))
@@ -309,6 +316,15 @@ class Axes(Value):
     rule: str  # what is said of another number of them
     example: ClassVar[str] = "numpy.linspace(0, 1, 101)"
 
+    @property
+    def type_name(self) -> str:
+        few = ("one", "two", "three", "four", "five", "six")
+        least, most = few[self.least - 1], few[self.most - 1]
+        count = least if least == most else f"{least} {'or' if self.most == self.least + 1 else 'to'} {most}"
+        return f"mapping of {count} {self.of}{'s' * (self.most > 1)} to {self._values_name}"
+
+    _values_name: ClassVar[str] = "values"
+
     def read(self, name: str, value: Any, system: Any) -> dict[str, Any]:
         return self.argument(super().read(name, value, system))
 
@@ -364,6 +380,7 @@ class Ranges(Axes):
     """One parameter or two, each with the limits within which it is followed from the system's own value."""
 
     example = "(0, 1)"
+    _values_name = "limits"
 
     def read(self, name: str, value: Any, system: Any) -> dict[str, Any]:
         return {key: sorted(limits) for key, limits in super().read(name, value, system).items()}
@@ -397,6 +414,8 @@ class Ranges(Axes):
 class Start(Value):
     """Initial values of states, and ``mode``; what they do not name is the system's own."""
 
+    type_name = "mapping"
+
     def faults(self, value: Any) -> Faults:
         if not isinstance(value, Mapping):
             yield (), told("expected a table", value)
@@ -423,6 +442,8 @@ class Start(Value):
 class Seeds(ListOf):
     """Initial states, as a list of tables."""
 
+    type_name = "sequence of mappings"
+
     def read(self, name: str, value: Any, system: Any) -> list[dict[str, Any]]:
         listed = entries(value)
         if not listed and isinstance(value, Sequence) and not isinstance(value, str):
@@ -444,6 +465,7 @@ SEEDS = Seeds(Start())
 class Random(Value):
     """Random initial states: how many, the number of their generator, and the range of each state that is drawn."""
 
+    type_name = "mapping"
     _own: ClassVar[dict[str, Value]] = {"count": Whole(1, MOST_SEEDS), "seed": Whole(0, 2**53), "mode": Text()}
 
     def plain(self, value: Any) -> Any:
@@ -490,6 +512,8 @@ RANDOM = Random()
 
 class Region(Value):
     """A box of states: lower and upper ends of some of them, by name."""
+
+    type_name = "mapping of state to (low, high)"
 
     def plain(self, value: Any) -> Any:
         return {str(key): _LIMITS.plain(one) for key, one in value.items()} if isinstance(value, Mapping) else value

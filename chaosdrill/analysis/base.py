@@ -1,10 +1,10 @@
 """What makes a function an analysis: its settings are its signature, its table in a scene, and its provenance."""
 
 import os
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from inspect import Parameter, Signature, cleandoc
+from textwrap import fill
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 from warnings import warn
 
@@ -18,7 +18,6 @@ from chaosdrill.analysis.arguments import (
     example_of_section,
     misfits_of_section,
 )
-from chaosdrill.analysis.registry import function
 from chaosdrill.analysis.starts import told_of_starts
 from chaosdrill.dataset.references import SPECTRA
 from chaosdrill.dataset.schema import Table, rate_clash
@@ -26,7 +25,6 @@ from chaosdrill.declared import ANALYSES, METHODS, unfit
 from chaosdrill.engine.methods import DEFAULT
 from chaosdrill.errors import ModelError, SettingsError, StartWarning
 from chaosdrill.names import brief, key_text
-from chaosdrill.package import docstring
 from chaosdrill.progress import Progress, teller, watched
 from chaosdrill.settings import LONGEST, Amount, Faults, Number, Settings, Whole, setting, told, whole
 from chaosdrill.typed import LISTENER, PATH, known_names, not_too_many, refuse
@@ -52,6 +50,16 @@ class AnalysisSettings(Settings):
     """Whether the names of its variables are kept from all sweeps, grids and quadratures, if it holds names of users;
     else only from its own sweeps."""
     tolerance: ClassVar[float] = 1e-12
+    meanings: ClassVar[Mapping[str, str]] = {
+        "system": "System with its parameters and initial state.",
+        "workers": "Threads; the kernels release the interpreter's lock.",
+        "scheduler": "Address of a Dask scheduler, whose workers are used instead.",
+        "store": "Folder for finished chunks, from which the same call resumes if it was interrupted; those of another "
+        "call are refused.",
+        "progress": "Called with (done, total, outcomes counted so far, or None for a single run). True shows a bar in "
+        "a terminal or notebook, and lines elsewhere; False shows nothing; by default a bar appears in a terminal or "
+        "notebook after one second.",
+    }
     without_noise: ClassVar[str] = "it looks for repeating motion, and with parameters drawn at events nothing repeats"
     """Why the analysis refuses a system with noise; empty if it does not."""
 
@@ -68,6 +76,19 @@ class AnalysisSettings(Settings):
         return cls.parallel
 
 
+_SECTION = (
+    'The section: the name or kind of a transition; ``"strobe"``, forcing phase zero, by default; or a comparison such '
+    'as ``"x > 0"``, which marks the surface on which it becomes true. Required without forcing where points of a '
+    "section are recorded. At an event the state before it is recorded."
+)
+
+_RETURN = (
+    "Longest time between two points of an event or a surface: a run that meets none within a whole multiple of this "
+    "time, counted from its start, ends with the outcome ``no_return``, or ``equilibrium`` if it is at rest. Default "
+    "1000 forcing periods, or 1000 times the time in which the motion from the initial state crosses its own extent."
+)
+
+
 @dataclass(frozen=True, kw_only=True)
 class _Lengths(AnalysisSettings):
     """How long runs are: in forcing periods or points of a section, or in time for a system without a forcing."""
@@ -75,11 +96,21 @@ class _Lengths(AnalysisSettings):
     ends: ClassVar[tuple[str, ...]] = ()
     """Other settings that tell how long a run is."""
 
-    periods: int | None = setting(Whole(1), None)
-    duration: float | None = setting(Amount(above=0, most=LONGEST), None)
-    transient: float = setting(Amount(least=0, most=LONGEST), 0)
-    at: str | None = setting(At(), None)
-    max_return: float | None = setting(Number(above=0, most=LONGEST), None)
+    periods: int | None = setting(
+        Whole(1), None, doc="Points of the section to record: forcing periods, or events or crossings named by ``at``."
+    )
+    duration: float | None = setting(
+        Amount(above=0, most=LONGEST),
+        None,
+        doc="Time to record instead; for systems without a forcing period.",
+    )
+    transient: float = setting(
+        Amount(least=0, most=LONGEST),
+        0,
+        doc="Points of the section, or time, to run before the record starts, in the unit of the length of the record.",
+    )
+    at: str | None = setting(At(), None, doc=_SECTION)
+    max_return: float | None = setting(Number(above=0, most=LONGEST), None, doc=_RETURN)
 
     def counts(self, system: "HybridSystem") -> str:
         """What lengths count: ``"strobe"``, ``"section"`` (its points) or ``"time"``."""
@@ -136,7 +167,7 @@ class SectionRecord(Record):
 
     needs_section: ClassVar[bool] = True
 
-    max_period: int = setting(Whole(1, 1_000_000), 64)
+    max_period: int = setting(Whole(1, 1_000_000), 64, doc="Longest period to detect, in iterates of the section.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,8 +176,19 @@ class Swept(Record):
 
     parallel: ClassVar[bool] = True
     reserves: ClassVar[bool] = False
+    meanings: ClassVar[Mapping[str, str]] = {
+        "workers": "Threads among which the values of a sweep are shared; the kernels release the interpreter's lock.",
+        "store": "Folder for finished values of a sweep, from which the same call resumes if it was interrupted; those "
+        "of another call are refused.",
+    }
 
-    sweep: dict[str, Any] | None = setting(Axes("parameter", 1, 1, "one parameter can be swept"), None, positional=True)
+    sweep: dict[str, Any] | None = setting(
+        Axes("parameter", 1, 1, "one parameter can be swept"),
+        None,
+        doc='``{"eta": np.linspace(0.4, 0.9, 501)}``: a record at every value, each from the system\'s own initial '
+        "state.",
+        positional=True,
+    )
 
     @classmethod
     def shared(cls, table: Mapping[str, Any]) -> bool:
@@ -173,12 +215,34 @@ class Points(_Lengths):
     """What sweeps and basins share: every point is a run of its own."""
 
     parallel: ClassVar[bool] = True
+    meanings: ClassVar[Mapping[str, str]] = {
+        "duration": "Time to average over instead, for systems without a forcing period; the transient, a time too, is "
+        "rounded up to a whole part of it, of 512. Without a section no period is detected.",
+        "max_return": f"{_RETURN} The other points go on.",
+    }
 
-    transient: float = setting(Amount(least=0, most=LONGEST))
-    periods: int | None = setting(Whole(2), None)
-    exponents: int | None = setting(Exponents(), None)
-    max_period: int = setting(Whole(1, 10_000), 64)
-    max_extension: int = setting(Whole(0), 8)
+    transient: float = setting(
+        Amount(least=0, most=LONGEST), doc="Points of the section, or time, to run before the record starts."
+    )
+    periods: int | None = setting(
+        Whole(2),
+        None,
+        doc="Points of the section to record and to average the exponents over: forcing periods, or events named by "
+        "``at``.",
+    )
+    exponents: int | None = setting(
+        Exponents(),
+        None,
+        doc="Number of exponents; default all; 0 for none, so that recurrence alone classifies, without extension.",
+    )
+    max_period: int = setting(
+        Whole(1, 10_000),
+        64,
+        doc="Longest period to detect, in iterates of the section; the record must contain two.",
+    )
+    max_extension: int = setting(
+        Whole(0), 8, doc="How many times ``periods`` an undecided run may be extended by; 0 for no extension."
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -187,10 +251,24 @@ class Orbit(AnalysisSettings):
 
     tolerance: ClassVar[float] = 1e-13
 
-    period: int = setting(Whole(1, LONGEST_PERIOD), 1)
-    at: str | None = setting(At(), None)
-    max_return: float | None = setting(Number(above=0, most=LONGEST), None)
-    transient: float = setting(Amount(least=0, most=LONGEST), 200)
+    period: int = setting(
+        Whole(1, LONGEST_PERIOD),
+        1,
+        doc="Period in forcing periods; without forcing in points of the section ``at``, and 1, one revolution, if "
+        "none is named. An orbit whose least period divides this number is reported with its least period.",
+    )
+    at: str | None = setting(
+        At(),
+        None,
+        doc="Of a system without forcing: the section whose points ``period`` and ``transient`` count, as in "
+        "`poincare_section`. Newton's method then starts at the closest return after this number of points.",
+    )
+    max_return: float | None = setting(Number(above=0, most=LONGEST), None, doc=_RETURN)
+    transient: float = setting(
+        Amount(least=0, most=LONGEST),
+        200,
+        doc='Forcing periods, points of the section (without either: time) to run first, with ``start="attractor"``.',
+    )
 
     def counts(self, system: "HybridSystem") -> str:
         """What the period and the transient count."""
@@ -218,11 +296,27 @@ class Orbit(AnalysisSettings):
 class NumericsSettings(Settings):
     """Method, its tolerance, the steps a period of a method with a fixed step, and the limits of its events."""
 
-    method: str = setting(Method(), DEFAULT)
-    tolerance: float = setting(Number(1e-16, 1e-2), 1e-12)
-    steps: int | None = setting(Whole(4, 10_000_000), None)
-    max_events: int | None = setting(Whole(1, 1_000_000_000), None)
-    max_stalls: int = setting(Whole(1, 1_000_000_000), 50)
+    method: str = setting(Method(), DEFAULT, doc="Numerical method.")
+    tolerance: float = setting(
+        Number(1e-16, 1e-2),
+        1e-12,
+        doc='Local error per step of every state, relative to its recent magnitude ("taylor", "dop853", "radau"); '
+        'bisection of event times ("rk4").',
+    )
+    steps: int | None = setting(Whole(4, 10_000_000), None, doc='Steps per period, for "rk4" only; default 200.')
+    max_events: int | None = setting(
+        Whole(1, 1_000_000_000),
+        None,
+        doc="Largest number of events per period, beyond which a run ends with the outcome ``event_limit``; for "
+        "systems without a period the limit applies to the whole transient and to the whole run after it. Default "
+        "10,000, or ten million without a period.",
+    )
+    max_stalls: int = setting(
+        Whole(1, 1_000_000_000),
+        50,
+        doc="Largest number of successive events without advance of time, beyond which a run ends with the outcome "
+        "``stalled``.",
+    )
 
     @classmethod
     def beside(cls, table: Mapping[str, Any]) -> Faults:
@@ -251,6 +345,21 @@ class Job:
         progress = self.progress
         return None if progress is None else lambda done: progress(done, total, None)
 
+
+_TYPES = {
+    "system": "HybridSystem",
+    "workers": "int, default 1",
+    "scheduler": "str, optional",
+    "store": "path-like, optional",
+    "progress": "callable or bool, optional",
+}
+"""Types of the arguments that are no settings, in words."""
+
+_OF_STORES = """\
+ArchiveError
+    If the ``store`` cannot be written, or another call uses it.
+ChaosdrillError
+    If the scheduler cannot be reached or is lost, or if its workers have other versions."""
 
 POINTS = (*SPECTRA, "smith1987", "das2017", "gottwald2009")
 ORBITS = ("mueller1995", "dankowicz2013", "dercole2005", "dibernardo2008")
@@ -298,22 +407,38 @@ class Analysis:
         )
 
     def described(self) -> dict[str, str]:
-        """Type, default and meaning of each setting, in a line, as the functions' docstrings have them."""
-        own = self._documented()
-        lines = {}
-        for name in self.told():
-            line = own[name]
-            while other := re.search(r"As in `(\w+)`", line):
-                line = function(other[1]).analysis._documented()[name]
-            lines[name] = line
-        return lines
+        """Type, default and meaning of each setting, in a line."""
+        arguments = self._arguments()
+        return {name: ": ".join(arguments[name]) for name in self.told()}
 
-    def _documented(self) -> dict[str, str]:
-        """What the function's docstring says of each of its parameters."""
-        _, section = cleandoc(docstring(self.run)).split("Parameters\n----------\n")
-        section, _ = section.split("\n\nReturns\n")
-        found = re.findall(r"^(\w.*?) : (.*)\n((?: .*(?:\n|$))+)", section, re.MULTILINE)
-        return {name: f"{kind}: {' '.join(text.split())}" for names, kind, text in found for name in names.split(", ")}
+    def _arguments(self) -> dict[str, tuple[str, str]]:
+        """Type and meaning of each argument of the function."""
+        of, meant = self.settings, self.settings.meant()
+        numerics = {} if of.own_numerics else NumericsSettings.described()
+        if numerics:
+            numerics["tolerance"] = (f"float, default {of.tolerance:g}", numerics["tolerance"][1])
+        others = {name: (kind, meant[name]) for name, kind in _TYPES.items()}
+        given = {name: (kind, meant.get(name, text)) for name, (kind, text) in numerics.items()}
+        return others | given | of.described()
+
+    def documented(self) -> str | None:
+        """The docstring of the function that users call, with its arguments; None where Python leaves docstrings out.
+
+        That of ``run`` says everything but what the arguments mean, and which errors a store and a scheduler bring.
+        """
+        if self.run.__doc__ is None:
+            return None
+        head, rest = cleandoc(self.run.__doc__).split("Returns\n-------\n")
+        arguments = self._arguments()
+        lines = ["Parameters", "----------"]
+        for name in self.signature().parameters:
+            kind, text = arguments[name]
+            indent = " " * 4
+            told = fill(text, 116, initial_indent=indent, subsequent_indent=indent, break_on_hyphens=False)
+            lines += [f"{name} : {kind}", told]
+        if self.settings.parallel:
+            rest = f"{rest}\n{_OF_STORES}"
+        return "\n".join([head.rstrip(), "", *lines, "", "Returns", "-------", rest])
 
     def told(self) -> tuple[str, ...]:
         """What is kept as provenance: all arguments that determine the numbers, but for the system."""
@@ -412,7 +537,7 @@ def analysis(
             return entry(given.arguments)
 
         called.__name__, called.__qualname__, called.__module__ = run.__name__, run.__qualname__, run.__module__
-        called.__doc__ = run.__doc__
+        called.__doc__ = entry.documented()
         called.__signature__ = signature  # type: ignore[attr-defined]
         called.analysis = entry  # type: ignore[attr-defined]
         return watched(called)

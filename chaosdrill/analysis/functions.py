@@ -36,6 +36,8 @@ class FunctionTable(Settings):
 class FunctionTables(Value):
     """Functions by name; in Python the expression may be sympy's, or a function of the orbit's record."""
 
+    type_name = "mapping of a name to a table"
+
     def plain(self, value: Any) -> Any:
         return {key_text(key): self._plain(one) for key, one in value.items()} if isinstance(value, Mapping) else value
 

@@ -26,6 +26,8 @@ class Starts(Value):
     They are kept as columns by name: numbers of a state, or names of modes.
     """
 
+    type_name = "array, list, mapping, DataFrame or Dataset"
+
     def read(self, name: str, value: Any, system: "HybridSystem") -> dict[str, list[Any]]:
         import numpy as np
 
@@ -72,6 +74,8 @@ STARTS = Starts()
 
 class Tangents(Value):
     """Initial tangents, one a row; True stands for the unit vectors, False for none."""
+
+    type_name = "bool or array of shape (tangent, state)"
 
     def read(self, name: str, value: Any, system: "HybridSystem") -> "np.ndarray | None":
         import numpy as np

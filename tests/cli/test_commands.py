@@ -1,5 +1,6 @@
 """What the commands print, for people and for scripts."""
 
+import inspect
 import json
 import os
 import subprocess
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import chaosdrill
 from chaosdrill.analysis.registry import analyses
 from chaosdrill.archive import open as open_archive
 from chaosdrill.archive import save
@@ -189,7 +191,14 @@ def test_systems_are_listed_in_groups(call):
 def test_settings_of_an_analysis(call, kind):
     found = json.loads(call("list", "analyses", kind, "--json").out)
     assert tuple(found) == analyses()[kind].told()
-    assert all(": " in line and "As in" not in line for line in found.values())
+    text = " ".join(inspect.getdoc(getattr(chaosdrill, analyses()[kind].function)).split())
+    for name, line in found.items():
+        kept, _, meaning = line.partition(": ")
+        assert meaning, "every setting says what it means"
+        assert f" {name} : {kept} {meaning} " in text, "in the words of the docstring"
+    if "tolerance" in found:
+        default = inspect.signature(getattr(chaosdrill, analyses()[kind].function)).parameters["tolerance"].default
+        assert found["tolerance"].startswith(f"float, default {default:g}: ")
 
 
 def test_settings_of_what_has_none(call):

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from chaosdrill.analysis.arguments import RANDOM, Axes
 from chaosdrill.analysis.base import POINTS, Points, analysis
@@ -82,11 +82,27 @@ VARIABLES = table(
 class Attractors(Points):
     """Settings of `attractors`."""
 
+    meanings: ClassVar[Mapping[str, str]] = {
+        "system": "System with its parameters.",
+    }
+
     sweep: dict[str, Any] = setting(
-        Axes("parameter", 1, 1, "attractors are followed along one parameter"), positional=True
+        Axes("parameter", 1, 1, "attractors are followed along one parameter"),
+        positional=True,
+        doc='``{"eta": np.linspace(0.4, 0.9, 101)}``. An attractor that replaces another between two '
+        "neighbouring values, and coexists with it at neither, counts as the same.",
     )
-    initial: Any = setting(STARTS, None)
-    random: dict[str, Any] | None = setting(RANDOM, None)
+    initial: Any = setting(
+        STARTS,
+        None,
+        doc="Initial states whose shares are counted, the same at every value, in any form that `basins` takes.",
+    )
+    random: dict[str, Any] | None = setting(
+        RANDOM,
+        None,
+        doc='``{"count": 200, "seed": 1, "y": (-1, 1)}``: ``count`` states drawn uniformly from the box, by a '
+        "generator with this ``seed``. If ``initial`` is also given, both are counted.",
+    )
 
     @classmethod
     def beside(cls, table: Mapping[str, Any]) -> Faults:
@@ -120,28 +136,6 @@ def attractors(system: "HybridSystem", given: Attractors, job: "Job") -> "xr.Dat
     doi:10.1063/5.0159675); shares along a parameter are drawn by bSTAB (Stender and Hoffmann 2022,
     doi:10.1007/s11071-021-06786-5).
 
-    Parameters
-    ----------
-    system : HybridSystem
-        System with its parameters.
-    sweep : mapping of one parameter to values
-        ``{"eta": np.linspace(0.4, 0.9, 101)}``. An attractor that replaces another between two neighbouring values, and
-        coexists with it at neither, counts as the same.
-    periods, duration, transient : int or float
-        As in `parameter_chart`; no section is kept.
-    at, max_return, exponents, max_period, max_extension : optional
-        As in `bifurcation_diagram`.
-    initial : array, list, mapping, DataFrame or Dataset, optional
-        Initial states whose shares are counted, the same at every value, as in `basins`.
-    random : mapping, optional
-        ``{"count": 200, "seed": 1, "y": (-1, 1)}``: states drawn uniformly from a box, as in `bifurcation_diagram`. If
-        ``initial`` is also given, both are counted.
-    workers, scheduler, store : optional
-        As in `bifurcation_diagram`.
-    method, tolerance, steps, max_events, max_stalls, progress : optional
-        As in `trajectory`; ``progress`` gets the outcomes counted so far, and a total that grows as motions are carried
-        on.
-
     Returns
     -------
     xarray.Dataset
@@ -159,11 +153,7 @@ def attractors(system: "HybridSystem", given: Attractors, job: "Job") -> "xr.Dat
     Raises
     ------
     SettingsError
-        An argument that cannot be used, or a ``store`` that holds chunks of another call.
-    ArchiveError
-        If the ``store`` cannot be written, or another call uses it.
-    ChaosdrillError
-        If the scheduler cannot be reached or is lost, or if its workers have other versions.
+        An argument that cannot be used.
     """
     from chaosdrill.analysis.shares import over_one_parameter
 

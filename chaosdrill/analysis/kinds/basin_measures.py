@@ -1,7 +1,8 @@
 """Measures of basins: shares, entropies, the uncertainty exponent of the boundary, and whether it is common to all."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from chaosdrill.analysis.arguments import Axes
 from chaosdrill.analysis.base import POINTS, analysis
@@ -64,10 +65,22 @@ VARIABLES = table(
 class BasinMeasures(Basins):
     """Settings of `basin_measures`."""
 
+    meanings: ClassVar[Mapping[str, str]] = {
+        "initial": "Initial states, in any number and any form that `basins` takes: they have shares, but no entropies "
+        "and no exponent. With a grid they are included in the shares.",
+    }
+
     grid: dict[str, Any] | None = setting(
-        Axes("state", 1, 6, "basins are measured over one state to six"), None, positional=True
+        Axes("state", 1, 6, "basins are measured over one state to six"),
+        None,
+        positional=True,
+        doc="Values of each state; equally spaced, and 100 of each at least, for an uncertainty exponent.",
     )
-    box: int = setting(Whole(2, 1000), 5)
+    box: int = setting(
+        Whole(2, 1000),
+        5,
+        doc="Cells of a box along every state.",
+    )
 
 
 @analysis(
@@ -89,26 +102,6 @@ def basin_measures(system: "HybridSystem", given: BasinMeasures, job: "Job") -> 
     whichever basin is excepted, the basins have the Wada property to the resolution of the grid (Daza and others 2018,
     doi:10.1038/s41598-018-28119-0).
 
-    Parameters
-    ----------
-    system : HybridSystem
-        System with its parameters; its initial state gives the states that the grid does not span.
-    grid : mapping of one to six states to values, optional
-        As in `basins`; equally spaced, and 100 values of each at least, for an uncertainty exponent.
-    periods, duration, transient : int or float
-        As in `basins`.
-    at, max_return, exponents, max_period, max_extension : optional
-        As in `bifurcation_diagram`.
-    initial : array, list, mapping, DataFrame or Dataset, optional
-        As in `basins`, in any number of states: they have shares, but no entropies and no exponent. With a grid they
-        are included in the shares.
-    box : int, default 5
-        Cells of a box along every state.
-    workers, scheduler, store : optional
-        As in `bifurcation_diagram`.
-    method, tolerance, steps, max_events, max_stalls, progress : optional
-        As in `trajectory`; ``progress`` gets the outcomes counted so far.
-
     Returns
     -------
     xarray.Dataset
@@ -125,11 +118,7 @@ def basin_measures(system: "HybridSystem", given: BasinMeasures, job: "Job") -> 
     Raises
     ------
     SettingsError
-        An argument that cannot be used, or a ``store`` that holds chunks of another call.
-    ArchiveError
-        If the ``store`` cannot be written, or another call uses it.
-    ChaosdrillError
-        If the scheduler cannot be reached or is lost, or if its workers have other versions.
+        An argument that cannot be used.
     """
     from chaosdrill.analysis.boundaries import measures_dataset
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from chaosdrill.analysis.arguments import Axes
 from chaosdrill.analysis.base import POINTS, Points, analysis
@@ -67,10 +67,26 @@ VARIABLES = table(
 class Basins(Points):
     """Settings of `basins`."""
 
+    meanings: ClassVar[Mapping[str, str]] = {
+        "system": "System with its parameters; its initial state gives the states that the grid does not span, "
+        "and the mode unless regions do.",
+    }
+
     grid: dict[str, Any] | None = setting(
-        Axes("state", 2, 2, "basins are drawn over two states"), None, positional=True
+        Axes("state", 2, 2, "basins are drawn over two states"),
+        None,
+        positional=True,
+        doc='``{"y": np.linspace(-1, 1, 400), "w": np.linspace(0, 1, 300)}``.',
     )
-    initial: Any = setting(STARTS, None)
+    initial: Any = setting(
+        STARTS,
+        None,
+        doc="Initial states in any number of dimensions: an array (run, state) or a list of rows, in the order "
+        "of the states; a list of mappings; columns by name, in a mapping, a `pandas.DataFrame` or an "
+        "`xarray.Dataset`; or an `xarray.DataArray` with a dimension ``state``. By name ``mode`` can also be "
+        "given, and omitted states are the system's own. With a grid the list follows its cells, whose last "
+        "state varies fastest.",
+    )
 
     @classmethod
     def beside(cls, table: Mapping[str, Any]) -> Faults:
@@ -111,27 +127,6 @@ def basins(system: "HybridSystem", given: Basins, job: "Job") -> "xr.Dataset":
     method refines them to rounding error. Attractors are numbered by the size of their basins. The fractions are those
     of the starts; their standard error sqrt(p (1 - p) / N) is that of N states drawn at random, from the box of a grid.
 
-    Parameters
-    ----------
-    system : HybridSystem
-        System with its parameters; its initial state gives the states that the grid does not span, and the mode unless
-        regions do.
-    grid : mapping of two states to values, optional
-        ``{"y": np.linspace(-1, 1, 400), "w": np.linspace(0, 1, 300)}``.
-    periods, duration, transient : int or float
-        As in `parameter_chart`; no section is kept.
-    at, max_return, exponents, max_period, max_extension : optional
-        As in `bifurcation_diagram`.
-    initial : array, list, mapping, DataFrame or Dataset, optional
-        Initial states in any number of dimensions: an array (run, state) or a list of rows, in the order of the states;
-        a list of mappings; columns by name, in a mapping, a `pandas.DataFrame` or an `xarray.Dataset`; or an
-        `xarray.DataArray` with a dimension ``state``. By name ``mode`` can also be given, and omitted states are the
-        system's own. With a grid the list follows its cells, whose last state varies fastest.
-    workers, scheduler, store : optional
-        As in `bifurcation_diagram`.
-    method, tolerance, steps, max_events, max_stalls, progress : optional
-        As in `trajectory`; ``progress`` gets the outcomes counted so far.
-
     Returns
     -------
     xarray.Dataset
@@ -144,11 +139,7 @@ def basins(system: "HybridSystem", given: Basins, job: "Job") -> "xr.Dataset":
     Raises
     ------
     SettingsError
-        An argument that cannot be used, or a ``store`` that holds chunks of another call.
-    ArchiveError
-        If the ``store`` cannot be written, or another call uses it.
-    ChaosdrillError
-        If the scheduler cannot be reached or is lost, or if its workers have other versions.
+        An argument that cannot be used.
     """
     from chaosdrill.analysis.sweeps import over_states
 

@@ -34,12 +34,34 @@ class BifurcationDiagram(Points):
     needs_section: ClassVar[bool] = True
 
     sweep: dict[str, Any] = setting(
-        Axes("parameter", 1, 1, "a bifurcation diagram sweeps one parameter"), positional=True
+        Axes("parameter", 1, 1, "a bifurcation diagram sweeps one parameter"),
+        positional=True,
+        doc='``{"eta": np.linspace(0.4, 0.9, 501)}``.',
     )
-    seeds: list[dict[str, Any]] | None = setting(SEEDS, None)
-    random: dict[str, Any] | None = setting(RANDOM, None)
-    follow: str | None = setting(Choice(tuple(FOLLOW), ", or leave it out"), None)
-    section_points: int | None = setting(Whole(1, 1_000_000), None)
+    seeds: list[dict[str, Any]] | None = setting(
+        SEEDS,
+        None,
+        doc="Initial values (and ``mode``) of each fixed seed; default: the system's own initial state, unless "
+        "other seeds are requested.",
+    )
+    random: dict[str, Any] | None = setting(
+        RANDOM,
+        None,
+        doc='``{"count": 4, "seed": 1, "y": (-1, 1)}``: ``count`` states drawn uniformly from the box, by a '
+        "generator with this ``seed``; the same states at every point.",
+    )
+    follow: str | None = setting(
+        Choice(tuple(FOLLOW), ", or leave it out"),
+        None,
+        doc="Start each run from the final state of its neighbour, up or down the sweep, to show hysteresis. "
+        "The first run, and one whose neighbour ended early, starts from the system's own initial state.",
+    )
+    section_points: int | None = setting(
+        Whole(1, 1_000_000),
+        None,
+        doc="Number of section points to store of every run, the last ones; default ``periods``, or 256 with "
+        "``duration``.",
+    )
 
     @property
     def rows(self) -> int:
@@ -65,51 +87,6 @@ def bifurcation_diagram(system: "HybridSystem", given: BifurcationDiagram, job: 
     run is extended by up to ``max_extension`` times ``periods``, or until it settles on a cycle; its last record is
     stored.
 
-    Parameters
-    ----------
-    system : HybridSystem
-        System with its parameters and initial state.
-    sweep : mapping of one parameter to values
-        ``{"eta": np.linspace(0.4, 0.9, 501)}``.
-    periods : int
-        Points of the section to record and to average the exponents over: forcing periods, or events named by ``at``.
-    duration : float
-        Time to average over instead, for systems without a forcing period; the transient, a time too, is rounded up to
-        a whole part of it, of 512.
-    transient : int or float
-        Points of the section, or time, to run before the record starts.
-    at : str, optional
-        The section, as in `poincare_section`: an event, a surface, or the strobe, which is the default of a forced
-        system. Without forcing, name one.
-    max_return : float, optional
-        As in `poincare_section`: a point whose run does not meet the section has the outcome ``no_return``, or
-        ``equilibrium`` if it is at rest, and the sweep goes on.
-    exponents : int, optional
-        Number of exponents; default all; 0 for none, so that recurrence alone classifies, without extension.
-    max_period : int, default 64
-        Longest period to detect, in iterates of the section; the record must contain two.
-    max_extension : int, default 8
-        How many times ``periods`` an undecided run may be extended by; 0 for no extension.
-    seeds : sequence of mappings, optional
-        Initial values (and ``mode``) of each fixed seed; default: the system's own initial state, unless other seeds
-        are requested.
-    random : mapping, optional
-        ``{"count": 4, "seed": 1, "y": (-1, 1)}``: ``count`` states drawn uniformly from the box, by a generator with
-        this ``seed``; the same states at every point.
-    follow : {"forward", "backward", "both"}, optional
-        Start each run from the final state of its neighbour, up or down the sweep, to show hysteresis. The first run,
-        and one whose neighbour ended early, starts from the system's own initial state.
-    section_points : int, optional
-        Number of section points to store of every run, the last ones; default ``periods``, or 256 with ``duration``.
-    workers : int, default 1
-        Threads; the kernels release the interpreter's lock.
-    scheduler : str, optional
-        Address of a Dask scheduler, whose workers are used instead.
-    store : path-like, optional
-        Folder for finished chunks, from which the same call resumes if it was interrupted.
-    method, tolerance, steps, max_events, max_stalls, progress : optional
-        As in `trajectory`; ``progress`` gets the outcomes counted so far.
-
     Returns
     -------
     xarray.Dataset
@@ -120,11 +97,7 @@ def bifurcation_diagram(system: "HybridSystem", given: BifurcationDiagram, job: 
     Raises
     ------
     SettingsError
-        An argument that cannot be used, or a ``store`` that holds chunks of another call.
-    ArchiveError
-        If the ``store`` cannot be written, or another call uses it.
-    ChaosdrillError
-        If the scheduler cannot be reached or is lost, or if its workers have other versions.
+        An argument that cannot be used.
     """
     from chaosdrill.analysis.sweeps import over_parameters
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from chaosdrill.analysis.arguments import PARAMETERS, Ranges, chosen
 from chaosdrill.analysis.base import ORBITS, Orbit, analysis
@@ -143,18 +143,80 @@ VARIABLES = table(
 class Continuation(Orbit):
     """Settings of `continue_orbit`."""
 
+    meanings: ClassVar[Mapping[str, str]] = {
+        "period": "Period of the orbit at the start, in forcing periods; without forcing in points of the "
+        "section ``at``.",
+    }
+
     sweep: dict[str, Any] = setting(
-        Ranges("parameter", 1, 2, "give one parameter, or two for a curve (follow=)"), positional=True
+        Ranges("parameter", 1, 2, "give one parameter, or two for a curve (follow=)"),
+        positional=True,
+        doc='``{"eta": (0.40, 0.90)}``: the branch starts at the system\'s own value and is followed in both '
+        "directions to these limits. A curve (``follow``) needs two parameters: its first point is searched for "
+        "along the first one, with the second at the system's own value.",
     )
-    start: str = setting(Choice(("attractor", "guess")), "attractor")
-    doublings: int = setting(Whole(0, MOST_DOUBLINGS), 0)
-    follow: str | None = setting(Choice(FOLLOW, ", or leave it out for a branch"), None)
-    step: float | None = setting(Number(above=0.0, most=LONGEST), None)
-    max_points: int = setting(Whole(2, 1_000_000), 2000)
-    derivatives: bool | list[str] = setting(PARAMETERS, False)
-    functions: dict[str, Any] | None = setting(FUNCTIONS, None)
-    levels: dict[str, Any] | None = setting(LEVELS, None)
-    optima: list[str] | None = setting(OPTIMA, None)
+    start: str = setting(
+        Choice(("attractor", "guess")),
+        "attractor",
+        doc="How the first orbit is found: at the state of a run after ``transient``, or at the system's "
+        "initial state (at phase 0).",
+    )
+    doublings: int = setting(
+        Whole(0, MOST_DOUBLINGS),
+        0,
+        doc="Number of successive branches of doubled period to follow, each from the first period doubling "
+        "met. A branch that crosses the first one, for example where an orbit loses its symmetry, is followed "
+        "on either side, and so are its doublings.",
+    )
+    follow: str | None = setting(
+        Choice(FOLLOW, ", or leave it out for a branch"),
+        None,
+        doc="The special point to follow in two parameters; the last two are those of ``levels`` and "
+        "``optima``. Points of codimension two on the curve are located: cusps, strong resonances, generalised "
+        "flips, Chenciner points, and where two conditions meet.",
+    )
+    step: float | None = setting(
+        Number(above=0.0, most=LONGEST),
+        None,
+        doc="Largest step in the parameter, the first of two; default 1/200 of its range.",
+    )
+    max_points: int = setting(
+        Whole(2, 1_000_000),
+        2000,
+        doc="Largest number of points of a branch on either side of its start.",
+    )
+    derivatives: bool | list[str] = setting(
+        PARAMETERS,
+        False,
+        doc="Parameters with respect to which the orbit of every point is differentiated, as in "
+        "`periodic_orbit`; True for all.",
+    )
+    functions: dict[str, Any] | None = setting(
+        FUNCTIONS,
+        None,
+        doc='Functions of the orbit: ``{"force": {"of": "k*(y - d)", "take": "maximum"}}``. ``of`` is an '
+        "expression of states, time and parameters, in which a quadrature stands for its rate; ``take`` is "
+        '"mean" (default), "total", "maximum" or "minimum" over one period of the orbit. With ``at``, the name '
+        "or kind of an event, only the states before these events are used; with ``modes``, a list, only these "
+        "modes: elsewhere the function is zero for a mean or total, and ignored for an extreme. ``units`` is "
+        "kept. ``of``, or the table itself, may be a Python function of an "
+        "`chaosdrill.orbits.orbit_record.OrbitRecord` (times, states, events, multipliers) that returns a "
+        "number; where it raises an exception it is NaN, and ``functions_message`` says which.",
+    )
+    levels: dict[str, Any] | None = setting(
+        LEVELS,
+        None,
+        doc='Special points are where the function takes one of these values. With ``follow="level"`` one '
+        "function is held at one value over two parameters.",
+    )
+    optima: list[str] | None = setting(
+        OPTIMA,
+        None,
+        doc="Functions whose largest and smallest values along a branch are special points. With "
+        '``follow="optimum"`` those of one function over the first parameter are followed as the second varies. '
+        "Along a curve they are optima under its condition: of a held value, or over both parameters where the "
+        "curve is one of optima.",
+    )
 
     @classmethod
     def together(cls, table: Mapping[str, Any], known: Known) -> Faults:
@@ -204,56 +266,6 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
     and the normal speeds at guards are monitored; folds, period doublings, Neimark-Sacker points, grazing and other
     changes of the event sequence are located. At such a change the branch continues with the new sequence if an orbit
     with it exists nearby; otherwise it ends there, with the reason.
-
-    Parameters
-    ----------
-    system : HybridSystem
-        System with its parameters and initial state.
-    sweep : mapping of a parameter to its limits
-        ``{"eta": (0.40, 0.90)}``: the branch starts at the system's own value and is followed in both directions to
-        these limits. A curve (``follow``) needs two parameters: its first point is searched for along the first one,
-        with the second at the system's own value.
-    period : int, default 1
-        Period of the orbit at the start, in forcing periods; without forcing in points of the section ``at``.
-    at, max_return : optional
-        The section, as in `periodic_orbit`.
-    transient : int or float, default 200
-        Forcing periods, points of the section (without either: time) to run first, with
-        ``start="attractor"``.
-    start : {"attractor", "guess"}
-        How the first orbit is found, as in `periodic_orbit`.
-    doublings : int, default 0
-        Number of successive branches of doubled period to follow, each from the first period doubling met. A branch
-        that crosses the first one, for example where an orbit loses its symmetry, is followed on either side, and so
-        are its doublings.
-    follow : {"fold", "period_doubling", "neimark_sacker", "grazing", "level", "optimum"}, optional
-        The special point to follow in two parameters; the last two are those of ``levels`` and ``optima``. Points of
-        codimension two on the curve are located: cusps, strong resonances, generalised flips, Chenciner points, and
-        where two conditions meet.
-    step : float, optional
-        Largest step in the parameter, the first of two; default 1/200 of its range.
-    max_points : int, default 2000
-        Largest number of points of a branch on either side of its start.
-    derivatives : bool or list of str, default False
-        Parameters with respect to which the orbit of every point is differentiated, as in `periodic_orbit`; True for
-        all.
-    functions : mapping of a name to a table, optional
-        Functions of the orbit: ``{"force": {"of": "k*(y - d)", "take": "maximum"}}``. ``of`` is an expression of
-        states, time and parameters, in which a quadrature stands for its rate; ``take`` is "mean" (default), "total",
-        "maximum" or "minimum" over one period of the orbit. With ``at``, the name or kind of an event, only the states
-        before these events are used; with ``modes``, a list, only these modes: elsewhere the function is zero for a
-        mean or total, and ignored for an extreme. ``units`` is kept. ``of``, or the table itself, may be a Python
-        function of an `chaosdrill.orbits.orbit_record.OrbitRecord` (times, states, events, multipliers) that returns a
-        number; where it raises an exception it is NaN, and ``functions_message`` says which.
-    levels : mapping of a function to numbers, optional
-        Special points are where the function takes one of these values. With ``follow="level"`` one function is held at
-        one value over two parameters.
-    optima : list of str, optional
-        Functions whose largest and smallest values along a branch are special points. With ``follow="optimum"`` those
-        of one function over the first parameter are followed as the second varies. Along a curve they are optima under
-        its condition: of a held value, or over both parameters where the curve is one of optima.
-    method, tolerance, steps, max_events, max_stalls, progress : optional
-        As in `trajectory`, with a default tolerance of 1e-13.
 
     Returns
     -------

@@ -54,12 +54,39 @@ class CovariantVectors(Record):
     """Settings of `covariant_vectors`."""
 
     without_noise: ClassVar[str] = ""
+    meanings: ClassVar[Mapping[str, str]] = {
+        "periods": "Length of the record in points of the section, as in `lyapunov_spectrum`.",
+        "duration": "Length of the record in time, for systems without a forcing period.",
+        "transient": "Points of the section, or time, to run first, without tangents.",
+    }
 
-    interval: float | None = setting(Number(above=0, most=LONGEST), None)
-    forward: float | None = setting(Amount(least=0, most=LONGEST), None)
-    backward: float | None = setting(Amount(least=0, most=LONGEST), None)
-    exponents: int | None = setting(Exponents(), None)
-    bins: int = setting(Whole(1, 100_000), 64)
+    interval: float | None = setting(
+        Number(above=0, most=LONGEST),
+        None,
+        doc="Time between two vectors: in forcing periods, a whole number or one over a whole number, default "
+        "1; without forcing in units of time, rounded to a part of the record, default 1/1024 of it.",
+    )
+    forward: float | None = setting(
+        Amount(least=0, most=LONGEST),
+        None,
+        doc="Time that the forward pass leads into the record, between it and the transient: in forcing "
+        "periods, else in units of time. Default: a quarter of the record, but 100 to 1000 forcing periods.",
+    )
+    backward: float | None = setting(
+        Amount(least=0, most=LONGEST),
+        None,
+        doc="Time that the backward pass begins behind the record, as ``forward``.",
+    )
+    exponents: int | None = setting(
+        Exponents(),
+        None,
+        doc="Number of vectors, fastest first; default all.",
+    )
+    bins: int = setting(
+        Whole(1, 100_000),
+        64,
+        doc="Bins of the histograms of angles.",
+    )
 
     @classmethod
     def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
@@ -100,31 +127,6 @@ def covariant_vectors(system: "HybridSystem", given: CovariantVectors, job: "Job
 
     For long records the forward pass is repeated in chunks, so that memory beyond the results does not depend on the
     length.
-
-    Parameters
-    ----------
-    system : HybridSystem
-        System with its parameters and initial state.
-    periods, duration : int or float
-        Length of the record: points of the section, or time, as in `lyapunov_spectrum`.
-    transient : int or float, default 0
-        Points of the section, or time, to run first, without tangents.
-    at, max_return : optional
-        The section that lengths count, as in `poincare_section`.
-    interval : float, optional
-        Time between two vectors: in forcing periods, a whole number or one over a whole number, default 1; without
-        forcing in units of time, rounded to a part of the record, default 1/1024 of it.
-    forward : float, optional
-        Time that the forward pass leads into the record, between it and the transient: in forcing periods, else in
-        units of time. Default: a quarter of the record, but 100 to 1000 forcing periods.
-    backward : float, optional
-        Time that the backward pass begins behind the record, as ``forward``.
-    exponents : int, optional
-        Number of vectors, fastest first; default all.
-    bins : int, default 64
-        Bins of the histograms of angles.
-    method, tolerance, steps, max_events, max_stalls, progress : optional
-        As in `trajectory`.
 
     Returns
     -------

@@ -1,5 +1,6 @@
 """Generalised dimensions of the points of a section: information dimension, correlation dimension and beyond."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -44,9 +45,23 @@ class Dimensions(SweptRecord):
     """Settings of `dimensions`."""
 
     without_noise: ClassVar[str] = "points of a run under noise fill the range of the noise, not an attractor"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "periods": "Points of the section to record: at least 500, and several thousand for useful errors; ten "
+        "times as many for each further dimension.",
+        "max_period": "Longest period to detect; a cycle has dimension 0.",
+    }
 
-    orders: list[int] = setting(ListOf(Whole(1, 8), distinct=True), (1, 2, 3))
-    window: int = setting(Whole(0, 10_000), 10)
+    orders: list[int] = setting(
+        ListOf(Whole(1, 8), distinct=True),
+        (1, 2, 3),
+        doc="Orders of the dimensions, from 1 to 8; default 1, 2 and 3.",
+    )
+    window: int = setting(
+        Whole(0, 10_000),
+        10,
+        doc="Number of steps up to which two points do not count as a pair. Raise it where successive points "
+        "are close.",
+    )
 
 
 @analysis(
@@ -78,34 +93,6 @@ def dimensions(system: "HybridSystem", given: Dimensions, job: "Job") -> "xr.Dat
     no order has one. The coverage of twice the error is given in docs/howto/dimensions.md. It does not include
     distances that the record does not resolve.
 
-    Parameters
-    ----------
-    system : HybridSystem
-        System with its parameters and initial state.
-    sweep : mapping of one parameter to values, optional
-        ``{"eta": np.linspace(0.4, 0.9, 51)}``: a record at every value, each from the system's own initial state.
-    periods, duration : int or float
-        Points of the section to record, or time: at least 500 points, and several thousand for useful errors; ten times
-        as many for each further dimension.
-    transient : int or float, default 0
-        Points of the section, or time, to run before the record starts.
-    at, max_return : optional
-        The section, as in `poincare_section`.
-    max_period : int, default 64
-        Longest period to detect; a cycle has dimension 0.
-    orders : list of int, default (1, 2, 3)
-        Orders of the dimensions, from 1 to 8.
-    window : int, default 10
-        Number of steps up to which two points do not count as a pair. Raise it where successive points are close.
-    workers : int, default 1
-        Threads among which the values of a sweep are shared; the kernels release the interpreter's lock.
-    scheduler : str, optional
-        Address of a Dask scheduler, whose workers are used instead.
-    store : path-like, optional
-        Folder for finished values of a sweep, from which the same call resumes if it was interrupted.
-    method, tolerance, steps, max_events, max_stalls, progress : optional
-        As in `trajectory`.
-
     Returns
     -------
     xarray.Dataset
@@ -117,12 +104,8 @@ def dimensions(system: "HybridSystem", given: Dimensions, job: "Job") -> "xr.Dat
     Raises
     ------
     SettingsError
-        An argument that cannot be used, a ``window`` that leaves too few pairs (in a sweep these values are
-        undecided), or a ``store`` that holds chunks of another call.
-    ArchiveError
-        If the ``store`` cannot be written, or another call uses it.
-    ChaosdrillError
-        If the scheduler cannot be reached or is lost, or if its workers have other versions.
+        An argument that cannot be used, or a ``window`` that leaves too few pairs (in a sweep these values are
+        undecided).
     """
     from chaosdrill.analysis.scaling import dimensions_of
 

@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from chaosdrill.analysis.arguments import SEEDS, Ranges
+from chaosdrill.analysis.arguments import SEEDS, Ranges, Region
 from chaosdrill.analysis.base import AnalysisSettings, analysis
 from chaosdrill.dataset.schema import STATES, SWEEP, axis, may, need, outcome, table
 from chaosdrill.names import remedy
-from chaosdrill.settings import LONGEST, Faults, Known, ListOf, Number, Text, Value, Whole, setting, told, within
+from chaosdrill.settings import LONGEST, Faults, Known, ListOf, Number, Text, Whole, setting, told
 
 if TYPE_CHECKING:
     import numpy as np
@@ -73,50 +73,54 @@ VARIABLES = table(
 )
 
 
-class Region(Value):
-    """Limits of states."""
-
-    _limits = ListOf(Number(), least=2, most=2)
-
-    def plain(self, value: Any) -> Any:
-        if not isinstance(value, Mapping):
-            return value
-        return {str(name): self._limits.plain(one) for name, one in value.items()}
-
-    def faults(self, value: Any) -> Faults:
-        if not isinstance(value, Mapping):
-            yield (), told("expected a table of limits by state, as in x = [-1, 1]", value)
-            return
-        for name, one in value.items():
-            found = list(within((name,), self._limits.faults(one)))
-            yield from found
-            if not found and not one[0] < one[1]:
-                yield (name,), told("must increase: [low, high] with low < high", one)
-
-    def misfits(self, value: Any, known: Known) -> Faults:
-        for name in value if isinstance(value, Mapping) and known.states is not None else ():
-            if name not in known.states:  # type: ignore[operator]
-                yield (name,), f"unknown state; {remedy(name, known.states or ())}"
-
-    def argument(self, value: Any) -> dict[str, Any]:
-        return {name: [float(end) for end in one] for name, one in value.items()}
-
-
 @dataclass(frozen=True, kw_only=True)
 class Equilibria(AnalysisSettings):
     """Settings of `equilibria`."""
 
+    meanings: ClassVar[Mapping[str, str]] = {
+        "system": "System without explicit dependence on time.",
+        "method": "Numerical method, of the run that shows where the motion goes.",
+    }
+
     without_noise = "parameters that are drawn at events move every equilibrium with them"
 
     sweep: dict[str, Any] | None = setting(
-        Ranges("parameter", 1, 1, "give one parameter, or none"), None, positional=True
+        Ranges("parameter", 1, 1, "give one parameter, or none"),
+        None,
+        positional=True,
+        doc='``{"b": (1.0, 4.0)}``: the parameter along which branches are followed. Default: no branches.',
     )
-    region: dict[str, Any] | None = setting(Region(), None)
-    seeds: list[dict[str, Any]] | None = setting(SEEDS, None)
-    starts: int = setting(Whole(1, 100_000), 100)
-    modes: list[str] | None = setting(ListOf(Text(), distinct=True), None)
-    step: float | None = setting(Number(above=0.0, most=LONGEST), None)
-    max_points: int = setting(Whole(2, 1_000_000), 2000)
+    region: dict[str, Any] | None = setting(
+        Region(),
+        None,
+        doc="Where starts are spread; equilibria outside of it do not count. For states that it does not name, "
+        "and without it: where the motion from the initial state goes, and as far again on either side.",
+    )
+    seeds: list[dict[str, Any]] | None = setting(
+        SEEDS,
+        None,
+        doc="Initial states from which Newton's method starts as well.",
+    )
+    starts: int = setting(
+        Whole(1, 100_000),
+        100,
+        doc="How many starts are spread, beside the initial state.",
+    )
+    modes: list[str] | None = setting(
+        ListOf(Text(), distinct=True),
+        None,
+        doc="Modes that are looked at; default: all.",
+    )
+    step: float | None = setting(
+        Number(above=0.0, most=LONGEST),
+        None,
+        doc="Largest step in the parameter; default 1/200 of its range.",
+    )
+    max_points: int = setting(
+        Whole(2, 1_000_000),
+        2000,
+        doc="Largest number of points of a branch on either side of its start.",
+    )
 
     @classmethod
     def together(cls, table: Mapping[str, Any], known: Known) -> Faults:
@@ -165,28 +169,6 @@ def equilibria(system: "HybridSystem", given: Equilibria, job: "Job") -> "xr.Dat
 
     Newton's method starts at many states. Branches are followed by pseudo-arclength in both directions from all that
     it finds at the system's own value of the parameter, onto those that cross them, and into other modes at guards.
-
-    Parameters
-    ----------
-    system : HybridSystem
-        System without explicit dependence on time.
-    sweep : mapping of a parameter to its limits, optional
-        ``{"b": (1.0, 4.0)}``: the parameter along which branches are followed. Default: no branches.
-    region : mapping of state to (low, high), optional
-        Where starts are spread; equilibria outside of it do not count. For states that it does not name, and without
-        it: where the motion from the initial state goes, and as far again on either side.
-    seeds : list of mappings, optional
-        Initial states from which Newton's method starts as well.
-    starts : int, default 100
-        How many starts are spread, beside the initial state.
-    modes : list of str, optional
-        Modes that are looked at; default: all.
-    step : float, optional
-        Largest step in the parameter; default 1/200 of its range.
-    max_points : int, default 2000
-        Largest number of points of a branch on either side of its start.
-    method, tolerance, steps, max_events, max_stalls, progress : optional
-        As in `trajectory`; of the run that shows where the motion goes.
 
     Returns
     -------

@@ -49,10 +49,29 @@ class FiniteTimeExponents(Swept):
     """Settings of `finite_time_exponents`."""
 
     without_noise: ClassVar[str] = ""
+    meanings: ClassVar[Mapping[str, str]] = {
+        "periods": "Length of the record in points of the section, as in `lyapunov_spectrum`.",
+        "duration": "Length of the record in time, for systems without a forcing period.",
+    }
 
-    windows: list[float] | None = setting(ListOf(Number(above=0, most=LONGEST), distinct=True, most=100), None)
-    exponents: int | None = setting(Exponents(), None)
-    bins: int = setting(Whole(1, 100_000), 64)
+    windows: list[float] | None = setting(
+        ListOf(Number(above=0, most=LONGEST), distinct=True, most=100),
+        None,
+        doc="Lengths of windows, in whole forcing periods; without forcing in units of time, rounded to "
+        "multiples of the shortest, which is rounded to a part of the record. Each must fit into the record "
+        "four times. Default: 1, 10 and 100 forcing periods, or parts of the record of 1024, as far as they "
+        "fit.",
+    )
+    exponents: int | None = setting(
+        Exponents(),
+        None,
+        doc="Number of exponents, largest first; default all.",
+    )
+    bins: int = setting(
+        Whole(1, 100_000),
+        64,
+        doc="Bins of each histogram, of equal width from the least value to the largest.",
+    )
 
     @classmethod
     def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
@@ -81,35 +100,6 @@ def finite_time_exponents(system: "HybridSystem", given: FiniteTimeExponents, jo
     except in its tails. Lengths of tangents over windows are in parts of the sizes of the states, so that their
     distribution depends on no unit of a state.
 
-    Parameters
-    ----------
-    system : HybridSystem
-        System with its parameters and initial state.
-    sweep : mapping of one parameter to values, optional
-        ``{"eta": np.linspace(0.4, 0.9, 501)}``: a record at every value, each from the system's own initial state.
-    periods, duration : int or float
-        Length of the record: points of the section, or time, as in `lyapunov_spectrum`.
-    transient : int or float, default 0
-        Points of the section, or time, to run before the record starts.
-    at, max_return : optional
-        The section that lengths count, as in `poincare_section`.
-    windows : sequence of float, optional
-        Lengths of windows, in whole forcing periods; without forcing in units of time, rounded to multiples of the
-        shortest, which is rounded to a part of the record. Each must fit into the record four times. Default: 1, 10 and
-        100 forcing periods, or parts of the record of 1024, as far as they fit.
-    exponents : int, optional
-        Number of exponents, largest first; default all.
-    bins : int, default 64
-        Bins of each histogram, of equal width from the least value to the largest.
-    workers : int, default 1
-        Threads among which the values of a sweep are shared; the kernels release the interpreter's lock.
-    scheduler : str, optional
-        Address of a Dask scheduler, whose workers are used instead.
-    store : path-like, optional
-        Folder for finished values of a sweep, from which the same call resumes if it was interrupted.
-    method, tolerance, steps, max_events, max_stalls, progress : optional
-        As in `trajectory`.
-
     Returns
     -------
     xarray.Dataset
@@ -124,11 +114,7 @@ def finite_time_exponents(system: "HybridSystem", given: FiniteTimeExponents, jo
     Raises
     ------
     SettingsError
-        An argument that cannot be used, or a ``store`` that holds chunks of another call.
-    ArchiveError
-        If the ``store`` cannot be written, or another call uses it.
-    ChaosdrillError
-        If the scheduler cannot be reached or is lost, or if its workers have other versions.
+        An argument that cannot be used.
     """
     from chaosdrill.analysis.finite_times import finite_times
 

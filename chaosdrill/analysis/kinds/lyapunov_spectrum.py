@@ -1,5 +1,6 @@
 """Lyapunov spectra."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -60,9 +61,24 @@ class LyapunovSpectrum(Record):
     """Settings of `lyapunov_spectrum`."""
 
     without_noise: ClassVar[str] = ""
+    meanings: ClassVar[Mapping[str, str]] = {
+        "periods": "Points of the section to average over. Exponents are per unit of time. The time that a "
+        "number of events takes is measured in a separate run; for a forced system it is rounded up to whole "
+        "periods.",
+        "duration": "Time to average over instead, for systems without a forcing period.",
+        "transient": "Points of the section, or time, to run before the averages start.",
+    }
 
-    exponents: int | None = setting(Exponents(), None)
-    blocks: int = setting(Whole(1, 1_000_000), 256)
+    exponents: int | None = setting(
+        Exponents(),
+        None,
+        doc="Number of exponents to report, largest first; default all; 0 computes no tangents.",
+    )
+    blocks: int = setting(
+        Whole(1, 1_000_000),
+        256,
+        doc="Blocks of the history, from which the standard errors are estimated.",
+    )
 
 
 @analysis(
@@ -84,25 +100,6 @@ def lyapunov_spectrum(system: "HybridSystem", given: LyapunovSpectrum, job: "Job
     exponents are computed, and at least two more than the structure of the system may make zero. Their tangents start
     in general position, in the same order for any number of them, so that an exponent depends on the number requested
     only within its error. The dimension is then NaN if it requires more exponents.
-
-    Parameters
-    ----------
-    system : HybridSystem
-        System with its parameters and initial state.
-    periods, duration : int or float
-        Points of the section to average over, or time for systems without a forcing period. Exponents are per unit of
-        time. The time that this number of events takes is measured in a separate run; for a forced system it is rounded
-        up to whole periods.
-    transient : int or float, default 0
-        Points of the section, or time, to run before the averages start.
-    at, max_return : optional
-        The section, as in `poincare_section`.
-    exponents : int, optional
-        Number of exponents to report, largest first; default all; 0 computes no tangents.
-    blocks : int, default 256
-        Blocks of the history, from which the standard errors are estimated.
-    method, tolerance, steps, max_events, max_stalls, progress : optional
-        As in `trajectory`.
 
     Returns
     -------

@@ -61,6 +61,8 @@ VARIABLES = table(
 class NearOrbit(Start):
     """States near an orbit, or the orbit itself as `periodic_orbit` gives it."""
 
+    type_name = "mapping or Dataset"
+
     def plain(self, value: Any) -> Any:
         if not isinstance(value, Mapping):
             return value
@@ -72,15 +74,58 @@ class Manifolds(Orbit):
     """Settings of `manifolds`."""
 
     reserves: ClassVar[bool] = False
+    meanings: ClassVar[Mapping[str, str]] = {
+        "period": "Period of the saddle, as in `periodic_orbit`: one of a longer period has curves at each of its "
+        "points.",
+        "at": "Of a system without forcing: its section, as in `poincare_section`. Stable manifolds need a "
+        "surface, where nothing changes.",
+    }
 
-    orbit: Any = setting(NearOrbit(), None, positional=True)
-    start: str = setting(Choice(("guess", "attractor")), "guess")
-    of: str = setting(Choice(("both", "unstable", "stable")), "both")
-    region: dict[str, Any] | None = setting(Region(), None)
-    length: float = setting(Number(above=0, most=1e6), 10.0)
-    spacing: float = setting(Number(above=0, most=0.5), 0.01)
-    accuracy: float = setting(Number(least=1e-12, most=1e-3), 1e-8)
-    max_points: int = setting(Whole(100, 10_000_000), 20_000)
+    orbit: Any = setting(
+        NearOrbit(),
+        None,
+        positional=True,
+        doc='States near the saddle, ``{"x": 0.63, "y": 0.19}``, from which Newton\'s method starts in place of '
+        "the system's initial state; or a result of `periodic_orbit`, which tells the period as well.",
+    )
+    start: str = setting(
+        Choice(("guess", "attractor")),
+        "guess",
+        doc="Where Newton's method starts: at the states near the saddle, or at the state of a run after "
+        "``transient``.",
+    )
+    of: str = setting(
+        Choice(("both", "unstable", "stable")),
+        "both",
+        doc="Which manifolds are grown.",
+    )
+    region: dict[str, Any] | None = setting(
+        Region(),
+        None,
+        doc="What is shown, and the measure of lengths: those below are in parts of its sides. Curves are "
+        "followed half a side beyond it. Default: twice the largest values on the motion from the initial "
+        "state, on both sides of zero.",
+    )
+    length: float = setting(
+        Number(above=0, most=1e6),
+        10.0,
+        doc="Length of each branch.",
+    )
+    spacing: float = setting(
+        Number(above=0, most=0.5),
+        0.01,
+        doc="Largest distance of neighbouring points.",
+    )
+    accuracy: float = setting(
+        Number(least=1e-12, most=1e-3),
+        1e-8,
+        doc="Largest error of the first segment, and of the place of a break.",
+    )
+    max_points: int = setting(
+        Whole(100, 10_000_000),
+        20_000,
+        doc="Points of each branch.",
+    )
 
     @classmethod
     def read(cls, given: Mapping[str, Any], system: Any) -> Self:
@@ -148,40 +193,6 @@ def manifolds(system: "HybridSystem", given: Manifolds, job: "Job") -> "xr.Datas
     Where two neighbours meet other events the segment is halved between them down to the ``accuracy``: there is a
     break. At grazing the curve has a corner, as the square root in the map makes it; at other changes of events, such
     as one that passes the strobe, it is cut if it jumps. Every image of a break is one.
-
-    Parameters
-    ----------
-    system : HybridSystem
-        System with its parameters and initial state.
-    orbit : mapping or Dataset, optional
-        States near the saddle, ``{"x": 0.63, "y": 0.19}``, from which Newton's method starts in place of the system's
-        initial state; or a result of `periodic_orbit`, which tells the period as well.
-    period : int, default 1
-        As in `periodic_orbit`: a saddle of a longer period has curves at each of its points.
-    at : str, optional
-        Of a system without forcing: its section, as in `poincare_section`. Stable manifolds need a surface, where
-        nothing changes.
-    max_return : float, optional
-        As in `poincare_section`.
-    transient : int or float, default 200
-        As in `periodic_orbit`, with ``start="attractor"``.
-    start : {"guess", "attractor"}
-        Where Newton's method starts, as in `periodic_orbit`.
-    of : {"both", "unstable", "stable"}
-        Which manifolds are grown.
-    region : mapping of state to (low, high), optional
-        What is shown, and the measure of lengths: those below are in parts of its sides. Curves are followed half a
-        side beyond it. Default: twice the largest values on the motion from the initial state, on both sides of zero.
-    length : float, default 10
-        Length of each branch.
-    spacing : float, default 0.01
-        Largest distance of neighbouring points.
-    accuracy : float, default 1e-8
-        Largest error of the first segment, and of the place of a break.
-    max_points : int, default 20000
-        Points of each branch.
-    method, tolerance, steps, max_events, max_stalls, progress : optional
-        As in `trajectory`, with a default tolerance of 1e-13.
 
     Returns
     -------

@@ -27,10 +27,28 @@ class ParameterChart(Points):
 
     without_noise: ClassVar[str] = ""
 
-    sweep: dict[str, Any] = setting(Axes("parameter", 2, 2, "a parameter chart sweeps two"), positional=True)
-    seeds: list[dict[str, Any]] | None = setting(SEEDS, None)
-    random: dict[str, Any] | None = setting(RANDOM, None)
-    section_points: int = setting(Whole(0, 10_000), 0)
+    sweep: dict[str, Any] = setting(
+        Axes("parameter", 2, 2, "a parameter chart sweeps two"),
+        positional=True,
+        doc='``{"eta": np.linspace(0.4, 0.9, 500), "b": np.linspace(0.5, 0.9, 400)}``.',
+    )
+    seeds: list[dict[str, Any]] | None = setting(
+        SEEDS,
+        None,
+        doc="Initial values (and ``mode``) of each fixed seed; default: the system's own initial state, unless "
+        "other seeds are requested.",
+    )
+    random: dict[str, Any] | None = setting(
+        RANDOM,
+        None,
+        doc='``{"count": 4, "seed": 1, "y": (-1, 1)}``: ``count`` states drawn uniformly from the box, by a '
+        "generator with this ``seed``; the same states at every point.",
+    )
+    section_points: int = setting(
+        Whole(0, 10_000),
+        0,
+        doc="Number of section points to store of every run, the last ones; a report shows them on a click.",
+    )
 
 
 @analysis(
@@ -46,25 +64,6 @@ def parameter_chart(system: "HybridSystem", given: ParameterChart, job: "Job") -
     Every point is an independent run, classified as in `bifurcation_diagram`, from the same seeds. An attractor that
     several seeds reach is counted once.
 
-    Parameters
-    ----------
-    system : HybridSystem
-        System with its parameters and initial state.
-    sweep : mapping of two parameters to values
-        ``{"eta": np.linspace(0.4, 0.9, 500), "b": np.linspace(0.5, 0.9, 400)}``.
-    periods, duration, transient : int or float
-        As in `bifurcation_diagram`. Without forcing a ``duration`` needs no section; no period is then detected.
-    at, max_return, exponents, max_period, max_extension : optional
-        As in `bifurcation_diagram`.
-    seeds, random : optional
-        As in `bifurcation_diagram`.
-    section_points : int, default 0
-        Number of section points to store of every run, the last ones; a report shows them on a click.
-    workers, scheduler, store : optional
-        As in `bifurcation_diagram`.
-    method, tolerance, steps, max_events, max_stalls, progress : optional
-        As in `trajectory`; ``progress`` gets the outcomes counted so far.
-
     Returns
     -------
     xarray.Dataset
@@ -76,11 +75,7 @@ def parameter_chart(system: "HybridSystem", given: ParameterChart, job: "Job") -
     Raises
     ------
     SettingsError
-        An argument that cannot be used, or a ``store`` that holds chunks of another call.
-    ArchiveError
-        If the ``store`` cannot be written, or another call uses it.
-    ChaosdrillError
-        If the scheduler cannot be reached or is lost, or if its workers have other versions.
+        An argument that cannot be used.
     """
     from chaosdrill.analysis.sweeps import over_parameters
 

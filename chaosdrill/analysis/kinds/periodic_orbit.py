@@ -98,12 +98,42 @@ VARIABLES = table(
 class PeriodicOrbit(Orbit):
     """Settings of `periodic_orbit`."""
 
-    start: str = setting(Choice(("attractor", "guess", "search")), "attractor")
-    max_period: int | None = setting(Whole(1, LONGEST_PERIOD), None)
-    seeds: list[dict[str, Any]] | None = setting(SEEDS, None)
-    random: dict[str, Any] | None = setting(RANDOM, None)
-    derivatives: bool | list[str] = setting(PARAMETERS, False)
-    functions: dict[str, Any] | None = setting(FUNCTIONS, None)
+    start: str = setting(
+        Choice(("attractor", "guess", "search")),
+        "attractor",
+        doc="Where Newton's method starts: at the state of a run after ``transient``; at the system's initial "
+        "state (at phase 0); or at many states, to find all orbits up to ``max_period``.",
+    )
+    max_period: int | None = setting(
+        Whole(1, LONGEST_PERIOD),
+        None,
+        doc="Longest period of a search, in forcing periods. Without forcing: how often the most frequent event "
+        "of an orbit may occur in one revolution; without events, how many maxima it may have.",
+    )
+    seeds: list[dict[str, Any]] | None = setting(
+        SEEDS,
+        None,
+        doc="Initial states of the runs whose close returns start a search; default: the system's own. Runs "
+        "from a box around them are added. If motions escape, loops are also composed of pieces of several of "
+        "them; a seed must meet an event before it escapes.",
+    )
+    random: dict[str, Any] | None = setting(
+        RANDOM,
+        None,
+        doc='Further seeds, ``{"count": 4, "seed": 1, "y": (-1, 1)}``: ``count`` states drawn uniformly from '
+        "the box, by a generator with this ``seed``.",
+    )
+    derivatives: bool | list[str] = setting(
+        PARAMETERS,
+        False,
+        doc="Parameters with respect to which start, times, mean rates, multipliers and exponents are "
+        "differentiated; True for all.",
+    )
+    functions: dict[str, Any] | None = setting(
+        FUNCTIONS,
+        None,
+        doc="Functions of the orbit, as in `continue_orbit`.",
+    )
 
     @classmethod
     def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
@@ -137,39 +167,6 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
     of all segments together (multiple shooting), with derivatives from the tangents; it converges quadratically, to
     unstable orbits as well. The result is verified by an ordinary run, which must return and meet the same events in
     the same order; otherwise no orbit is reported.
-
-    Parameters
-    ----------
-    system : HybridSystem
-        System with its parameters and initial state.
-    period : int, default 1
-        Period in forcing periods; without forcing in points of the section ``at``, and 1, one revolution, if none is
-        named. An orbit whose least period divides this number is reported with its least period.
-    at : str, optional
-        Of a system without forcing: the section whose points ``period`` and ``transient`` count, as in
-        `poincare_section`. Newton's method then starts at the closest return after this number of points.
-    max_return : float, optional
-        As in `poincare_section`.
-    transient : int or float, default 200
-        Forcing periods, points of the section (without either: time) to run first, with
-        ``start="attractor"``.
-    start : {"attractor", "guess", "search"}
-        Where Newton's method starts: at the state of a run after ``transient``; at the system's initial state (at phase
-        0); or at many states, to find all orbits up to ``max_period``.
-    max_period : int, optional
-        Longest period of a search, in forcing periods. Without forcing: how often the most frequent event of an orbit
-        may occur in one revolution; without events, how many maxima it may have.
-    seeds, random : optional
-        Initial states of the runs whose close returns start a search, as in `bifurcation_diagram`; default: the
-        system's own. Runs from a box around them are added. If motions escape, loops are also composed of pieces of
-        several of them; a seed must meet an event before it escapes.
-    derivatives : bool or list of str, default False
-        Parameters with respect to which start, times, mean rates, multipliers and exponents are differentiated; True
-        for all.
-    functions : mapping of a name to a table, optional
-        Functions of the orbit, as in `continue_orbit`.
-    method, tolerance, steps, max_events, max_stalls, progress : optional
-        As in `trajectory`, with a default tolerance of 1e-13.
 
     Returns
     -------

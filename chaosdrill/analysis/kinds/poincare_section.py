@@ -65,29 +65,6 @@ class PoincareSection(SectionRecord):
 def poincare_section(system: "HybridSystem", given: PoincareSection, job: "Job") -> "xr.Dataset":
     """States at every strobe, before every event of a given name, or on a surface.
 
-    Parameters
-    ----------
-    system : HybridSystem
-        System with its parameters and initial state.
-    periods : int
-        Points of the section to record.
-    duration : float
-        Time to record instead; for systems without a forcing period.
-    transient : int or float, default 0
-        Points of the section, or time, to run before the record starts, in the unit of the length of the record.
-    at : str, optional
-        The section: the name or kind of a transition; ``"strobe"``, forcing phase zero, by default; or a comparison
-        such as ``"x > 0"``, which marks the surface on which it becomes true. Required without forcing. At an event the
-        state before it is recorded.
-    max_return : float, optional
-        Longest time between two points of an event or a surface: a run that meets none within a whole multiple of this
-        time, counted from its start, ends with the outcome ``no_return``, or ``equilibrium`` if it is at rest. Default
-        1000 forcing periods, or 1000 times the time in which the motion from the initial state crosses its own extent.
-    max_period : int, default 64
-        Longest period to detect.
-    method, tolerance, steps, max_events, max_stalls, progress : optional
-        As in `trajectory`.
-
     Returns
     -------
     xarray.Dataset

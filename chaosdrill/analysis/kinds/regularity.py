@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from chaosdrill.analysis.base import SweptRecord, analysis
 from chaosdrill.dataset.schema import COVERS, STATES, SWEEP, axis, need, outcome, table
@@ -37,7 +37,16 @@ VARIABLES = table(
 class Regularity(SweptRecord):
     """Settings of `regularity`."""
 
-    plane: list[str] | None = setting(ListOf(Text(), distinct=True, least=2, most=2), None)
+    meanings: ClassVar[Mapping[str, str]] = {
+        "periods": "Points of the section to record, at least 40.",
+    }
+
+    plane: list[str] | None = setting(
+        ListOf(Text(), distinct=True, least=2, most=2),
+        None,
+        doc="States of the plane in which points turn, from the first towards the second; default: the first "
+        "two that move on the section or, if only one does, this state and its next value.",
+    )
 
     @classmethod
     def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
@@ -68,32 +77,6 @@ def regularity(system: "HybridSystem", given: Regularity, job: "Job") -> "xr.Dat
     plane of two states. On a closed curve about that centre it is the ratio of two frequencies, up to whole numbers;
     on a cycle a fraction. On other sets it is the mean of that angle, which depends on the plane.
 
-    Parameters
-    ----------
-    system : HybridSystem
-        System with its parameters and initial state.
-    sweep : mapping of one parameter to values, optional
-        ``{"eta": np.linspace(0.4, 0.9, 501)}``: a record at every value, each from the system's own initial state.
-    periods, duration : int or float
-        Points of the section to record, at least 40, or time.
-    transient : int or float, default 0
-        Points of the section, or time, to run before the record starts.
-    at, max_return : optional
-        The section, as in `poincare_section`.
-    max_period : int, default 64
-        Longest period to detect.
-    plane : pair of str, optional
-        States of the plane in which points turn, from the first towards the second; default: the first two that move on
-        the section or, if only one does, this state and its next value.
-    workers : int, default 1
-        Threads among which the values of a sweep are shared; the kernels release the interpreter's lock.
-    scheduler : str, optional
-        Address of a Dask scheduler, whose workers are used instead.
-    store : path-like, optional
-        Folder for finished values of a sweep, from which the same call resumes if it was interrupted.
-    method, tolerance, steps, max_events, max_stalls, progress : optional
-        As in `trajectory`.
-
     Returns
     -------
     xarray.Dataset
@@ -108,11 +91,7 @@ def regularity(system: "HybridSystem", given: Regularity, job: "Job") -> "xr.Dat
     Raises
     ------
     SettingsError
-        An argument that cannot be used, or a ``store`` that holds chunks of another call.
-    ArchiveError
-        If the ``store`` cannot be written, or another call uses it.
-    ChaosdrillError
-        If the scheduler cannot be reached or is lost, or if its workers have other versions.
+        An argument that cannot be used.
     """
     from chaosdrill.analysis.evidence import REGULARITY
     from chaosdrill.analysis.records import over_records

@@ -79,11 +79,39 @@ class Trajectory(Record):
 
     without_noise: ClassVar[str] = ""
     ends: ClassVar[tuple[str, ...]] = ("times",)
+    meanings: ClassVar[Mapping[str, str]] = {
+        "periods": "Points of the section to record: forcing periods, or, with ``at``, events or crossings of a "
+        "surface; the record then extends from the point at which the transient ends to the last one, including "
+        "its event.",
+    }
 
-    samples: int | None = setting(Whole(1), None)
-    times: Any = setting(Times(), None)
-    initial: Any = setting(STARTS, None)
-    tangents: Any = setting(Tangents(), None)
+    samples: int | None = setting(
+        Whole(1),
+        None,
+        doc="Samples per period or mean return (or over the whole ``duration``); default 200.",
+    )
+    times: Any = setting(
+        Times(),
+        None,
+        doc="Model times of the output, ascending, from the end of the transient on; they replace ``samples``, "
+        "and the run ends at the last one unless a length is given. They change neither steps nor events, since "
+        "states are interpolated by the method's dense output. At the time of an event the state before it is "
+        "given. Not available with a section at events or on a surface.",
+    )
+    initial: Any = setting(
+        STARTS,
+        None,
+        doc="Initial states of many runs on the same times, in any form that `basins` takes. A run that ends "
+        "early has its outcome, and NaN from there on. Not with a section by events or a surface.",
+    )
+    tangents: Any = setting(
+        Tangents(),
+        None,
+        doc="Initial tangents, one per row, linearly independent and no more than states, that are followed "
+        "over the record, with saltation at every event; True: the unit vectors, the j-th of which becomes the "
+        "j-th column of the state-transition matrix: the derivatives of the state at the end (the last of "
+        "``times``) with respect to the state at the start of the record.",
+    )
 
     @classmethod
     def beside(cls, table: Mapping[str, Any]) -> Faults:
@@ -124,52 +152,6 @@ class Trajectory(Record):
 @analysis("trajectory", Trajectory, "states over time, with every event", VARIABLES)
 def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dataset":
     """States at equal intervals of time, and every event.
-
-    Parameters
-    ----------
-    system : HybridSystem
-        System with its parameters and initial state.
-    periods : int
-        Points of the section to record: forcing periods, or, with ``at``, events or crossings of a surface; the record
-        then extends from the point at which the transient ends to the last one, including its event.
-    duration : float
-        Time to record instead; for systems without a forcing period.
-    transient : int or float, default 0
-        Points of the section, or time, to run before the record starts.
-    at, max_return : optional
-        The section, as in `poincare_section`.
-    samples : int, optional
-        Samples per period or mean return (or over the whole ``duration``); default 200.
-    times : list of float, optional
-        Model times of the output, ascending, from the end of the transient on; they replace ``samples``, and the run
-        ends at the last one unless a length is given. They change neither steps nor events, since states are
-        interpolated by the method's dense output. At the time of an event the state before it is given. Not available
-        with a section at events or on a surface.
-    initial : array, list, mapping, DataFrame or Dataset, optional
-        Initial states of many runs on the same times, as in `basins`. A run that ends early has its outcome, and NaN
-        from there on. Not with a section by events or a surface.
-    tangents : bool or array of shape (tangent, state), optional
-        Initial tangents, one per row, linearly independent and no more than states, that are followed over the record,
-        with saltation at every event; True: the unit vectors, the j-th of which becomes the j-th column of the
-        state-transition matrix: the derivatives of the state at the end (the last of ``times``) with respect to the
-        state at the start of the record.
-    method : {"taylor", "dop853", "radau", "rk4"}
-        Numerical method.
-    tolerance : float, default 1e-12
-        Local error per step of every state, relative to its recent magnitude ("taylor", "dop853", "radau"); bisection
-        of event times ("rk4").
-    steps : int, optional
-        Steps per period, for "rk4" only; default 200.
-    max_events : int, optional
-        Largest number of events per period, beyond which a run ends with the outcome ``event_limit``; for systems
-        without a period the limit applies to the whole transient and to the whole run after it. Default 10,000, or ten
-        million without a period.
-    max_stalls : int, default 50
-        Largest number of successive events without advance of time, beyond which a run ends with the outcome
-        ``stalled``.
-    progress : callable or bool, optional
-        Called with (done, total, None). True shows a bar in a terminal or notebook, and lines elsewhere; False shows
-        nothing; by default a bar appears in a terminal or notebook after one second.
 
     Returns
     -------

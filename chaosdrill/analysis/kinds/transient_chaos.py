@@ -44,13 +44,43 @@ class TransientChaos(AnalysisSettings):
     """Settings of `transient_chaos`."""
 
     without_noise: ClassVar[str] = "the lifetime of a run then depends on one sequence of draws"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "system": "System with its parameters; its initial state supplies the states that the starts do not name.",
+    }
 
-    periods: int | None = setting(Whole(1), None)
-    duration: float | None = setting(Amount(above=0, most=LONGEST), None)
-    transient: float | None = setting(Amount(least=0, most=LONGEST), None)
-    random: dict[str, Any] | None = setting(RANDOM, None)
-    initial: Any = setting(STARTS, None)
-    until: str | None = setting(At(), None)
+    periods: int | None = setting(
+        Whole(1),
+        None,
+        doc="Longest time for which a run is followed, in forcing periods.",
+    )
+    duration: float | None = setting(
+        Amount(above=0, most=LONGEST),
+        None,
+        doc="Longest time for which a run is followed, for systems without forcing.",
+    )
+    transient: float | None = setting(
+        Amount(least=0, most=LONGEST),
+        None,
+        doc="Age from which lifetimes count: forcing periods, or time; before it runs are still approaching the "
+        "saddle, or leave directly from their start. Default: the median lifetime, or a quarter of the longest "
+        "time if that is less.",
+    )
+    random: dict[str, Any] | None = setting(
+        RANDOM,
+        None,
+        doc='Starts drawn uniformly from a box: ``{"count": 5000, "seed": 1, "x": (0, 1)}``.',
+    )
+    initial: Any = setting(
+        STARTS,
+        None,
+        doc="Starts in place of ``random``, in any form that `basins` takes.",
+    )
+    until: str | None = setting(
+        At(),
+        None,
+        doc="What ends a lifetime besides an escape from the bounds: the name or kind of an event, or a "
+        'comparison such as ``"x > 2"``, met where it becomes true.',
+    )
 
     @classmethod
     def beside(cls, table: Mapping[str, Any]) -> Faults:
@@ -105,25 +135,6 @@ def transient_chaos(system: "HybridSystem", given: TransientChaos, job: "Job") -
     that reach the greatest age that 100 runs reach. A quarter of this age, and at least the transient, is left out at
     both ends; over the rest their tangents grow at the exponents of the saddle. Their error is that of independent
     runs, plus the difference between the mean over all of this age and that over its first half.
-
-    Parameters
-    ----------
-    system : HybridSystem
-        System with its parameters; its initial state supplies the states that the starts do not name.
-    periods, duration : int or float
-        Longest time for which a run is followed: forcing periods, or time for systems without forcing.
-    transient : int or float, optional
-        Age from which lifetimes count: forcing periods, or time; before it runs are still approaching the saddle, or
-        leave directly from their start. Default: the median lifetime, or a quarter of the longest time if that is less.
-    random : mapping, optional
-        Starts drawn from a box, as in `bifurcation_diagram`: ``{"count": 5000, "seed": 1, "x": (0, 1)}``.
-    initial : array, list, mapping, DataFrame or Dataset, optional
-        Starts, as in `basins`, in place of ``random``.
-    until : str, optional
-        What ends a lifetime besides an escape from the bounds: the name or kind of an event, or a comparison such as
-        ``"x > 2"``, met where it becomes true.
-    method, tolerance, steps, max_events, max_stalls, progress : optional
-        As in `trajectory`.
 
     Returns
     -------

@@ -54,11 +54,34 @@ class WorkPrecision(Record):
 
     without_noise: ClassVar[str] = "its reference in extended precision has no random numbers"
     own_numerics: ClassVar[bool] = True
+    meanings: ClassVar[Mapping[str, str]] = {
+        "periods": "Points of the section to survey: the statistical error of the exponent is that of a run of "
+        "this length, and the restarts are taken from it.",
+        "duration": "Time to survey, for systems without a forcing period; 64 parts of it take the place of periods.",
+        "transient": "Points of the section, or time, to run before measurements begin.",
+    }
 
-    methods: list[str] = setting(ListOf(Method(), distinct=True), tuple(METHODS))
-    tolerances: list[float] = setting(ListOf(Number(1e-16, 1e-2), distinct=True), TOLERANCES)
-    steps: list[int] | None = setting(ListOf(Whole(4, 10_000_000)), None)
-    repeats: int = setting(Whole(1, 1000), 5)
+    methods: list[str] = setting(
+        ListOf(Method(), distinct=True),
+        tuple(METHODS),
+        doc="Default: all methods.",
+    )
+    tolerances: list[float] = setting(
+        ListOf(Number(1e-16, 1e-2), distinct=True),
+        TOLERANCES,
+        doc="Default 1e-4, 1e-6, ..., 1e-14.",
+    )
+    steps: list[int] | None = setting(
+        ListOf(Whole(4, 10_000_000)),
+        None,
+        doc="Steps per period for methods with fixed steps, one for each tolerance. Default 20 "
+        "tolerance^(-1/4): with order 4 their error then falls as the tolerance does.",
+    )
+    repeats: int = setting(
+        Whole(1, 1000),
+        5,
+        doc="Rounds in which all cells are timed in turn; the medians are reported.",
+    )
 
     @classmethod
     def beside(cls, table: Mapping[str, Any]) -> Faults:
@@ -93,30 +116,6 @@ def work_precision(system: "HybridSystem", given: WorkPrecision, job: "Job") -> 
     and for trusted times, which it does not give, every method is compared with another one at the tightest tolerance,
     named by the attribute ``reference_methods``. If a method does not approach its reference however tight its
     tolerance is, the methods disagree, and none is recommended.
-
-    Parameters
-    ----------
-    system : HybridSystem
-        System with its parameters and initial state.
-    periods, duration : int or float
-        Points of the section to survey, or time for systems without a forcing period (64 parts of it then take the
-        place of periods): the statistical error of the exponent is that of a run of this length, and the restarts are
-        taken from it.
-    transient : int or float, default 0
-        Points of the section, or time, to run before measurements begin.
-    at, max_return : optional
-        The section, as in `poincare_section`.
-    methods : sequence of str, optional
-        Default: all methods.
-    tolerances : sequence of float, optional
-        Default 1e-4, 1e-6, ..., 1e-14.
-    steps : sequence of int, optional
-        Steps per period for methods with fixed steps, one for each tolerance. Default 20 tolerance^(-1/4): with order 4
-        their error then falls as the tolerance does.
-    repeats : int, default 5
-        Rounds in which all cells are timed in turn; the medians are reported.
-    progress : callable or bool, optional
-        As in `trajectory`.
 
     Returns
     -------

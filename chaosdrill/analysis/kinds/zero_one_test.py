@@ -1,5 +1,6 @@
 """The 0-1 test for chaos, from the points of a section."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -33,6 +34,9 @@ class ZeroOneTest(SweptRecord):
     """Settings of `zero_one_test`."""
 
     without_noise: ClassVar[str] = "it takes the noise itself for chaos"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "periods": "Points of the section to record: at least 40, and several hundred for a conclusive result.",
+    }
 
 
 @analysis(
@@ -51,29 +55,6 @@ def zero_one_test(system: "HybridSystem", given: ZeroOneTest, job: "Job") -> "xr
     2009, doi:10.1137/080718851). K near 0 or 1 is conclusive; between them the record is too short, or the chaos has
     many bands. Measurement noise, slow drift, and strange nonchaotic attractors also give intermediate values.
 
-    Parameters
-    ----------
-    system : HybridSystem
-        System with its parameters and initial state.
-    sweep : mapping of one parameter to values, optional
-        ``{"eta": np.linspace(0.4, 0.9, 501)}``: a record at every value, each from the system's own initial state.
-    periods, duration : int or float
-        Points of the section to record, or time; at least 40 points, and several hundred for a conclusive result.
-    transient : int or float, default 0
-        Points of the section, or time, to run before the record starts.
-    at, max_return : optional
-        The section, as in `poincare_section`.
-    max_period : int, default 64
-        Longest period to detect.
-    workers : int, default 1
-        Threads among which the values of a sweep are shared; the kernels release the interpreter's lock.
-    scheduler : str, optional
-        Address of a Dask scheduler, whose workers are used instead.
-    store : path-like, optional
-        Folder for finished values of a sweep, from which the same call resumes if it was interrupted.
-    method, tolerance, steps, max_events, max_stalls, progress : optional
-        As in `trajectory`.
-
     Returns
     -------
     xarray.Dataset
@@ -86,11 +67,7 @@ def zero_one_test(system: "HybridSystem", given: ZeroOneTest, job: "Job") -> "xr
     Raises
     ------
     SettingsError
-        An argument that cannot be used, or a ``store`` that holds chunks of another call.
-    ArchiveError
-        If the ``store`` cannot be written, or another call uses it.
-    ChaosdrillError
-        If the scheduler cannot be reached or is lost, or if its workers have other versions.
+        An argument that cannot be used.
     """
     from chaosdrill.analysis.evidence import ZERO_ONE
     from chaosdrill.analysis.records import over_records
