@@ -221,7 +221,7 @@ def chosen(system: "HybridSystem", wanted: bool | list[str]) -> tuple[str, ...]:
 class Method(Text):
     """A numerical method."""
 
-    type_name = Choice(NAMES).type_name
+    type_name = Choice(tuple(NAMES)).type_name
 
     def faults(self, value: Any) -> Faults:
         if isinstance(value, str) and value not in METHODS:

@@ -10,20 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from chaosdrill.analysis.cycles import continued
+from chaosdrill.analysis.cycles import DISPLACED, continued
 from chaosdrill.analysis.matching import number_attractors
+from chaosdrill.analysis.measuring import Arrays, may_be_left, measure, point_columns
 from chaosdrill.analysis.plan import Plan
-from chaosdrill.analysis.points import (
-    AT_ONCE,
-    DISPLACED,
-    MOST_HELD,
-    Arrays,
-    Axis,
-    Task,
-    may_be_left,
-    measure,
-    point_columns,
-)
+from chaosdrill.analysis.points import AT_ONCE, MOST_HELD, Axis, Task
 from chaosdrill.analysis.visits import LENGTH, merge
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED

@@ -7,7 +7,7 @@ undecided here. The word itself is given by `chaosdrill.analysis.words`, for spe
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -265,6 +265,11 @@ class Verdict:
     evidence: Evidence
     cycle: np.ndarray  # int (P,): length of the cycle that the record repeats, in units of lengths; 0: unknown, or none
     moves: np.ndarray  # bool (P,): whether nothing says that the motion dies out
+
+    def at(self, which: np.ndarray) -> "Verdict":
+        """The verdict on some of the points."""
+        parts = {one.name: getattr(self, one.name) for one in fields(self) if one.name != "evidence"}
+        return Verdict(evidence=self.evidence.at(which), **{name: values[which] for name, values in parts.items()})
 
 
 def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, before: np.ndarray | None = None) -> Verdict:

@@ -46,7 +46,8 @@ PARALLEL = 1e-3
 APPROACH = 0.25
 """Part of the linear rate at which a run comes closer to the cycle at least."""
 
-DISPLACED = 0.02  # distance from the unstable cycle to which a run is displaced, relative to the size of the states
+DISPLACED = 0.02
+"""Distance to which a run is displaced from an unstable rest or cycle, in parts of the sizes of the states."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """How every point of a sweep is measured: lengths, section, exponents, numerics."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, cast
 
@@ -102,67 +102,51 @@ class Plan:
     ) -> Batch:
         """Runs that measure what the plan asks for; ``of_map`` lets lengths count steps of the map."""
         frame, symmetries = self.structure.tangents(self.computed) if self.computed else (None, 0)
+        with_tangents = {"tangents": frame, "symmetries": symmetries, "deficient": self.deficient}
         returns = self.at_events if of_map else self.where.counts == "section"
-        return Batch(
-            self.system,
-            parameters,
-            starts,
-            modes,
-            self.numerics,
-            tangents=frame,
-            symmetries=symmetries,
-            deficient=self.deficient,
-            section=None if self.section is None else set(self.section),
-            window=self.window,
-            unit=self.where.unit if returns else self.part,
-            returns=Returns(self.where.longest) if returns else None,
-        )
+        return self._runs(parameters, starts, modes, self.section, returns=returns, window=self.window, **with_tangents)
 
     def mapped(self, parameters: Mapping[str, np.ndarray], starts: np.ndarray, modes: np.ndarray, window: int) -> Batch:
         """Runs without tangents over steps of the map: the states at strobes, or after the events of the section.
 
         Where there is no map they are those at the ends of parts of the duration.
         """
-        return Batch(
-            self.system,
-            parameters,
-            starts,
-            modes,
-            self.numerics,
-            section=set(self.section) if self.section is not None and self.at_events else None,
-            window=window,
-            unit=self.where.unit if self.at_events else self.part,
-            returns=Returns(self.where.longest, after=True) if self.at_events else None,
-        )
+        section = self.section if self.at_events else None
+        return self._runs(parameters, starts, modes, section, returns=self.at_events, after=True, window=window)
 
     def passages(
         self, parameters: Mapping[str, np.ndarray], starts: np.ndarray, modes: np.ndarray, transition: int
     ) -> Batch:
         """Runs without tangents from event to event of a transition, and the states after them."""
-        return Batch(
-            self.system,
-            parameters,
-            starts,
-            modes,
-            self.numerics,
-            section={transition},
-            window=LENGTH,
-            unit=self.where.unit,
-            returns=Returns(self.where.longest, after=True),
-        )
+        return self._runs(parameters, starts, modes, {transition}, returns=True, after=True, window=LENGTH)
 
     def bare(self, parameters: Mapping[str, np.ndarray], starts: np.ndarray, modes: np.ndarray) -> Batch:
         """Runs whose lengths are counted as those of `batch`, without tangents and section points."""
         returns = self.where.counts == "section"
+        return self._runs(parameters, starts, modes, self.section if returns else None, returns=returns)
+
+    def _runs(
+        self,
+        parameters: Mapping[str, np.ndarray],
+        starts: np.ndarray,
+        modes: np.ndarray,
+        section: Iterable[int] | None,
+        *,
+        returns: bool,
+        after: bool = False,
+        **more: Any,
+    ) -> Batch:
+        """Runs whose lengths count the points of a section, if it ``returns``, or strobes and parts of a duration."""
         return Batch(
             self.system,
             parameters,
             starts,
             modes,
             self.numerics,
-            section=None if self.section is None or not returns else set(self.section),
+            section=None if section is None else set(section),
             unit=self.where.unit if returns else self.part,
-            returns=Returns(self.where.longest) if returns else None,
+            returns=Returns(self.where.longest, after=after) if returns else None,
+            **more,
         )
 
     def fingerprint(self) -> dict[str, Any]:

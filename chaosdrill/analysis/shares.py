@@ -19,8 +19,9 @@ import xarray as xr
 from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.carried import MOST, ShareTask, StepTask, joined, on_the_map, part
 from chaosdrill.analysis.matching import number_attractors
+from chaosdrill.analysis.measuring import Arrays
 from chaosdrill.analysis.plan import Plan, make_plan
-from chaosdrill.analysis.points import Arrays, Axis
+from chaosdrill.analysis.points import Axis
 from chaosdrill.analysis.seeds import make_seeds
 from chaosdrill.analysis.starts import states_and_modes
 from chaosdrill.analysis.visits import merge

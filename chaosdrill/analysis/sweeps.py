@@ -9,8 +9,9 @@ import xarray as xr
 
 from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.matching import number_attractors
+from chaosdrill.analysis.measuring import mean_names
 from chaosdrill.analysis.plan import Plan, make_plan
-from chaosdrill.analysis.points import Axis, LineTask, PointTask, StartTask, mean_names
+from chaosdrill.analysis.points import Axis, LineTask, PointTask, StartTask
 from chaosdrill.analysis.seeds import make_seeds
 from chaosdrill.analysis.starts import settled_modes, states_and_modes
 from chaosdrill.analysis.visits import LENGTH, merge
