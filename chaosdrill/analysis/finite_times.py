@@ -9,18 +9,16 @@ import xarray as xr
 from chaosdrill.analysis.arguments import Span, tangent_count
 from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.blocks import Blocks
-from chaosdrill.analysis.records import Arrays, ValueTask, refuse_points
+from chaosdrill.analysis.records import Arrays, ValueTask, carry_out, swept
 from chaosdrill.analysis.recurrence import sizes
 from chaosdrill.analysis.spectra import computed_exponents, run_with_tangents
 from chaosdrill.analysis.statistics import in_blocks, standard_error
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.build import dataset
-from chaosdrill.engine.ahead import ONE_RUN, compile_ahead
 from chaosdrill.engine.run import Run
 from chaosdrill.engine.structure import examine
 from chaosdrill.errors import SettingsError
 from chaosdrill.model import HybridSystem
-from chaosdrill.sweep import execute
 
 WINDOWS = (1, 10, 100)
 """Windows unless some are given, in units of the record, of which each is to hold ``FEWEST``."""
@@ -110,17 +108,14 @@ def finite_times(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
         "exponent": np.arange(1, count + 1, dtype=np.int32),
         "order": np.arange(1, ORDERS + 1, dtype=np.int32),
     }
-    message = ""
-    if given.sweep is None:
-        refuse_points(job)
+    message, over_values = "", swept(given, job)
+    if over_values is None:
         found, message = _told(system, windows, given, job)
         del found["window_time"]
         over: tuple[str, ...] = ()
     else:
-        ((parameter, values),) = given.sweep.items()
-        compile_ahead(ONE_RUN)
-        task = _WindowTask(system, given, job.numerics, parameter, values, len(windows.counts))
-        found = execute(task, workers=job.workers, scheduler=job.scheduler, store=job.store, progress=job.progress)
+        parameter, values = over_values
+        found = carry_out(_WindowTask(system, given, job.numerics, parameter, values, len(windows.counts)), job)
         coords, over = {parameter: values, **coords}, (parameter,)
     if not windows.plan.periodic:
         del found["forcing_period"]

@@ -102,7 +102,7 @@ class Plan:
     ) -> Batch:
         """Runs that measure what the plan asks for; ``of_map`` lets lengths count steps of the map."""
         frame, symmetries = self.structure.tangents(self.computed) if self.computed else (None, 0)
-        with_tangents = {"tangents": frame, "symmetries": symmetries, "deficient": self.deficient}
+        with_tangents: dict[str, Any] = {"tangents": frame, "symmetries": symmetries, "deficient": self.deficient}
         returns = self.at_events if of_map else self.where.counts == "section"
         return self._runs(parameters, starts, modes, self.section, returns=returns, window=self.window, **with_tangents)
 

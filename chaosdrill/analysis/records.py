@@ -127,11 +127,10 @@ def over_records(system: HybridSystem, given: Any, job: Job, measure: Measure) -
     SettingsError
         A store or a scheduler without points that they could keep or share.
     """
-    compile_ahead(ONE_RUN)
+    over_values = swept(given, job)
     where = find_section(system, given, job.numerics)
     labels = {"state": list(system.state_names), **measure.coords}
-    if given.sweep is None:
-        refuse_points(job)
+    if over_values is None:
         taken = section_points(where, given, given.max_period, job)
         found = _measured(taken, measure, given, job.numerics)
         told = {"message": taken.run.stopped(Outcome(int(found["outcome"]))), "reason": found.pop("reason", "")}
@@ -141,24 +140,33 @@ def over_records(system: HybridSystem, given: Any, job: Job, measure: Measure) -
             labels,
             {name: text for name, text in told.items() if text},
         )
-    ((parameter, values),) = given.sweep.items()
-    task = RecordTask(system, given, job.numerics, parameter, values, where, measure)
-    found = execute(task, workers=job.workers, scheduler=job.scheduler, store=job.store, progress=job.progress)
+    parameter, values = over_values
+    found = carry_out(RecordTask(system, given, job.numerics, parameter, values, where, measure), job)
     over = {name: ((parameter, *measure.dims.get(name, ())), value) for name, value in found.items()}
     return dataset({parameter: values, **labels, **over}, labels)
 
 
-def refuse_points(job: Job) -> None:
-    """Refuse, of a single run, what only the points of a sweep could keep or share.
+def swept(given: Any, job: Job) -> tuple[str, np.ndarray] | None:
+    """The swept parameter and its values, made ready for; None for a single run.
 
     Raises
     ------
     SettingsError
-        A store or a scheduler.
+        Of a single run, a store or a scheduler, which only the points of a sweep could use.
     """
+    compile_ahead(ONE_RUN)
+    if given.sweep is not None:
+        ((parameter, values),) = given.sweep.items()
+        return parameter, values
     for name in ("store", "scheduler"):
         if getattr(job, name) is not None:
             raise SettingsError(f"{name} is of use to the points of a sweep; give one, or leave {name} out")
+    return None
+
+
+def carry_out(task: ValueTask, job: Job) -> Arrays:
+    """What the runs at all values say."""
+    return execute(task, workers=job.workers, scheduler=job.scheduler, store=job.store, progress=job.progress)
 
 
 def _measured(taken: Taken, measure: Measure, given: Any, numerics: Numerics) -> Arrays:

@@ -1,5 +1,6 @@
 """Lyapunov spectra."""
 
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -49,52 +50,45 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
     path = _Path(run, ends, m, passed=not plan.periodic and system.autonomous)
     if outcome == Outcome.OK:
         outcome = path.follow(job)
-    sums, drilled, coarse = path.sums, path.drilled, path.states
     complete, why, dimension_error = outcome == Outcome.OK, "", float("nan")
-    values = errors = np.full(m, np.nan)
-    history = np.full((len(ends) - 1, m), np.nan)
+    means = MeanExponents.unknown(len(ends) - 1, m)
     if complete and m:
-        by_size = path.sums_by_size
-        values, errors, history, late, rates = mean_exponents(sums, by_size, ends, plan.unit, job.numerics, run.steps)
+        means = mean_exponents(path.sums, path.sums_by_size, ends, plan.unit, job.numerics, run.steps)
         of_method = job.numerics.step_error * run.steps / plan.length
-        dimension_error = kaplan_yorke_error(values, rates, of_method, plan.length, system.free)
-        neutral = int(structure.neutral(flow_of(run)))
-        averages = Averages(
-            exponents=values[np.newaxis],
-            errors=errors[np.newaxis],
-            late=late[np.newaxis],
-            length=np.array([plan.length]),
-            neutral=np.array([neutral]),
-            complete=m == system.free,
-        )
-        evidence = _evidence(run, plan, structure, averages, path, coarse, job)
+        dimension_error = kaplan_yorke_error(means.values, means.rates, of_method, plan.length, system.free)
+        evidence = _evidence(run, plan, structure, means, path, job)
         outcome, why = Outcome(int(words(evidence)[0])), reason(evidence)
     variables = {
         "exponent": np.arange(1, count + 1, dtype=np.int32),
         "block_time": ("block", ends[1:] * plan.unit),
-        "lyapunov_exponent": ("exponent", values[:count]),
-        "lyapunov_error": ("exponent", errors[:count]),
-        "lyapunov_history": (("block", "exponent"), history[:, :count]),
-        "kaplan_yorke_dimension": ((), kaplan_yorke(values, system.free)),
+        "lyapunov_exponent": ("exponent", means.values[:count]),
+        "lyapunov_error": ("exponent", means.errors[:count]),
+        "lyapunov_history": (("block", "exponent"), means.history[:, :count]),
+        "kaplan_yorke_dimension": ((), kaplan_yorke(means.values, system.free)),
         "kaplan_yorke_error": ((), dimension_error),
         "outcome": ((), np.int8(outcome)),
-        **_averages(system, run, plan, job.numerics, ends, drilled, complete),
+        **_averages(run, plan, job.numerics, ends, path.drilled, complete),
     }
-    message = run.stopped(outcome)
-    told = {"message": message, "reason": why}
+    told = {"message": run.stopped(outcome), "reason": why}
     return dataset(variables, ["block_time"], {name: text for name, text in told.items() if text})
 
 
-def _evidence(
-    run: Run, plan: Span, structure: Structure, averages: Averages, path: "_Path", coarse: np.ndarray, job: Job
-) -> Evidence:
-    """What a run says at its end; ``coarse`` are its states at the ends of all blocks."""
+def _evidence(run: Run, plan: Span, structure: Structure, means: "MeanExponents", path: "_Path", job: Job) -> Evidence:
+    """What a run says at its end."""
+    averages = Averages(
+        exponents=means.values[np.newaxis],
+        errors=means.errors[np.newaxis],
+        late=means.late[np.newaxis],
+        length=np.array([plan.length]),
+        neutral=np.array([int(structure.neutral(flow_of(run)))]),
+        complete=len(means.values) == run.system.free,
+    )
     system, window, known = run.system, path.samples[np.newaxis], run.sizes[np.newaxis]
     flow, shifts = None if plan.periodic else partial(flow_of, run), shifts_of(system, but_of=())
     part = min(1.0, window.shape[1] / (plan.count * run.samples))
     passages = path.passages()[np.newaxis] if path.met else None
     e = evidence_of_records(
-        system, structure, shifts, averages, window, known, coarse[np.newaxis], part, flow, passages
+        system, structure, shifts, averages, window, known, path.states[np.newaxis], part, flow, passages
     )
     e.winds = structure.winds(flow_of(run)[np.newaxis]) & ~e.noisy
     if e.shrinks[0]:
@@ -216,13 +210,27 @@ class _Path:
         return np.concatenate([kept[:, EVENT_COLUMNS + n :], modes], axis=1)
 
 
+@dataclass(frozen=True)
+class MeanExponents:
+    """Exponents of a record of B blocks, in descending order."""
+
+    values: np.ndarray  # (m,)
+    errors: np.ndarray  # (m,)
+    history: np.ndarray  # (B, m): means up to the end of each block
+    late: np.ndarray  # (m,): growth rates over the later half of the record
+    rates: np.ndarray  # (B, m): over each block, of lengths which no unit changes; 0 where a tangent was lost
+
+    @classmethod
+    def unknown(cls, blocks: int, exponents: int) -> "MeanExponents":
+        """Those of a run that came to an early end: NaN."""
+        one, each = np.full(exponents, np.nan), np.full((blocks, exponents), np.nan)
+        return cls(one, one, each, one, each)
+
+
 def mean_exponents(
     sums: np.ndarray, by_size: np.ndarray, ends: np.ndarray, unit: float, numerics: Numerics, steps: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Exponents, errors, history, late values and rates in order, from logarithms summed up to the end of each block.
-
-    The exponents descend, and the late values are those over the later half of the record. Errors come from the rates,
-    those of lengths which no unit changes, 0 where a tangent was lost.
+) -> MeanExponents:
+    """Exponents with their errors, from logarithms summed up to the end of each block.
 
     Parameters
     ----------
@@ -248,23 +256,17 @@ def mean_exponents(
         late = (sums[-1] - sums[half]) / ((ends[-1] - ends[half]) * unit)
     late = np.where(finite, late, -np.inf)
     order = np.argsort(-history[-1], kind="stable")
-    return history[-1, order], errors[order], history[:, order], late[order], rates[:, order]
+    return MeanExponents(history[-1, order], errors[order], history[:, order], late[order], rates[:, order])
 
 
 def _averages(
-    system: HybridSystem,
-    run: Run,
-    plan: Span,
-    numerics: Numerics,
-    ends: np.ndarray,
-    drilled: np.ndarray,
-    complete: bool,
+    run: Run, plan: Span, numerics: Numerics, ends: np.ndarray, drilled: np.ndarray, complete: bool
 ) -> dict[str, Any]:
     """What the run counted besides the exponents, without rates if it came to an early end; the closest grazing stays.
 
     ``drilled`` are the quadratures at the end of each block.
     """
-    rates = event_rates(run)
+    system, rates = run.system, event_rates(run)
     if not complete:
         rates |= {name: np.nan for name in rates if name != "closest_grazing"}
     variables: dict[str, Any] = {
