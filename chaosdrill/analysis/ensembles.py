@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from chaosdrill.analysis.paths import Path, samples_of, traced
 from chaosdrill.analysis.recording import Record
-from chaosdrill.analysis.sections import Path, find_section, samples_of, traced
+from chaosdrill.analysis.sections import find_section
 from chaosdrill.analysis.starts import states_and_modes
 from chaosdrill.dataset.build import dataset
 from chaosdrill.engine import layout as at

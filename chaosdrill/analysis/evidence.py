@@ -6,7 +6,7 @@ import numpy as np
 
 from chaosdrill.analysis.records import Arrays, Measure
 from chaosdrill.analysis.recurrence import CLOSE, sizes
-from chaosdrill.analysis.sections import Taken
+from chaosdrill.analysis.section_points import Taken
 from chaosdrill.analysis.statistics import fading
 from chaosdrill.analysis.tori import (
     TURNS,

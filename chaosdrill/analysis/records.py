@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 
 from chaosdrill.analysis.base import Job
-from chaosdrill.analysis.sections import Section, Taken, find_section, section_points
+from chaosdrill.analysis.section_points import Taken, section_points
+from chaosdrill.analysis.sections import Section, find_section
 from chaosdrill.dataset import Outcome, count_outcomes
 from chaosdrill.dataset.build import dataset
 from chaosdrill.engine.ahead import ONE_RUN, compile_ahead

@@ -12,7 +12,7 @@ import xarray as xr
 from chaosdrill.analysis.neighbours import SCALES, Counted, Shares, neighbours, shares
 from chaosdrill.analysis.records import Measure, over_records
 from chaosdrill.analysis.recurrence import CLOSE, sizes
-from chaosdrill.analysis.sections import Taken, phases_of
+from chaosdrill.analysis.section_points import Taken, phases_of
 from chaosdrill.analysis.statistics import in_blocks, standard_error
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.numerics import Numerics

@@ -302,7 +302,7 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
     import numpy as np
 
     from chaosdrill.analysis.orbit_datasets import branches_dataset, branches_derived
-    from chaosdrill.analysis.sections import orbit_start
+    from chaosdrill.analysis.orbit_start import orbit_start
     from chaosdrill.orbits.branches import branches
     from chaosdrill.orbits.curves import curve
     from chaosdrill.orbits.function_points import Wanted

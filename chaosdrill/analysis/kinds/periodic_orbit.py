@@ -211,7 +211,7 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
     doi:10.1137/100804632: derivatives by parameters.
     """
     from chaosdrill.analysis.orbit_datasets import NOT_OF_CHAOS, numbered, orbit_rates, orbits_dataset, with_derivatives
-    from chaosdrill.analysis.sections import orbit_start
+    from chaosdrill.analysis.orbit_start import orbit_start
     from chaosdrill.analysis.seeds import make_seeds
     from chaosdrill.analysis.starts import settled_modes
     from chaosdrill.dataset import Outcome

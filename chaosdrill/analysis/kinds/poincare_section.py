@@ -79,6 +79,6 @@ def poincare_section(system: "HybridSystem", given: PoincareSection, job: "Job")
     SettingsError
         An argument that cannot be used.
     """
-    from chaosdrill.analysis.sections import section
+    from chaosdrill.analysis.section_points import section
 
     return section(system, given, job)

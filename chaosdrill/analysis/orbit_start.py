@@ -1,0 +1,95 @@
+"""From where an orbit is looked for, by the settings of an analysis."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from chaosdrill.analysis.recording import record_returns
+from chaosdrill.analysis.recurrence import CLOSE
+from chaosdrill.analysis.sections import find_section
+from chaosdrill.dataset import Outcome
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
+from chaosdrill.model import HybridSystem
+
+if TYPE_CHECKING:
+    from chaosdrill.orbits.marks import Marks
+
+SOONER = 3.0
+"""Times the distance after a period within which a state is back after a part of it that counts."""
+
+LOOKED_AT = 256
+"""Points of a section among which the nearest return is looked for."""
+
+
+@dataclass(frozen=True)
+class OrbitStart:
+    """From where an orbit is looked for, as `chaosdrill.orbits.find.find_orbit` takes it."""
+
+    system: HybridSystem
+    period: int
+    start: str | float
+    transient: float
+    marks: "Marks | None" = None  # the section whose points the period counts, if one was named
+
+
+def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitStart:
+    """Where the search for an orbit begins by its settings.
+
+    Where a section is named: in the middle of the first long way between events from a point of it on, so that it is
+    beside all of them, and the round has the time that the ``period`` returns from there take. On an attractor it is
+    the point after the transient to which so many returns lead back most nearly; else the first point, or the middle of
+    the way to it, if that is long.
+    """
+    # a section alone needs no orbits, nor what they import
+    from chaosdrill.orbits.marks import Marks
+    from chaosdrill.orbits.problem import Problem
+
+    if given.counts(system) != "section":
+        lead_in = int(given.transient) if system.forced else given.transient
+        return OrbitStart(system, given.period, given.start, lead_in)
+    where, period = find_section(system, given, numerics), int(given.period)
+    assert where.transitions is not None
+    run = Run(where.system, where.unit, numerics)
+    attracted = given.start == "attractor"
+    lead_in = max(int(given.transient), 1) if attracted else 0
+    found = record_returns(run, where.transitions, lead_in, where.longest)
+    ahead = Run(where.system, where.unit, numerics)
+    ahead.continue_from(run)
+    passed = found
+    if found.outcome == Outcome.OK:
+        count = (LOOKED_AT if attracted else 1) + period
+        passed = record_returns(ahead, where.transitions, count, where.longest, every=True)
+        found = passed.of(where.transitions)
+    states, times = found.states_after(), found.times
+    if len(times) <= period:
+        # what the motion does instead is told by the search
+        return OrbitStart(system, 1, "attractor", 0)
+    problem = Problem(system, (), numerics)
+    problem.set_unit(where.unit)
+    spread = np.maximum(np.ptp(states, axis=0), CLOSE * np.maximum(np.abs(states).max(axis=0), problem.sizes))
+    last = len(states) - period
+
+    def away(steps: int) -> np.ndarray:
+        return np.asarray((np.abs(states[steps : steps + last] - states[:last]) / spread).max(axis=1))
+
+    # what is back sooner leads to an orbit of a shorter period
+    sooner = np.array([away(q) for q in range(1, period) if period % q == 0]).min(axis=0, initial=np.inf)
+    nearest = int(np.lexsort((away(period), sooner < SOONER * away(period)))[0])
+    record_returns(run, where.transitions, nearest + 1, where.longest)
+    first, last_time = times[nearest], times[nearest + period]
+    instants = passed.times[(passed.times >= first) & (passed.times <= last_time)]
+    # a way that is wide enough: the later it is, the farther the round leads beyond the return that was seen
+    ways = np.diff(instants)
+    if not attracted and first >= ways.max() / 4:
+        # the start itself is on a way, and deviations from an orbit grow from there on
+        beside = Run(where.system, float(first) / 2, numerics)
+    else:
+        wide = int(np.flatnonzero(ways >= ways.max() / 2)[0])
+        beside = Run(where.system, float((instants[wide] + instants[wide + 1]) / 2 - first), numerics)
+        beside.continue_from(run)
+    beside.advance(1)
+    state = dict(zip(system.state_names, beside.x.tolist(), strict=True))
+    marks = Marks(where.system.limited({}), where.transitions)
+    return OrbitStart(system.with_initial(**state, mode=beside.mode), 1, float(last_time - first), 0, marks)
