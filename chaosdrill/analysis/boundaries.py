@@ -8,30 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.analysis.recurrence import CLOSE
+from chaosdrill.analysis.settings import BOUNDARIES
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from chaosdrill.analysis.base import Job
     from chaosdrill.model import HybridSystem
-
-NEAREST = 3
-"""Cells at least at which they are compared."""
-
-BLOCKS = 4
-"""Parts of the grid along every axis; what is left out in turn for the error of an exponent."""
-
-PARTS = 16
-"""Part of the shortest axis up to which cells are compared: beyond, their distance is that of the basins."""
-
-FEWEST = 4
-"""Distances at least to which an exponent is fitted."""
-
-MOST_UNCERTAIN = 0.999
-"""Fraction that is taken for all."""
-
-LEAST = 16
-"""Cells with different attractors, at least, for a distance to count in the fit."""
 
 
 @dataclass(frozen=True)
@@ -89,9 +72,9 @@ def uncertainty(numbers: np.ndarray) -> Uncertainty:
     """
     from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-    most = min(numbers.shape) // PARTS
+    most = min(numbers.shape) // BOUNDARIES.parts
     distance = _distances(most)
-    blocks = BLOCKS**numbers.ndim
+    blocks = BOUNDARIES.blocks**numbers.ndim
     hits, cells = np.zeros((2, len(distance), blocks))
     place = _parts(numbers.shape)
     # the same cells at all distances, as far from the edge as the largest of these
@@ -109,15 +92,15 @@ def uncertainty(numbers: np.ndarray) -> Uncertainty:
     # that of as many random places as do not overlap
     error = np.sqrt(fraction * (1 - fraction) * (2 * distance + 1.0) ** numbers.ndim / np.maximum(every, 1))
     exponent = exponent_error = np.nan
-    fits = total >= LEAST
-    if fits.sum() >= FEWEST and (without[fits] > 0).all():
+    fits = total >= BOUNDARIES.least
+    if fits.sum() >= BOUNDARIES.fewest and (without[fits] > 0).all():
         across = np.log(distance[fits])
         exponent, left = _slope(across, np.log(fraction[fits]))
         slopes = np.array([_slope(across, np.log(one))[0] for one in without[fits].T])
         spread = np.sqrt((blocks - 1) / blocks * ((slopes - slopes.mean()) ** 2).sum())
         half = len(across) // 2
         ends = [_slope(across[part], np.log(fraction[fits])[part])[0] for part in (slice(half), slice(-half, None))]
-        crowded = _slope(across, np.log(-np.log1p(-np.minimum(fraction[fits], MOST_UNCERTAIN))))[0]
+        crowded = _slope(across, np.log(-np.log1p(-np.minimum(fraction[fits], BOUNDARIES.most_uncertain))))[0]
         systematic = max(left, abs(ends[1] - ends[0]) / 2)
         exponent_error = float(np.hypot(np.hypot(spread, systematic), abs(crowded - exponent) / 2))
     return Uncertainty(distance, fraction, error, exponent, exponent_error)
@@ -126,7 +109,7 @@ def uncertainty(numbers: np.ndarray) -> Uncertainty:
 def _distances(most: int) -> np.ndarray:
     """3, 4, 5, 6, 8, 10, 13, 16, ...: at fewer cells a fine boundary is missed between them."""
     steps = np.arange(int(3 * np.log2(max(most, 1))) + 1)
-    found = np.unique(np.rint(NEAREST * 2 ** (steps / 3)).astype(np.int64))
+    found = np.unique(np.rint(BOUNDARIES.nearest * 2 ** (steps / 3)).astype(np.int64))
     return found[found <= most]
 
 
@@ -140,8 +123,8 @@ def _parts(shape: tuple[int, ...]) -> np.ndarray:
     """Number of the part of the grid in which each cell lies."""
     found = np.zeros(shape, dtype=np.int64)
     for axis, length in enumerate(shape):
-        along = np.arange(length) * BLOCKS // length
-        found = BLOCKS * found + along.reshape([-1 if k == axis else 1 for k in range(len(shape))])
+        along = np.arange(length) * BOUNDARIES.blocks // length
+        found = BOUNDARIES.blocks * found + along.reshape([-1 if k == axis else 1 for k in range(len(shape))])
     return found
 
 

@@ -10,18 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from chaosdrill.analysis.cycles import DISPLACED, continued
+from chaosdrill.analysis.cycles import continued
 from chaosdrill.analysis.matching import number_attractors
 from chaosdrill.analysis.measuring import Arrays, may_be_left, measure, point_columns
 from chaosdrill.analysis.plan import Plan
-from chaosdrill.analysis.points import AT_ONCE, MOST_HELD, Axis, Task
-from chaosdrill.analysis.visits import LENGTH, merge
+from chaosdrill.analysis.points import Axis, Task
+from chaosdrill.analysis.settings import ATTRACTORS, CYCLES, PLAN
+from chaosdrill.analysis.visits import merge
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.batch import Batch, Standing, alike
-
-MOST = 16
-"""Attractors that are distinguished and followed at one value: a conservative system has as many tori as starts."""
 
 _PLACE = "at_"
 """Begins the names of what a foothold is made of."""
@@ -52,7 +50,7 @@ def standing_at(plan: Plan, parameters: Mapping[str, np.ndarray], places: Mappin
 def on_the_map(plan: Plan, parameters: Mapping[str, np.ndarray], places: Mapping[str, np.ndarray]) -> Batch:
     """Runs from these footholds over steps of the map, which keep the points that `merge` compares."""
     every = np.arange(len(places[_PLACE + "x"]))
-    return continued(plan, standing_at(plan, parameters, places), every, parameters).mapped(plan, LENGTH)
+    return continued(plan, standing_at(plan, parameters, places), every, parameters).mapped(plan, ATTRACTORS.length)
 
 
 def part(arrays: Mapping[str, np.ndarray], which: Any) -> Arrays:
@@ -90,7 +88,9 @@ class _Values(Task):
     @property
     def at_once(self) -> int:
         """Runs that are held in memory together."""
-        return max(1, min(AT_ONCE, MOST_HELD // (8 * self.plan.window * (len(self.plan.system.state_names) + 1))))
+        return max(
+            1, min(PLAN.at_once, PLAN.most_held // (8 * self.plan.window * (len(self.plan.system.state_names) + 1)))
+        )
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ class ShareTask(_Values):
     def columns(self) -> dict[str, tuple[str, tuple[int, ...]]]:
         """Of every start its outcome and the attractor, from 1; of every attractor what is kept of it."""
         starts = len(self.starts)
-        slots = min(MOST, starts)
+        slots = min(ATTRACTORS.carried_most, starts)
         of_attractors = {f"of_{name}": (dtype, (slots, *shape)) for name, (dtype, shape) in self.kept().items()}
         return {"outcome": ("i1", (starts,)), "reached": ("i4", (starts,)), **of_attractors}
 
@@ -135,7 +135,7 @@ class ShareTask(_Values):
             numbers, leaders = merge(
                 self.plan, found, numbers, leaders, lambda which: self._mapped(place, leaders[which])
             )
-        slots = min(MOST, starts)
+        slots = min(ATTRACTORS.carried_most, starts)
         kept = {"outcome": found["outcome"], "reached": np.where(numbers <= slots, numbers, 0).astype("i4")}
         for name, values in found.items():
             kept[f"of_{name}"] = np.zeros((slots, *values.shape[1:]), values.dtype)
@@ -143,7 +143,9 @@ class ShareTask(_Values):
         return kept
 
     def _mapped(self, place: int, rows: np.ndarray) -> Batch:
-        return self.plan.mapped(self.parameters(np.full(len(rows), place)), self.starts[rows], self.modes[rows], LENGTH)
+        return self.plan.mapped(
+            self.parameters(np.full(len(rows), place)), self.starts[rows], self.modes[rows], ATTRACTORS.length
+        )
 
     def fingerprint(self) -> dict[str, Any]:
         """Everything that determines the numbers."""
@@ -188,7 +190,7 @@ class StepTask(_Values):
             for unit in np.eye(self.beside.shape[1]):
                 if not (again := np.flatnonzero(left & ~self.beside[rows].any(axis=1))).size:
                     break
-                other, still, _ = self._results(rows[again], DISPLACED * unit)
+                other, still, _ = self._results(rows[again], CYCLES.displaced * unit)
                 gone = ~still & np.isin(other["outcome"], MEASURED)
                 for name, values in other.items():
                     results[name][again[gone]] = values[gone]

@@ -16,7 +16,8 @@ import numpy as np
 import xarray as xr
 
 from chaosdrill.analysis.arguments import SLICE, Span, check_record, tangent_count
-from chaosdrill.analysis.finite_times import BLOCKS, density
+from chaosdrill.analysis.finite_times import density
+from chaosdrill.analysis.settings import COVARIANT, WINDOWS
 from chaosdrill.analysis.spectra import computed_exponents
 from chaosdrill.analysis.statistics import error_of_exponents, in_blocks
 from chaosdrill.codegen import kernels_of
@@ -38,16 +39,6 @@ from chaosdrill.model import HybridSystem
 
 if TYPE_CHECKING:
     from chaosdrill.analysis.base import Job
-
-PARTS = 1024
-"""Vectors in a record without forcing, unless an interval is given."""
-
-LEAD, LEADS = 0.25, (100, 1000)
-"""Part of the record that leads into it and out of it, unless told otherwise, and forcing periods at least and most."""
-
-KEPT = 8_000_000
-"""Numbers that are kept of the forward pass at most: of longer records it is repeated, a chunk at a time, from states
-that were kept."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +102,7 @@ class _Forward:
     def __init__(self, run: Run, blocks: _Blocks, job: "Job") -> None:
         self.run, self.blocks = run, blocks
         m, n = run.vectors.shape
-        self.size = min(blocks.total, max(1, KEPT // (m * (m + n + 3) + n + 1)))
+        self.size = min(blocks.total, max(1, COVARIANT.kept // (m * (m + n + 3) + n + 1)))
         self.starts = range(0, blocks.total, self.size)
         again = [first for first in self.starts[:-1] if first + self.size > blocks.before]
         self._report, self._done = job.report(blocks.total + len(again) * self.size), 0
@@ -235,12 +226,12 @@ def _divided(plan: Span, given: Any) -> _Blocks:
                 "take periods that are a multiple of it"
             )
         unit, record, interval = plan.unit, plan.count * parts // strobes, plan.unit * strobes / parts
-        usual = min(max(LEAD * plan.count, LEADS[0]), LEADS[1])
+        usual = min(max(COVARIANT.lead * plan.count, COVARIANT.leads[0]), COVARIANT.leads[1])
     else:
-        record = PARTS if given.interval is None else max(1, round(plan.length / given.interval))
+        record = COVARIANT.parts if given.interval is None else max(1, round(plan.length / given.interval))
         unit = interval = plan.length / record
         plan, parts, strobes = replace(plan, unit=unit, count=record), 0, 1
-        unit, usual = 1.0, LEAD * record * interval
+        unit, usual = 1.0, COVARIANT.lead * record * interval
     before, behind = (
         math.ceil((usual if lead is None else lead) * unit / interval * (1 - 1e-12))
         for lead in (given.forward, given.backward)
@@ -424,7 +415,9 @@ def _means(found: _Found, run: Run, forward: _Forward, job: "Job") -> tuple[np.n
     blocks = forward.blocks
     time = blocks.total * blocks.interval
     if kept.any():
-        errors[kept] = error_of_exponents(in_blocks(found.growth[:, kept], BLOCKS), job.numerics, run.steps, time)
+        errors[kept] = error_of_exponents(
+            in_blocks(found.growth[:, kept], WINDOWS.blocks), job.numerics, run.steps, time
+        )
     return means, errors
 
 

@@ -15,8 +15,9 @@ from itertools import groupby
 import numpy as np
 
 from chaosdrill.analysis.classification import HYPERBOLIC, Verdict, judge
-from chaosdrill.analysis.plan import BLOCKS, Plan
+from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence, sizes, trend
+from chaosdrill.analysis.settings import CYCLES, PLAN
 from chaosdrill.analysis.statistics import block_ends, free_exponents, margin
 from chaosdrill.analysis.tori import aside
 from chaosdrill.codegen import kernels_of
@@ -24,30 +25,6 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.batch import Batch, Standing
 from chaosdrill.model import HybridSystem
-
-ROUNDS = 12
-"""Extrapolations, at most."""
-
-SHRINKS = 0.5
-"""Part of the residual that may be left after a round, beyond the first two."""
-
-SETTLING = 32
-"""Steps of the map in which tangents turn into their directions before growth is averaged."""
-
-AVERAGING = 16
-"""Steps over which it is averaged, at least."""
-
-LEAST_CYCLES = 4
-"""Cycles of either, at least."""
-
-PARALLEL = 1e-3
-"""Sine of the angle below which two differences have one direction."""
-
-APPROACH = 0.25
-"""Part of the linear rate at which a run comes closer to the cycle at least."""
-
-DISPLACED = 0.02
-"""Distance to which a run is displaced from an unstable rest or cycle, in parts of the sizes of the states."""
 
 
 @dataclass(frozen=True)
@@ -180,7 +157,7 @@ def at_points(parameters: Mapping[str, np.ndarray], which: np.ndarray) -> dict[s
 
 
 def _cycles(periods: int, period: int) -> int:
-    return max(LEAST_CYCLES, -(-periods // period))
+    return max(CYCLES.least_cycles, -(-periods // period))
 
 
 def _measure(
@@ -189,8 +166,8 @@ def _measure(
     """Run over cycles of one period, and say which of them are the answer."""
     states = begun.states
     batch = begun.let(plan.batch(begun.parameters, states, begun.modes, of_map=True))
-    ends = period * block_ends(_cycles(max(AVERAGING, plan.rows), period), BLOCKS)
-    batch.run(_cycles(SETTLING, period) * period, ends)
+    ends = period * block_ends(_cycles(max(CYCLES.averaging, plan.rows), period), PLAN.blocks)
+    batch.run(_cycles(CYCLES.settling, period) * period, ends)
     verdict = judge(plan, batch, np.arange(len(states)), ends)
     path = batch.window
     if plan.section is not None:
@@ -229,7 +206,7 @@ def extrapolate(plan: Plan, begun: Begun, periods: np.ndarray) -> tuple[np.ndarr
     tolerance = max(ROUND_OFF, 10 * plan.numerics.tolerance)
     active, converged = np.arange(len(x)), np.zeros(len(x), dtype=bool)
     before, turning = np.full(len(x), np.inf), np.zeros(len(x), dtype=bool)
-    for attempt in range(ROUNDS):
+    for attempt in range(CYCLES.rounds):
         if not len(active):
             break
         length = 4 * int(periods[active].max())
@@ -247,7 +224,7 @@ def extrapolate(plan: Plan, begun: Begun, periods: np.ndarray) -> tuple[np.ndarr
         residual = (np.abs(points[:, 0] - x[active]) / scale).max(axis=1)
         there = residual <= tolerance
         converged[active[there]] = True
-        going = there | (attempt < 2) | (residual < SHRINKS * before[active])
+        going = there | (attempt < 2) | (residual < CYCLES.shrinks * before[active])
         active, points, scale, there = active[going], points[going], scale[going], there[going]
         before[active] = residual[going]
         ends, turns = limit(points / scale[:, np.newaxis])
@@ -286,7 +263,7 @@ def limit(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         second = (c0 * z[:, 1] + c1 * z[:, 2] + z[:, 3]) / (1 + c0 + c1)
         ratio = dot(d2, d3) / dot(d2, d2)
         first = z[:, 3] + d3 * ratio / (1 - ratio)
-        planar = b > PARALLEL**2 * dot(d2, d2)
+        planar = b > CYCLES.parallel**2 * dot(d2, d2)
         found = np.where(planar, second, first)
         turning = (planar & (c1**2 < 4 * c0))[:, 0]
     return np.where(np.isfinite(found).all(axis=1, keepdims=True), found, z[:, 3]), turning
@@ -317,7 +294,7 @@ def approaches(trail: np.ndarray, cycle: np.ndarray, known: np.ndarray, rate: np
         distance = (np.abs(trail[:, :rows, :n] - aligned) / scale).max(axis=2)
         early, late = distance[:, : rows - half].max(axis=1), distance[:, rows - half :].max(axis=1)
         closer = late < best
-        nearer = (late <= CLOSE) | (late <= early * np.exp(APPROACH * rate * half))
+        nearer = (late <= CLOSE) | (late <= early * np.exp(CYCLES.approach * rate * half))
         answer = np.where(closer, nearer, answer)
         best = np.minimum(best, late)
     return answer
@@ -349,8 +326,8 @@ def escapes(
     for points, _, found, converged, _ in _tried(plan, begun, trail, waiting, shrinking=False):
         off = begun.states[points] - found
         distance = (np.abs(off) / sizes(found[:, np.newaxis], begun.known[points])).max(axis=1)
-        slow = converged & (distance > 10 * ROUND_OFF) & (distance < DISPLACED)
-        displaced[points[slow]] = found[slow] + off[slow] * (DISPLACED / distance[slow])[:, np.newaxis]
+        slow = converged & (distance > 10 * ROUND_OFF) & (distance < CYCLES.displaced)
+        displaced[points[slow]] = found[slow] + off[slow] * (CYCLES.displaced / distance[slow])[:, np.newaxis]
         waiting[points[slow]] = False
     chosen = np.flatnonzero(np.isfinite(displaced[:, 0]))
     begun = begun.at(chosen, displaced[chosen])

@@ -11,6 +11,7 @@ from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.blocks import Blocks
 from chaosdrill.analysis.records import Arrays, ValueTask, carry_out, swept
 from chaosdrill.analysis.recurrence import sizes
+from chaosdrill.analysis.settings import WINDOWS
 from chaosdrill.analysis.spectra import computed_exponents, run_with_tangents
 from chaosdrill.analysis.statistics import in_blocks, standard_error
 from chaosdrill.dataset import Outcome
@@ -19,40 +20,6 @@ from chaosdrill.engine.run import Run
 from chaosdrill.engine.structure import examine
 from chaosdrill.errors import SettingsError
 from chaosdrill.model import HybridSystem
-
-WINDOWS = (1, 10, 100)
-"""Windows unless some are given, in units of the record, of which each is to hold ``FEWEST``."""
-
-FEWEST = 4
-"""Windows of a length in a record, without which there are no cumulants."""
-
-PARTS = 1024
-"""Units of a record without forcing, unless windows are given."""
-
-ORDERS = 4
-"""Cumulants: mean, variance, and those that are 0 for a normal distribution."""
-
-BLOCKS = 256
-"""Blocks at most from which errors are taken."""
-
-OF_DENSITY = 32
-"""Blocks at most from which the errors of a density are taken, of which there are many."""
-
-AT_LEAST = 2.25
-"""Values added to those of a bin for its error: an empty bin has three expected values in one case of twenty."""
-
-FLAT, LOWEST = 20, 4
-"""Part of the frequency of a correlation time up to which a spectrum counts as flat, as one over it: a Lorentzian loses
-1 % there; and frequencies that are averaged at least."""
-
-HELD = 2**22
-"""Numbers of the tangents at the ends of units that are held together, 32 MB."""
-
-ROUNDS = 8
-"""Number of iterations with a better correlation time."""
-
-CONSTANT = 1e-9
-"""Spread of rates in parts of their size, below which it is round-off, and they are constant."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +55,7 @@ class _WindowTask(ValueTask):
     def columns(self) -> dict[str, tuple[str, tuple[int, ...]]]:
         """Dtype and shape of one unit of each array."""
         count = tangent_count(self.system, self.given.exponents)
-        sizes = {"window": self.windows, "exponent": count, "order": ORDERS, "bin": self.given.bins}
+        sizes = {"window": self.windows, "exponent": count, "order": WINDOWS.orders, "bin": self.given.bins}
         told = {name: ("f8", tuple(sizes[dim] for dim in dims)) for name, dims in _DIMS.items()}
         return told | {"forcing_period": ("f8", ()), "outcome": ("i1", ())}
 
@@ -106,7 +73,7 @@ def finite_times(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
     coords = {
         "window": windows.times,
         "exponent": np.arange(1, count + 1, dtype=np.int32),
-        "order": np.arange(1, ORDERS + 1, dtype=np.int32),
+        "order": np.arange(1, WINDOWS.orders + 1, dtype=np.int32),
     }
     message, over_values = "", swept(given, job)
     if over_values is None:
@@ -136,7 +103,7 @@ def _told(system: HybridSystem, windows: _Windows, given: Any, job: Job) -> tupl
     order = np.argsort(-mean, kind="stable")[:count]
     rates, mean = rates[:, order], mean[order]
     shape = (len(windows.counts), count)
-    cumulant, cumulant_error = np.full((2, *shape, ORDERS), np.nan)
+    cumulant, cumulant_error = np.full((2, *shape, WINDOWS.orders), np.nan)
     histogram, histogram_error, centre = np.full((3, *shape, given.bins), np.nan)
     times = np.full((2, count), np.nan)
     for e in np.flatnonzero(np.isfinite(mean)):
@@ -171,17 +138,17 @@ def _divided(plan: Span, wanted: Any) -> _Windows:
         A window that does not fit into the record four times.
     """
     length = plan.length / (plan.unit if plan.periodic else 1.0)
-    longest = length / FEWEST
+    longest = length / WINDOWS.fewest
     if wild := [one for one in wanted or () if one > longest * (1 + 1e-9)]:
         raise SettingsError(
-            f"windows holds {wild[0]:g}, but a record of {length:.6g} holds fewer than {FEWEST} of them; take a "
-            "longer record or shorter windows"
+            f"windows holds {wild[0]:g}, but a record of {length:.6g} holds fewer than {WINDOWS.fewest} of them; "
+            "take a longer record or shorter windows"
         )
     if not plan.periodic:
-        count = PARTS if wanted is None else max(round(length / min(wanted)), FEWEST)
+        count = WINDOWS.parts if wanted is None else max(round(length / min(wanted)), WINDOWS.fewest)
         plan = replace(plan, unit=plan.length / count, count=count)
     if wanted is None:
-        counts = [units for units in WINDOWS if units * FEWEST <= plan.count] or [1]
+        counts = [units for units in WINDOWS.windows if units * WINDOWS.fewest <= plan.count] or [1]
     else:
         unit = 1.0 if plan.periodic else plan.unit
         counts = sorted({max(1, round(one / unit)) for one in wanted})
@@ -195,7 +162,7 @@ def _sums(run: Run, plan: Span, m: int, job: Job) -> tuple[Outcome, np.ndarray, 
     unit of a state changes.
     """
     outcome, report, first = plan.settle(run), job.report(plan.count), run.strobes
-    most = max(BLOCKS, HELD // max(1, m * len(run.x)))
+    most = max(WINDOWS.blocks, WINDOWS.held // max(1, m * len(run.x)))
     whole, sums, unit_sizes, done = np.full(m, np.nan), np.full((plan.count + 1, m), np.nan), None, 0
     while outcome == Outcome.OK and done < plan.count:
         count = min(most, plan.count - done)
@@ -226,11 +193,11 @@ def cumulants(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """
     count, mean = len(values), values.mean()
     off = values - mean
-    if np.abs(off).max() <= CONSTANT * np.abs(values).max():
+    if np.abs(off).max() <= WINDOWS.constant * np.abs(values).max():
         off = np.zeros_like(values)
     square = off * off
     second, third, fourth = square.mean(), (square * off).mean(), (square * square).mean()
-    first, *others = (in_blocks(power, BLOCKS) for power in (off, square, square * off, square * square))
+    first, *others = (in_blocks(power, WINDOWS.blocks) for power in (off, square, square * off, square * square))
     influence = np.stack(
         [
             first,
@@ -259,13 +226,13 @@ def correlation_time(rates: np.ndarray) -> tuple[float, float]:
     doi:10.1145/358598.358630); as many are averaged as lie well below one over the correlation time.
     """
     off, count = rates - rates.mean(), len(rates)
-    if np.abs(off).max() <= CONSTANT * np.abs(rates).max():
+    if np.abs(off).max() <= WINDOWS.constant * np.abs(rates).max():
         return np.nan, np.nan
     power = np.abs(np.fft.rfft(off)[1:]) ** 2 / (off**2).sum()
-    most = max(LOWEST, int(0.4 * count ** (2 / 3)))
+    most = max(WINDOWS.lowest, int(0.4 * count ** (2 / 3)))
     time = 1.0
-    for _ in range(ROUNDS):
-        orders = int(np.clip(count / (FLAT * max(time, 1.0)), LOWEST, most))
+    for _ in range(WINDOWS.rounds):
+        orders = int(np.clip(count / (WINDOWS.flat * max(time, 1.0)), WINDOWS.lowest, most))
         time = float(power[:orders].mean())
     return time, time / np.sqrt(min(orders, len(power)))
 
@@ -279,15 +246,15 @@ def density(
     which so much is added that an empty bin is told from one with three.
     """
     low, high = limits or (values.min(), values.max())
-    if high - low <= CONSTANT * max(abs(low), abs(high)):
+    if high - low <= WINDOWS.constant * max(abs(low), abs(high)):
         low, high = low - 0.5, high + 0.5
     width, count = (high - low) / bins, len(values)
     # values on an edge, as those of a few kinds of steps may be, are not parted by round-off
-    place = np.clip(((values - low) / width + CONSTANT).astype(np.int64), 0, bins - 1)
-    blocks = min(count, OF_DENSITY)
+    place = np.clip(((values - low) / width + WINDOWS.constant).astype(np.int64), 0, bins - 1)
+    blocks = min(count, WINDOWS.of_density)
     block = np.arange(count) * blocks // count
     shares = np.bincount(block * bins + place, minlength=blocks * bins).reshape(blocks, bins) * (blocks / count)
     counts = np.bincount(place, minlength=bins)
-    by_chance = np.sqrt((counts + AT_LEAST) * (count - counts + AT_LEAST) / count) / count
+    by_chance = np.sqrt((counts + WINDOWS.at_least) * (count - counts + WINDOWS.at_least) / count) / count
     error = np.fmax(standard_error(shares), by_chance)
     return counts / count / width, error / width, low + (np.arange(bins) + 0.5) * width

@@ -6,47 +6,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from chaosdrill.analysis.section_map import Images, Preimage, SectionMap
+from chaosdrill.analysis.settings import CURVES
 from chaosdrill.dataset.curves import CurveBreak, CurveEnd
-
-BEND = 0.3
-"""Largest angle between neighbouring chords, in radians: alpha_max of Krauskopf and Osinga."""
-
-BOW = 0.1
-"""Largest product of a chord's length and that angle, in parts of the spacing: their (delta alpha)_max, which bounds
-how far the curve is from its chords, by an eighth of it."""
-
-SHORTEST = 1e-3
-"""Chords, in parts of the spacing, that may bend as they like: Delta_min, at corners and at the tips of folds."""
-
-THIN = 0.45
-"""Part of all bounds up to which a chord may replace two."""
-
-LANES = 8
-"""Parts into which a chord is split on the way to a break: so many runs take no longer than one."""
-
-BESIDE = 100.0
-"""Widths of a break's bracket from it at which the curve is looked at again."""
-
-CONTINUOUS = 3.0
-"""Factor by which a gap, or a speed, must have become smaller over that way; a square root gives 10, a jump 1."""
-
-MARGIN = 0.5
-"""Width by which the curve is followed around the region, in parts of its sides."""
-
-HALVINGS = 60
-"""Halvings of the first segment."""
-
-SECOND_ORDER = 0.5
-"""What of an error of second order may be left when the first segment is halved, or it is none; a fourth would be."""
-
-GENERATIONS = 2000
-"""Iterates of the first segment, at most."""
-
-AWAY = 8
-"""Iterates in a row outside the region after which a curve has left it."""
-
-IN_A_ROW = 8
-"""Points without a preimage in a row after which no further ones are tried."""
 
 
 @dataclass(frozen=True)
@@ -201,7 +162,7 @@ class Segment:
             if guesses is None and before is not None:
                 state, image, jacobian = before
                 tried += [state + _solved(jacobian, target - image), state]
-            if guesses is None and failures >= IN_A_ROW:
+            if guesses is None and failures >= CURVES.in_a_row:
                 break
             one = self._preimage(target, int(track.modes[i, -1]), tried)
             failures = 0 if one is not None else failures + 1
@@ -226,7 +187,7 @@ class Segment:
                 return one
         if self.map.resets and self.map.n == 2 and not self.map.at_events:
             # across a reset the neighbour of a preimage is elsewhere
-            wide = self.bounds.region + MARGIN * self.bounds.scale * np.array([[-1.0], [1.0]])
+            wide = self.bounds.region + CURVES.margin * self.bounds.scale * np.array([[-1.0], [1.0]])
             for guess in self.map.guesses(target, wide):
                 if (one := self.map.preimage(target, mode, guess, reach)) is not None:
                     return one
@@ -298,7 +259,7 @@ class Segment:
         low, high = self.track.sigma[places], self.track.sigma[places + 1]
         middle = (low + high) / 2
         towards = np.array([int(i) in self._located for i in places], dtype=bool)
-        parts = np.arange(1, LANES) / LANES
+        parts = np.arange(1, CURVES.lanes) / CURVES.lanes
         fine = low[towards, np.newaxis] + parts * (high - low)[towards, np.newaxis]
         return np.unique(np.concatenate([middle[~towards], fine.ravel()]))
 
@@ -319,7 +280,7 @@ class Segment:
         corner = ~both
         suspects = np.flatnonzero((differs | one | (both & ~wide & (lengths > bounds.spacing))) & seen)
         self._present, self._located = {}, set()
-        joined = SHORTEST * bounds.spacing
+        joined = CURVES.shortest * bounds.spacing
         for i in suspects.tolist():
             known = self._known(i)
             if known is None:
@@ -355,8 +316,8 @@ class Segment:
         angles = angles_between(steps, lengths)
         joined = smooth[:-1] & smooth[1:]
         longer = np.maximum(lengths[:-1], lengths[1:])
-        bad = joined & ((angles > BEND) | (angles * longer > BOW * bounds.spacing))
-        shortest = SHORTEST * bounds.spacing
+        bad = joined & ((angles > CURVES.bend) | (angles * longer > CURVES.bow * bounds.spacing))
+        shortest = CURVES.shortest * bounds.spacing
         found[:-1] |= bad & (lengths[:-1] > np.maximum(shortest, longer / 2))
         found[1:] |= bad & (lengths[1:] > np.maximum(shortest, longer / 2))
         return found
@@ -364,7 +325,7 @@ class Segment:
     def _near(self, states: np.ndarray) -> np.ndarray:
         """Which states are in the region or close to it."""
         low, high = self.bounds.region
-        edge = MARGIN * self.bounds.scale
+        edge = CURVES.margin * self.bounds.scale
         with np.errstate(invalid="ignore"):
             return np.asarray(((states >= low - edge) & (states <= high + edge)).all(axis=1))
 
@@ -391,12 +352,12 @@ class Segment:
             alive = 0 if track.ok[i, generation] else 1
             state = source[alive]
             return Break(a, b, generation, kind, True, state.copy())
-        away = BESIDE * (b - a)
+        away = CURVES.beside * (b - a)
         probes = self._follow(np.array([max(a - away, 0.0), min(b + away, 1.0)]))
         # where the segment ends close by, the probe is the end
         here = np.linalg.norm((track.states[i, generation] - track.states[i + 1, generation]) / bounds.scale)
         wide = np.linalg.norm((probes.states[0, generation] - probes.states[1, generation]) / bounds.scale)
-        jump = not here * CONTINUOUS < wide
+        jump = not here * CURVES.continuous < wide
         beside = probes.states[:, generation if self.backward else generation - 1]
         kind = self._kind(source, beside, track.modes[[i, i + 1], generation if self.backward else generation - 1])
         return Break(a, b, generation, kind, bool(jump), source[0].copy())
@@ -418,7 +379,7 @@ class Segment:
         count = len(long) - len(short)
         for first in range(len(short) + 1):
             further = slice(first, first + count)
-            slower = near[more].speeds[further] * CONTINUOUS < away.speeds[further]
+            slower = near[more].speeds[further] * CURVES.continuous < away.speeds[further]
             if long[:first] + long[first + count :] == short and slower.any():
                 return CurveBreak.GRAZING
         return CurveBreak.CHANGE_OF_EVENTS
@@ -435,9 +396,11 @@ class Segment:
             angles = angles_between(steps, lengths)
             ok = track.ok[:, -1]
             both = lengths[:-1] + lengths[1:]
-            spare = ok[:-2] & ok[1:-1] & ok[2:] & (both < THIN * bounds.spacing)
+            spare = ok[:-2] & ok[1:-1] & ok[2:] & (both < CURVES.thin * bounds.spacing)
             # of a chord that is twice as long the angles are twice as large
-            spare &= (angles < THIN * BEND / 2) & (angles * both < THIN * BOW * bounds.spacing / 2)
+            spare &= (angles < CURVES.thin * CURVES.bend / 2) & (
+                angles * both < CURVES.thin * CURVES.bow * bounds.spacing / 2
+            )
             for one in self.breaks:
                 spare[(track.sigma[1:-1] >= one.low) & (track.sigma[1:-1] <= one.high)] = False
             spare[1::2] = False
@@ -536,7 +499,7 @@ def grow(
 ) -> dict[int, Curve]:
     """Grow both branches from their first segments, ``{-1: ..., 1: ...}``; they take turns where sides ``flip``."""
     curves = {side: Curve(side) for side in segments}
-    for generation in range(GENERATIONS + 1):
+    for generation in range(CURVES.generations + 1):
         going = [side for side, curve in curves.items() if curve.end is None]
         if not going:
             break
@@ -567,7 +530,7 @@ def _add(curve: Curve, piece: Piece, segment: Segment, bounds: Bounds) -> None:
     curve.end = piece.end
     if curve.end is None and curve.points >= bounds.points:
         curve.end = CurveEnd.MOST_POINTS
-    if curve.end is None and curve.away >= AWAY:
+    if curve.end is None and curve.away >= CURVES.away:
         curve.end = CurveEnd.LEFT
     if curve.end is None and not curve.away and new <= bounds.accuracy and new < curve.longest:
         curve.end = CurveEnd.RANK_LOSS if segment.loses_rank() else CurveEnd.LIMIT_SET

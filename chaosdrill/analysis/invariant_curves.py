@@ -6,20 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chaosdrill.analysis.growing import (
-    HALVINGS,
-    SECOND_ORDER,
-    Bounds,
-    Curve,
-    Segment,
-    Start,
-    angles_between,
-    grow,
-)
+from chaosdrill.analysis.growing import Bounds, Curve, Segment, Start, angles_between, grow
 from chaosdrill.analysis.orbit_start import orbit_start
 from chaosdrill.analysis.recording import record_returns
 from chaosdrill.analysis.section_map import SectionMap
 from chaosdrill.analysis.sections import Section, find_section
+from chaosdrill.analysis.settings import CURVES
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.build import dataset
 from chaosdrill.dataset.curves import CurveBreak, CurveEnd
@@ -34,20 +26,9 @@ if TYPE_CHECKING:
     from chaosdrill.analysis.base import Job
     from chaosdrill.orbits.results import FoundOrbit
 
-NEUTRAL = 1e-6
-"""Distance of a modulus from 1 up to which a multiplier counts as neutral: no curve grows along it."""
-
-NOISE = 16.0
-"""Errors of the map below which what is left of an error of second order is rounding."""
-
-SHORTEST_START = 1e-13
-"""First segments, in parts of the region, below which rounding gives the direction."""
 
 _OPEN = (CurveBreak.NO_IMAGE, CurveBreak.NO_PREIMAGE)
 """Breaks without another side."""
-
-MOST_CROSSINGS = 10_000
-"""Intersections that are listed."""
 
 
 @dataclass(frozen=True)
@@ -187,7 +168,7 @@ def _sides(point: Point, wanted: Sequence[str]) -> tuple[np.ndarray, list[Side],
     lefts = np.linalg.pinv(vectors)
     sides, told = [], []
     for name in wanted:
-        grows = np.abs(real) > 1 + NEUTRAL if name == "unstable" else np.abs(real) < 1 - NEUTRAL
+        grows = np.abs(real) > 1 + CURVES.neutral if name == "unstable" else np.abs(real) < 1 - CURVES.neutral
         places = np.flatnonzero(grows)
         if len(places) != 1:
             listed = ", ".join(f"{value.real:.6g}{f'{value.imag:+.6g}i' if value.imag else ''}" for value in real)
@@ -234,15 +215,15 @@ def _starts(side: Side, point: Point, bounds: Bounds) -> dict[int, Start] | None
     growth = 1 / side.multiplier if backward else side.multiplier
     distance = bounds.spacing / max(1.0, abs(growth))
     own = onward.image(point.state, onward.mode).kinds.tolist()
-    noise = NOISE * onward.numerics.step_error * float(np.abs(point.state / scale).max() + distance)
+    noise = CURVES.noise * onward.numerics.step_error * float(np.abs(point.state / scale).max() + distance)
     before = np.inf
-    for _ in range(HALVINGS):
-        if distance < SHORTEST_START:
+    for _ in range(CURVES.halvings):
+        if distance < CURVES.shortest_start:
             return None
         images = {sign: _first_image(side, point, sign * distance, growth, scale, own) for sign in (1, -1)}
         if all(image is not None for image in images.values()):
             off = max(_off(side, point, image, scale) for image in images.values() if image is not None)
-            smooth = off <= SECOND_ORDER * before or off <= noise
+            smooth = off <= CURVES.second_order * before or off <= noise
             if off <= bounds.accuracy and smooth and np.isfinite(before):
                 break
             before = off
@@ -452,7 +433,7 @@ def _crossings(grown: list[Grown], lines: list[_Line], bounds: Bounds) -> _Cross
         s = (w[:, 0] * v[:, 1] - w[:, 1] * v[:, 0]) / area
         t = (w[:, 0] * u[:, 1] - w[:, 1] * u[:, 0]) / area
     cross = (area != 0) & (s >= 0) & (s < 1) & (t >= 0) & (t < 1)
-    i, j, s, area = (part[cross][:MOST_CROSSINGS] for part in (i, j, s, area))
+    i, j, s, area = (part[cross][: CURVES.most_crossings] for part in (i, j, s, area))
     sine = np.abs(area) / (np.linalg.norm(a1[i] - a0[i], axis=1) * np.linalg.norm(b1[j] - b0[j], axis=1))
     states = (a0[i] + s[:, np.newaxis] * (a1[i] - a0[i])) * bounds.scale
     errors = (a_off[i] + b_off[j]) / np.maximum(sine, np.finfo(float).eps)

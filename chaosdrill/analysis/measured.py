@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 from warnings import catch_warnings
 
+from chaosdrill.analysis.settings import RECURRENCES
 from chaosdrill.errors import SettingsError
 from chaosdrill.names import shown
 from chaosdrill.settings import positive, whole
@@ -11,22 +12,6 @@ from chaosdrill.settings import positive, whole
 if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
-
-FEWEST = 500
-"""Smallest number of values for a result."""
-
-MOST = 10_000
-"""Values of which the largest exponent is taken: a distance is kept of every pair, and these take a gigabyte."""
-
-FOLLOWED = 20
-"""Default number of steps over which neighbours are followed."""
-
-BLOCKS, PARTS = 256, 4
-"""Parts of a series, in order, from which errors by chance are taken: of means, and of the largest exponent."""
-
-COARSE = 4
-"""Steps to which the values of a series are rounded below which no dimension is looked for; with two it is too small
-by 4 per cent."""
 
 
 def series_measures(
@@ -36,7 +21,7 @@ def series_measures(
     lag: int = 1,
     window: int = 10,
     step: float | None = None,
-    followed: int = FOLLOWED,
+    followed: int = RECURRENCES.followed,
 ) -> "xr.Dataset":
     """Lyapunov exponents, growth K of the 0-1 test and correlation dimension of one series of values.
 
@@ -95,7 +80,7 @@ def series_measures(
     time = _step(values) if step is None else positive("step", step)
     count = len(series)
     reach = (embedding - 1) * lag
-    needed = PARTS * (reach + followed + 10 * window)
+    needed = RECURRENCES.parts * (reach + followed + 10 * window)
     if count < needed:
         raise SettingsError(
             f"values holds {count} numbers; vectors of {embedding}, {lag} apart, followed over {followed} steps and "
@@ -103,26 +88,32 @@ def series_measures(
         )
     nolds, scaled = package(), (series - series.mean()) / series.std()
     parting = {"emb_dim": embedding, "lag": lag, "min_tsep": window, "tau": time, "trajectory_len": followed}
-    largest, *of_parts = (nolds.lyap_r(one, fit="poly", **parting) for one in (scaled, *np.array_split(scaled, PARTS)))
+    largest, *of_parts = (
+        nolds.lyap_r(one, fit="poly", **parting) for one in (scaled, *np.array_split(scaled, RECURRENCES.parts))
+    )
     exponents, each = nolds.lyap_e(
         scaled, emb_dim=reach + 1, matrix_dim=embedding, min_tsep=window, tau=time, debug_data=True
     )
     # nolds has infinities where no neighbours are of use
     largest, exponents, each = (np.where(np.isfinite(one), one, np.nan) for one in (largest, exponents, each))
-    errors = standard_error(in_blocks(each, BLOCKS))
+    errors = standard_error(in_blocks(each, RECURRENCES.blocks))
     order = np.argsort(-exponents, kind="stable")
     vectors = np.lib.stride_tricks.sliding_window_view(scaled, reach + 1)[:, ::lag]
     (sums,) = sums_of(np.ascontiguousarray(vectors), window, np.array([2]))
     values_apart = np.unique(scaled)
     if len(values_apart) < count:
         # below the step to which values are rounded all distances are 0
-        sums = sums._replace(sound=sums.sound & (COARSE * np.diff(values_apart).min() < SCALES))
+        sums = sums._replace(sound=sums.sound & (RECURRENCES.coarse * np.diff(values_apart).min() < SCALES))
     region = scaling_region(sums)
     k, k_error, _ = growth(series)
     found = xr.Dataset(
         {
             "largest_exponent": ((), float(largest), {"long_name": "largest Lyapunov exponent, by Rosenstein"}),
-            "largest_error": ((), np.std(of_parts, ddof=1) / np.sqrt(PARTS), {"long_name": "standard error of it"}),
+            "largest_error": (
+                (),
+                np.std(of_parts, ddof=1) / np.sqrt(RECURRENCES.parts),
+                {"long_name": "standard error of it"},
+            ),
             "lyapunov_exponent": ("exponent", exponents[order], {"long_name": "Lyapunov exponent, by Eckmann"}),
             "lyapunov_error": ("exponent", errors[order], {"long_name": "standard error of the exponent, by chance"}),
             "k": ((), k, {"long_name": "growth K of the 0-1 test"}),
@@ -169,10 +160,10 @@ def _series(values: Any) -> "np.ndarray":
         series = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
         raise SettingsError(f"values is {shown(values):.60}; it must be a series of numbers") from None
-    if series.ndim != 1 or not FEWEST <= len(series) <= MOST:
+    if series.ndim != 1 or not RECURRENCES.fewest <= len(series) <= RECURRENCES.most:
         raise SettingsError(
-            f"values has the shape {series.shape}; it must be one series of {FEWEST} to {MOST} numbers, such as one "
-            'state of a section, section["section"].sel(state="x")'
+            f"values has the shape {series.shape}; it must be one series of {RECURRENCES.fewest} to "
+            f'{RECURRENCES.most} numbers, such as one state of a section, section["section"].sel(state="x")'
         )
     if not np.isfinite(series).all() or np.ptp(series) == 0:
         raise SettingsError("values holds a number that is not finite, or one number alone")

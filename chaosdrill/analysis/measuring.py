@@ -12,10 +12,11 @@ from functools import partial
 import numpy as np
 
 from chaosdrill.analysis.classification import OPEN_ANSWERS, Verdict, add_passages, add_regularity, judge, undrawn
-from chaosdrill.analysis.cycles import DISPLACED, Begun, Cycles, at_points, continued, escapes, linearised, search
+from chaosdrill.analysis.cycles import Begun, Cycles, at_points, continued, escapes, linearised, search
 from chaosdrill.analysis.matching import moments
-from chaosdrill.analysis.plan import BLOCKS, Plan
+from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.recurrence import CLOSE, sizes
+from chaosdrill.analysis.settings import CYCLES, PLAN
 from chaosdrill.analysis.statistics import block_ends, error_of_mean_rate, whole_cycles
 from chaosdrill.analysis.tori import LENGTH
 from chaosdrill.analysis.words import Evidence, words
@@ -29,13 +30,6 @@ Arrays = dict[str, np.ndarray]
 
 SIDE = np.array([1.0, 0.7, -0.8, 0.6, -0.9])
 """Direction in which a followed state is displaced from what is unstable: one that no system knows of."""
-
-GROWS = 1e-6
-"""Logarithm by which a distance grows in a unit of the lengths from where on it is unstable."""
-
-EVENLY = 4.0
-"""Error of the logarithm of growth in a whole record up to which tangents grow evenly, for all that its ends tell: that
-of chaos grows like the root of its length."""
 
 
 def point_columns(plan: Plan) -> dict[str, tuple[str, tuple[int, ...]]]:
@@ -194,7 +188,7 @@ def _extend(group: _Group, known: _Known, left: np.ndarray) -> np.ndarray:
                 left = group.write_cycles(left, cycles)
         if times > plan.max_extension or not len(left):
             break
-        ends, before = block_ends(plan.periods * times, BLOCKS), batch.x.copy()
+        ends, before = block_ends(plan.periods * times, PLAN.blocks), batch.x.copy()
         batch.proceed(left, 0, ends)
         verdict = judge(plan, batch, left, ends, before)
         grows = verdict.outcome == Outcome.OPEN
@@ -254,12 +248,12 @@ def may_be_left(plan: Plan, parameters: Mapping[str, np.ndarray], found: Arrays,
     else:
         growth = float(found["lead"][point])
     unit = batch.period[point] if plan.where.counts != "section" else plan.where.unit
-    return outcome not in (Outcome.CHAOTIC, Outcome.OPEN) and growth * unit > GROWS
+    return outcome not in (Outcome.CHAOTIC, Outcome.OPEN) and growth * unit > PLAN.grows
 
 
 def beside_unstable(states: int) -> np.ndarray:
     """How far beside what may be unstable a followed state begins, in parts of the sizes of the states, shape (n,)."""
-    return DISPLACED * SIDE[np.arange(states) % len(SIDE)]
+    return CYCLES.displaced * SIDE[np.arange(states) % len(SIDE)]
 
 
 def _tell(
@@ -286,7 +280,7 @@ def _tell(
 
 def _grows_evenly(group: _Group) -> np.ndarray:
     """Points whose tangents grow as evenly as along a cycle, which no chaos does but that of constant slopes."""
-    return np.asarray(group.arrays["lyapunov_error"][group.places, 0] * group.batch.length <= EVENLY)
+    return np.asarray(group.arrays["lyapunov_error"][group.places, 0] * group.batch.length <= PLAN.evenly)
 
 
 def _passed(

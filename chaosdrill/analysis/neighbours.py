@@ -9,39 +9,14 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
+from chaosdrill.analysis.settings import SCALING
+
 SCALES = 2.0 ** np.arange(-26.0, 2.25, 0.5)
 """Distances, in standard deviations of the states; below the first one the digits of states end."""
 
-FEWEST_PAIRS = 500
-"""Pairs at the smallest distance that counts, at least: their number is then sure to 5 %."""
-
-WIDEST = 0.2
-"""Part of all pairs at the largest distance, at most: beyond, the extent of the attractor tells."""
-
-BEYOND = 1.2
-"""Part of the widest one to which is counted, so that it is seen how a region ends."""
-
-CENTRES, CENTRES_OF_SHARES, LOOKED_AT = 8192, 4096, 64
-"""Points at most whose neighbours are counted, from which distances to neighbours are asked, and by which it is seen at
-which distances to count."""
-
-MANY = 200
-"""Mean number of neighbours from which on they are counted among the centres alone."""
-
-LEAF = 64
-"""Points of a leaf of the tree, which are counted without a look at them where all of a leaf is near enough."""
 
 NEAREST = np.array([2, 3, 4, 6, 8, 11, 16, 23])
 """Numbers of the neighbours to which distances are asked, of all points; the last two also of ever fewer points."""
-
-LARGEST_SHARE = 0.05
-"""Part of all points that the neighbours hold at most."""
-
-REGULAR = 0.5
-"""Part of the points without a neighbour that chance would leave, below which points keep away from each other."""
-
-CROWDED = 3.0
-"""Mean number of neighbours, at least, where that is looked at."""
 
 
 class Counted(NamedTuple):
@@ -53,7 +28,7 @@ class Counted(NamedTuple):
     def sound(self) -> np.ndarray:
         """Distances with enough pairs, but well below the extent of the attractor; (S,)."""
         counted = self.counts.sum(axis=0)
-        return np.asarray((counted >= 2 * FEWEST_PAIRS) & (counted <= WIDEST * self.possible.sum()))
+        return np.asarray((counted >= 2 * SCALING.fewest_pairs) & (counted <= SCALING.widest * self.possible.sum()))
 
     def near(self) -> np.ndarray:
         """Mean number of neighbours, shape (S,)."""
@@ -62,8 +37,8 @@ class Counted(NamedTuple):
     def regular(self) -> bool:
         """Whether points keep away from each other, as on a torus: hardly any has no neighbour where some would."""
         near = self.near()
-        crowded = np.flatnonzero(near >= CROWDED)[:1]
-        return bool(((self.counts[:, crowded] == 0).mean(axis=0) < REGULAR * np.exp(-near[crowded])).any())
+        crowded = np.flatnonzero(near >= SCALING.crowded)[:1]
+        return bool(((self.counts[:, crowded] == 0).mean(axis=0) < SCALING.regular * np.exp(-near[crowded])).any())
 
 
 class Shares(NamedTuple):
@@ -88,18 +63,18 @@ def neighbours(points: np.ndarray, window: int) -> list[Counted]:
     list of Counted
         One where the points are few; else two, which share one distance.
     """
-    count, which = len(points), picked(len(points), CENTRES)
-    tree, few = cKDTree(points, leafsize=LEAF), points[picked(count, LOOKED_AT)]
+    count, which = len(points), picked(len(points), SCALING.centres)
+    tree, few = cKDTree(points, leafsize=SCALING.leaf), points[picked(count, SCALING.looked_at)]
     near = np.array([_within(tree, few, r).mean() for r in SCALES]) - 1
     # what a few points see of a sparse distance is by chance
-    chosen = (near * len(which) >= FEWEST_PAIRS) & (near <= BEYOND * WIDEST * count)
+    chosen = (near * len(which) >= SCALING.fewest_pairs) & (near <= SCALING.beyond * SCALING.widest * count)
     if len(which) == count:
         return [_counted(points, tree, which, which, window, chosen)]
-    switch = np.argmax(near >= MANY)
+    switch = np.argmax(near >= SCALING.many)
     at = np.arange(len(SCALES))
     return [
         _counted(points, tree, which, np.arange(count), window, chosen & (at <= switch)),
-        _counted(points, cKDTree(points[which], leafsize=LEAF), which, which, window, chosen & (at >= switch)),
+        _counted(points, cKDTree(points[which], leafsize=SCALING.leaf), which, which, window, chosen & (at >= switch)),
     ]
 
 
@@ -129,13 +104,13 @@ def shares(points: np.ndarray, window: int) -> Shares:
     from scipy.special import digamma
 
     count = len(points)
-    which = picked(count, CENTRES_OF_SHARES)
+    which = picked(count, SCALING.centres_of_shares)
     logs, parts, held = [], [], []
     thin = 1
-    while thin * NEAREST[-2] <= LARGEST_SHARE * count:
+    while thin * NEAREST[-2] <= SCALING.largest_share * count:
         among = picked(count, -(-count // thin))
         asked = NEAREST if thin == 1 else NEAREST[-2:]
-        asked = asked[asked * thin <= LARGEST_SHARE * count]
+        asked = asked[asked * thin <= SCALING.largest_share * count]
         spare = 2 * (window // thin + 1) + 1
         apart, place = cKDTree(points[among]).query(points[which], k=asked[-1] + spare, p=np.inf)
         apart[np.abs(among[place] - which[:, np.newaxis]) <= window] = np.inf

@@ -8,6 +8,7 @@ import numpy as np
 from chaosdrill.analysis.recording import record_returns
 from chaosdrill.analysis.recurrence import CLOSE
 from chaosdrill.analysis.sections import find_section
+from chaosdrill.analysis.settings import SECTIONS
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
@@ -15,12 +16,6 @@ from chaosdrill.model import HybridSystem
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.marks import Marks
-
-SOONER = 3.0
-"""Times the distance after a period within which a state is back after a part of it that counts."""
-
-LOOKED_AT = 256
-"""Points of a section among which the nearest return is looked for."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +54,7 @@ def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitSt
     ahead.continue_from(run)
     passed = found
     if found.outcome == Outcome.OK:
-        count = (LOOKED_AT if attracted else 1) + period
+        count = (SECTIONS.looked_at if attracted else 1) + period
         passed = record_returns(ahead, where.transitions, count, where.longest, every=True)
         found = passed.of(where.transitions)
     states, times = found.states_after(), found.times
@@ -76,7 +71,7 @@ def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitSt
 
     # what is back sooner leads to an orbit of a shorter period
     sooner = np.array([away(q) for q in range(1, period) if period % q == 0]).min(axis=0, initial=np.inf)
-    nearest = int(np.lexsort((away(period), sooner < SOONER * away(period)))[0])
+    nearest = int(np.lexsort((away(period), sooner < SECTIONS.sooner * away(period)))[0])
     record_returns(run, where.transitions, nearest + 1, where.longest)
     first, last_time = times[nearest], times[nearest + period]
     instants = passed.times[(passed.times >= first) & (passed.times <= last_time)]

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from chaosdrill.analysis.settings import TIES
 from chaosdrill.errors import SettingsError
 from chaosdrill.names import shown
 from chaosdrill.settings import positive, real
@@ -14,18 +15,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from chaosdrill.model import HybridSystem
-
-INSTANT = 1e-9
-"""Part of the time in which states change by their size within which guards are met in one instant."""
-
-MOST = 12
-"""Events in one instant at most: more are a series that does not end there."""
-
-SAME = 1e-9
-"""Difference of directions, and of states in parts of their sizes, that is none."""
-
-BACK = 1e-6
-"""Distance, in parts of the states' sizes, within which a motion leads back to where it was."""
 
 
 @dataclass(frozen=True)
@@ -126,7 +115,7 @@ def event_orders(
         coords={"state": names, "state_before": names, "order": np.arange(1, len(orders) + 1)},
     )
     sizes = np.maximum(np.abs(found["state_after"].values).max(axis=0), np.abs(at))
-    apart = np.abs(found["state_after"].values - orders[0].state) > SAME * sizes
+    apart = np.abs(found["state_after"].values - orders[0].state) > TIES.same * sizes
     one_mode = len({o.mode for o in orders}) == 1
     found.attrs = {"continuous": int(one_mode and not apart.any()), "time": time, "mode": begun}
     return found if duration is None else _multipliers(found, system, orders, begun, time, duration, at)
@@ -139,8 +128,10 @@ def _orders(system: "HybridSystem", way: _Order, time: float) -> list[_Order]:
     met = _met(system, way, time)
     if not met:
         return [way]
-    if len(way.events) == MOST:
-        raise SettingsError(f"more than {MOST} events follow each other in this instant: {', '.join(way.events)}, ..")
+    if len(way.events) == TIES.most:
+        raise SettingsError(
+            f"more than {TIES.most} events follow each other in this instant: {', '.join(way.events)}, .."
+        )
     found = []
     for event, (number, surface, normal, speed) in enumerate(met):
         transition = system.transitions[number]
@@ -184,7 +175,7 @@ def _met(system: "HybridSystem", way: _Order, time: float) -> "list[tuple[int, i
         guard, *gradient = function_of(system, name, derive)(*values)
         normal = np.array(gradient[:-1], dtype=float)
         speed = float(normal @ rates + gradient[-1])
-        if speed == 0 or abs(guard) > INSTANT * unit * abs(speed) or speed * event.direction < 0:
+        if speed == 0 or abs(guard) > TIES.instant * unit * abs(speed) or speed * event.direction < 0:
             continue
         if event.direction == 0 and event.surface in way.crossed:
             continue
@@ -228,9 +219,9 @@ def _distinct(rows: "Sequence[np.ndarray]") -> "tuple[np.ndarray, ...]":
     largest = max((float(np.abs(row).max()) for row in rows), default=0.0)
     for row in rows:
         size = float(np.abs(row).max())
-        if size <= SAME * largest:
+        if size <= TIES.same * largest:
             continue
-        if all(np.abs(row / size - other / np.abs(other).max()).max() > SAME for other in kept):
+        if all(np.abs(row / size - other / np.abs(other).max()).max() > TIES.same for other in kept):
             kept.append(row)
     return tuple(kept)
 
@@ -249,7 +240,7 @@ def _holds(rows: "Sequence[np.ndarray]") -> bool:
         np.append(np.zeros(n), -1.0), A_ub=np.column_stack([-matrix, np.ones(len(matrix))]), b_ub=np.zeros(len(matrix)),
         bounds=[*[(-1.0, 1.0)] * n, (None, 1.0)],
     )  # fmt: skip
-    return bool(found.x[-1] > SAME)
+    return bool(found.x[-1] > TIES.same)
 
 
 def _multipliers(
@@ -277,7 +268,7 @@ def _multipliers(
     way = Orbit(segments, 1, start[np.newaxis], time, np.array([duration]))
     end = problem.at([way], np.array([[duration]]))[0][0, 0]
     sizes = np.maximum(problem.sizes, np.abs(state))
-    if not (np.abs(end - state) <= BACK * sizes).all():
+    if not (np.abs(end - state) <= TIES.back * sizes).all():
         raise SettingsError(f"after the duration {duration:g} the state is {end.tolist()}, not back in the one given")
     there = replace(
         way, segments=np.repeat(segments, 2, axis=0), starts=np.array([start, end]), durations=np.array([duration, 0.0])

@@ -9,6 +9,7 @@ import numpy as np
 from chaosdrill.analysis.arguments import Span
 from chaosdrill.analysis.recording import Record, record, record_returns
 from chaosdrill.analysis.sections import Section, settled_at
+from chaosdrill.analysis.settings import SECTIONS
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
@@ -17,12 +18,6 @@ from chaosdrill.model import HybridSystem
 
 if TYPE_CHECKING:
     from chaosdrill.analysis.base import Job
-
-_ROUNDING = 4e-16
-"""Part of a time by which round-off may put it beyond the ends of the run."""
-
-SAMPLES = 200
-"""Default number of samples of a trajectory: in a period or return, or in a whole duration."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +34,7 @@ class Path:
 
 def samples_of(system: HybridSystem, given: Any) -> int:
     """Samples of a trajectory in every unit of its length; a map has one an iterate."""
-    return int(given.samples or (1 if system.discrete else SAMPLES))
+    return int(given.samples or (1 if system.discrete else SECTIONS.samples))
 
 
 def traced(where: Section, given: Any, job: "Job") -> Path:
@@ -79,11 +74,11 @@ def _followed(beside: Run, length: float, outcome: Outcome) -> np.ndarray:
     """The tangents of a run a time later, NaN where it or the record ended early."""
     if outcome == Outcome.OK:
         whole, rest = divmod(Fraction(length), Fraction(beside.period))
-        if abs(rest - Fraction(beside.period)) <= _ROUNDING * length:
+        if abs(rest - Fraction(beside.period)) <= SECTIONS.rounding * length:
             whole, rest = whole + 1, Fraction(0)
         if whole:
             outcome, _ = beside.advance(int(whole))
-        if rest > _ROUNDING * length and outcome == Outcome.OK:
+        if rest > SECTIONS.rounding * length and outcome == Outcome.OK:
             beside.change_period(float(rest))
             outcome, _ = beside.advance(1)
     return beside.vectors.copy() if outcome == Outcome.OK else np.full(beside.vectors.shape, np.nan)
@@ -98,7 +93,7 @@ def _since(start: float, plan: Span, times: list[float]) -> np.ndarray:
         A time before or behind the record.
     """
     end = start + plan.length
-    slack = _ROUNDING * max(abs(start), abs(end))
+    slack = SECTIONS.rounding * max(abs(start), abs(end))
     for time in (*times[:1], *times[-1:]):
         if not start - slack <= time <= end + slack:
             raise SettingsError(
@@ -124,7 +119,7 @@ def _traced_to_points(where: Section, given: Any, job: "Job") -> Path:
     left = count if outcome == Outcome.OK else 0
     found = record_returns(run, where.transitions, left, where.longest, every=True, report=job.report(count))
     outcome = found.outcome if outcome == Outcome.OK else outcome
-    parts, length = count * (given.samples or SAMPLES), run.elapsed - start
+    parts, length = count * (given.samples or SECTIONS.samples), run.elapsed - start
     if length > 0:
         again.change_period(length)
         again.settings["samples"] = parts

@@ -9,6 +9,7 @@ import numpy as np
 from chaosdrill.analysis.arguments import tangent_count
 from chaosdrill.analysis.base import Points
 from chaosdrill.analysis.sections import Section, find_section
+from chaosdrill.analysis.settings import PLAN
 from chaosdrill.analysis.statistics import block_ends
 from chaosdrill.analysis.tori import LENGTH
 from chaosdrill.engine.ahead import LANES, compile_ahead
@@ -18,24 +19,6 @@ from chaosdrill.engine.shifts import Shifts, shifts_of
 from chaosdrill.engine.structure import Structure, examine
 from chaosdrill.model import HybridSystem
 from chaosdrill.sweep.fingerprint import of_system, origin
-
-BLOCKS = 32
-"""Blocks over which exponents are averaged, for their standard errors."""
-
-SMALL = 6
-"""States up to which all exponents are computed, however few are asked for: a point is then the same to the bit for any
-number of them, also where chaos dies out just before or after the end of a record. Beyond, tangents take most of the
-time."""
-
-LEAST_ROWS = 16
-"""Section points that are compared at least."""
-
-MOST_ROWS = 1024
-"""Section points of a record that are kept at most, to tell whether it is stationary: all of a common one."""
-
-
-PARTS = 512
-"""Parts of a duration at whose ends a point is looked at."""
 
 
 @dataclass(frozen=True)
@@ -85,17 +68,17 @@ class Plan:
     @property
     def compared(self) -> int:
         """Section points among which a period is looked for."""
-        return max(2 * self.max_period, LEAST_ROWS)
+        return max(2 * self.max_period, PLAN.least_rows)
 
     @property
     def window(self) -> int:
         """Section points by which a point is judged."""
-        return max(self.rows, self.compared, min(self.periods, MOST_ROWS))
+        return max(self.rows, self.compared, min(self.periods, PLAN.most_rows))
 
     @property
     def ends(self) -> np.ndarray:
         """Ends of the blocks, in units."""
-        return block_ends(self.periods, BLOCKS)
+        return block_ends(self.periods, PLAN.blocks)
 
     def batch(
         self, parameters: Mapping[str, np.ndarray], starts: np.ndarray, modes: np.ndarray, *, of_map: bool = False
@@ -180,7 +163,7 @@ def make_plan(
     system, part = where.system, 1.0
     transient, periods = given.transient, given.periods
     if where.counts == "time":
-        part, periods = cast(float, given.duration) / PARTS, PARTS
+        part, periods = cast(float, given.duration) / PLAN.parts, PLAN.parts
         transient = -(-float(given.transient) // part)
     count = tangent_count(system, given.exponents)
     if numerics.traits.lanes:
@@ -188,7 +171,7 @@ def make_plan(
     structure = examine(system)
     # of a complex pair only both exponents together are known well, and tangents are stepped in pairs anyway
     n = system.free
-    enough = (n if n <= SMALL else max(count, min(structure.most_neutral + 2, n))) if count else 0
+    enough = (n if n <= PLAN.small else max(count, min(structure.most_neutral + 2, n))) if count else 0
     in_resets = {i for i, t in enumerate(system.transitions) if not t.in_reset().isdisjoint(swept)}
     return Plan(
         where=where,

@@ -10,16 +10,11 @@ import numpy as np
 from chaosdrill.analysis.matching import KNOWN_BY, count_attractors, number_attractors
 from chaosdrill.analysis.measuring import Arrays, beside_unstable, may_be_left, measure, point_columns
 from chaosdrill.analysis.plan import Plan
-from chaosdrill.analysis.visits import LENGTH, merge
+from chaosdrill.analysis.settings import ATTRACTORS, PLAN
+from chaosdrill.analysis.visits import merge
 from chaosdrill.dataset import count_outcomes
 from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.batch import Batch
-
-AT_ONCE = 4096
-"""Points whose runs are held in memory together, at most."""
-
-MOST_HELD = 2**26
-"""Bytes of their section points, at most."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +85,7 @@ class PointTask(Task):
     def run(self, first: int, count: int) -> Arrays:
         """Results of some points of the grid with all their seeds."""
         held = 8 * self.plan.window * (len(self.plan.system.state_names) + 1)
-        step = max(1, min(AT_ONCE, MOST_HELD // held) // self.points_per_unit)
+        step = max(1, min(PLAN.at_once, PLAN.most_held // held) // self.points_per_unit)
         parts = [self._run(begin, min(step, first + count - begin)) for begin in range(first, first + count, step)]
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
@@ -126,7 +121,7 @@ class PointTask(Task):
 
         def begin(which: np.ndarray) -> Batch:
             here = {name: values[leaders[which]] for name, values in parameters.items()}
-            return self.plan.mapped(here, starts[leaders[which]], modes[leaders[which]], LENGTH)
+            return self.plan.mapped(here, starts[leaders[which]], modes[leaders[which]], ATTRACTORS.length)
 
         return len(merge(self.plan, seeds, numbers, leaders, begin)[1])
 

@@ -13,14 +13,9 @@ import xarray as xr
 from chaosdrill.analysis.arguments import Span
 from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.precision_advice import recommend
-from chaosdrill.analysis.precision_errors import (
-    QUANTITIES,
-    TARGET,
-    Errors,
-    Yardstick,
-    measure,
-)
+from chaosdrill.analysis.precision_errors import QUANTITIES, Errors, Yardstick, measure
 from chaosdrill.analysis.precision_start import Place, Survey, find_place, survey
+from chaosdrill.analysis.settings import PRECISION
 from chaosdrill.dataset import Outcome
 from chaosdrill.declared import METHODS
 from chaosdrill.engine.numerics import Numerics
@@ -28,22 +23,7 @@ from chaosdrill.engine.run import Run
 from chaosdrill.engine.structure import examine
 from chaosdrill.model import HybridSystem
 
-COUNTED, TIMED = 16, 64
-"""Units over which steps and evaluations are counted, and of a run that is timed."""
-
-ROUND_S, LONGEST_S = 0.02, 0.02
-"""Time that one cell is meant to take in one round: short runs are repeated, long ones have fewer units."""
-
-UNDISTURBED = 0.95
-"""Share of a run's time for which it must have had the processor to count, if half of the runs had.
-
-Other work on the machine would otherwise lengthen long runs more often than short ones, and so one method more than
-another.
-"""
-
-STEPS_AT_ONE = 20.0  # steps a period of a method with fixed steps: this times tolerance^(-1/4), 200 at 1e-4
 UNITS = 64  # parts of a duration that take the place of forcing periods
-_LONGEST_HORIZON = 3000
 
 
 @dataclass(frozen=True)
@@ -68,8 +48,8 @@ def measure_costs(
 ) -> list[Cost]:
     """Time runs with all tangents and events; the cells take turns, so that a slow moment of the machine meets all.
 
-    A first run of each cell over about ``COUNTED`` units is not timed: it warms the kernels, counts the work, and tells
-    how many units a run may have (``TIMED`` if they do not take too long), and a round how many runs. Only whole cycles
+    A first run of each cell over about ``counted`` units is not timed: it warms the kernels, counts the work, and tells
+    how many units a run may have (``timed`` if they do not take too long), and a round how many runs. Only whole cycles
     are run.
 
     Parameters
@@ -101,12 +81,12 @@ def measure_costs(
 
     outcomes, lengths, runs, work = [], [], [], []
     for numerics in cells:
-        counted = count * max(1, min(COUNTED, most) // count)
+        counted = count * max(1, min(PRECISION.counted, most) // count)
         outcome, seconds, _, run = timed(numerics, counted)
         each = max(seconds / counted, 1e-9)
         outcomes.append(outcome)
-        lengths.append(count * max(1, min(TIMED, most, int(LONGEST_S / each)) // count))
-        runs.append(max(1, int(ROUND_S / (each * lengths[-1]))))
+        lengths.append(count * max(1, min(PRECISION.timed, most, int(PRECISION.longest_s / each)) // count))
+        runs.append(max(1, int(PRECISION.round_s / (each * lengths[-1]))))
         work.append((run.steps / counted, run.evaluations / counted))
     samples: list[list[tuple[float, float]]] = [[] for _ in cells]
     for _ in range(repeats):
@@ -126,7 +106,7 @@ def measure_costs(
             costs.append(Cost(outcome))
             continue
         times, shares = np.array(sample).T
-        undisturbed = shares >= min(UNDISTURBED, float(np.median(shares)))
+        undisturbed = shares >= min(PRECISION.undisturbed, float(np.median(shares)))
         low, middle, high = np.quantile(times[undisturbed], [0.25, 0.5, 0.75])
         costs.append(Cost(outcome, float(middle), float(high - low), steps, evaluations))
     return costs
@@ -136,7 +116,7 @@ def compare(system: HybridSystem, plan: Span, asked: Any, job: Job) -> xr.Datase
     """Errors and times of every method at every requested tolerance; see `work_precision`."""
     plan = plan if plan.periodic else Span(plan.unit, UNITS, plan.transient, False)
     names, values, repeats = asked.methods, asked.tolerances, asked.repeats
-    counts = asked.steps or [int(np.ceil(STEPS_AT_ONE * value**-0.25)) for value in values]
+    counts = asked.steps or [int(np.ceil(PRECISION.steps_at_one * value**-0.25)) for value in values]
     given = {"methods": names, "tolerances": values}
     cells = [_numerics(name, tol, count) for name in names for tol, count in zip(values, counts, strict=True)]
     total = 1 + len(cells) + repeats
@@ -169,7 +149,7 @@ def _yardstick(found: Survey, place: Place, plan: Span) -> Yardstick:
     exponent, error = found.exponent
     most = 0
     if not place.period and exponent > 3 * error > 0:
-        most = min(_LONGEST_HORIZON, int(3 * np.log(TARGET / 1e-15) / (exponent * plan.unit)))
+        most = min(PRECISION.longest_horizon, int(3 * np.log(PRECISION.target / 1e-15) / (exponent * plan.unit)))
     return Yardstick(place, found, most)
 
 
@@ -210,7 +190,9 @@ def _dataset(
         return grid, np.array(list(values)).reshape(shape)
 
     exponent, standard = found.exponent if yardstick is None else yardstick.exponent()
-    target = np.log(TARGET / tolerances) / exponent if yardstick and yardstick.most else np.full(shape[1], np.nan)
+    target = (
+        np.log(PRECISION.target / tolerances) / exponent if yardstick and yardstick.most else np.full(shape[1], np.nan)
+    )
     table = np.array([[e.values[q] for e in errors] for q in QUANTITIES]).reshape(len(QUANTITIES), *shape)
     truth = dict.fromkeys(QUANTITIES, float("nan")) if yardstick is None else _reference_errors(yardstick)
     start = system if yardstick is None else yardstick.place.system

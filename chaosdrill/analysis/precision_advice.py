@@ -5,16 +5,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.analysis.settings import PRECISION
+
 if TYPE_CHECKING:
     import xarray as xr
 
 FEW, MANY, MOST = 4, 8, 12
-SAME = 1.1
-"""Ratio of two times within which they count as the same: as far as a busy machine lets one measure."""
 
-CONTRADICTS, ROUNDING = 1e5, 1e-11
-"""An error that is so many times the tolerance, or this one if that is tighter, at the tightest that was tried, and has
-hardly fallen on the way there, is none of accuracy: the method and its reference compute different motions."""
 
 NAMES: Mapping[str, str] = {
     "strobe": "the strobe point",
@@ -80,7 +77,7 @@ def contradictions(ds: "xr.Dataset", quantity: str) -> str:
         if not known.any() or ("steps_per_period" in ds.variables and cells["steps_per_period"].values.any()):
             continue
         first, last, tolerance = errors[known][0], errors[known][-1], float(tolerances[known][-1])
-        if last > CONTRADICTS * max(tolerance, ROUNDING) and not last < 0.1 * first:
+        if last > PRECISION.contradicts * max(tolerance, PRECISION.rounding) and not last < 0.1 * first:
             found.append(f"{method} is off by {last:.1g} at {tolerance:g}")
     return "; ".join(found)
 
@@ -88,13 +85,13 @@ def contradictions(ds: "xr.Dataset", quantity: str) -> str:
 def cheapest(ds: "xr.Dataset", quantity: str, digits: float) -> tuple[str, float, float] | None:
     """Method, tolerance and time of the cheapest cell with an error of at most 10^-digits; None without one.
 
-    Of those that cost the same within ``SAME`` it is the one with the tightest tolerance.
+    Of those that cost the same within ``same`` it is the one with the tightest tolerance.
     """
     reached = (ds["error"].sel(quantity=quantity) <= 10.0**-digits) & np.isfinite(ds["wall_time"])
     if not reached.any():
         return None
     times = ds["wall_time"].where(reached).transpose("method", "tolerance").values
-    tolerances = np.where(times <= SAME * np.nanmin(times), ds["tolerance"].values, np.inf)
+    tolerances = np.where(times <= PRECISION.same * np.nanmin(times), ds["tolerance"].values, np.inf)
     row, column = np.unravel_index(int(np.argmin(tolerances)), times.shape)
     return str(ds["method"].values[row]), float(ds["tolerance"].values[column]), float(times[row, column])
 
@@ -115,7 +112,7 @@ def _digits(ds: "xr.Dataset", quantity: str) -> str:
         return f"are not reached; the best is {digits:.1f} ({method} at {tolerance:g})"
     method, tolerance, time = many
     base = few[2] if few else time
-    cost = f"{time / base:.2g} times what {FEW} cost" if time > SAME * base else f"no more than {FEW}"
+    cost = f"{time / base:.2g} times what {FEW} cost" if time > PRECISION.same * base else f"no more than {FEW}"
     further = f" ({MOST} digits {max(1.0, most[2] / base):.2g} times)" if most else ""
     return f"cost {cost}{further}; use {method} at {tolerance:g} ({duration(time)} a {unit_name(ds)})"
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from chaosdrill.analysis.precision_start import TIGHT, TIGHT_METHODS, Mapped, Place, Survey, find_cycle, run_map
+from chaosdrill.analysis.settings import PRECISION
 from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
@@ -17,11 +18,6 @@ from chaosdrill.errors import SettingsError
 from chaosdrill.model import HybridSystem
 
 QUANTITIES = ("strobe", "event_time", "tangent", "multiplier", "flow_direction", "exponent")
-TARGET = 1e-6
-"""Distance, in sizes of the states, at which a chaotic trajectory has left the true one."""
-
-_HORIZON_STARTS = 3
-_CYCLE_STEPS = 4
 
 
 @dataclass
@@ -87,7 +83,8 @@ class Yardstick:
         if method not in self._ends:
             mapped = run_map(place.system, place.unit, place.count, self.numerics(method))
             self._ends[method] = (
-                mapped.outcome == Outcome.OK and _largest(mapped.state / place.sizes, place.truth.state) <= TARGET
+                mapped.outcome == Outcome.OK
+                and _largest(mapped.state / place.sizes, place.truth.state) <= PRECISION.target
             )
         return self._ends[method]
 
@@ -119,7 +116,7 @@ def measure(yardstick: Yardstick, numerics: Numerics) -> Errors:
         system, mapped = place.system, run_map(place.system, place.unit, place.count, numerics)
         errors.outcome = mapped.outcome
         if place.period and mapped.outcome == Outcome.OK:
-            system, own = find_cycle(place.system, place.unit, place.period, numerics, _CYCLE_STEPS)
+            system, own = find_cycle(place.system, place.unit, place.period, numerics, PRECISION.cycle_steps)
             errors.outcome = Outcome.FAILED if own is None else own.outcome
             mapped = own or mapped
         if errors.outcome != Outcome.OK:
@@ -229,7 +226,7 @@ def _mean_difference(rates: np.ndarray, exact: np.ndarray) -> tuple[float, float
 
 def true_paths(found: Survey, unit: float, numerics: Numerics, most: int) -> tuple[list[HybridSystem], np.ndarray]:
     """Starts and strobe points by a method, shape (starts, units, n); NaN after an early end."""
-    chosen = found.restarts()[:: max(1, len(found.restarts()) // _HORIZON_STARTS)][:_HORIZON_STARTS]
+    chosen = found.restarts()[:: max(1, len(found.restarts()) // PRECISION.horizon_starts)][: PRECISION.horizon_starts]
     starts = [found.start(i) for i in chosen]
     return starts, np.array([_path(start, unit, numerics, most) for start in starts])
 
@@ -247,7 +244,7 @@ def _path(start: HybridSystem, unit: float, numerics: Numerics, most: int) -> np
 def trusted_time(
     starts: list[HybridSystem], paths: np.ndarray, sizes: np.ndarray, unit: float, numerics: Numerics
 ) -> float:
-    """Median time up to which a trajectory stays within TARGET of the true one; inf if it does to the end.
+    """Median time up to which a trajectory stays within the target of the true one; inf if it does to the end.
 
     Distances are counted in the sizes of the states.
     """
@@ -255,7 +252,7 @@ def trusted_time(
     for start, path in zip(starts, paths, strict=True):
         run, parted = Run(start, unit, numerics), float("inf")
         for k, point in enumerate(path, start=1):
-            if run.advance(1)[0] != Outcome.OK or not (np.abs(run.x - point) / sizes).max() <= TARGET:
+            if run.advance(1)[0] != Outcome.OK or not (np.abs(run.x - point) / sizes).max() <= PRECISION.target:
                 parted = k * unit
                 break
         times.append(parted)

@@ -19,6 +19,7 @@ import mpmath
 import numpy as np
 import sympy
 
+from chaosdrill.analysis.settings import PRECISION
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 from chaosdrill.model import HybridSystem
@@ -29,16 +30,8 @@ from chaosdrill.model.special import SPECIAL
 Point = list[Any]
 Rate = Callable[[Any, Point], Point]
 
-SAFETY = 0.8
 
-GUARD_DIGITS = 20
 DIGITS = 60
-APART = 25  # distance of the starts whose difference makes a tangent, in digits
-COLUMNS, TOLERANCE = 12, 1e-26
-OTHER_COLUMNS, OTHER_TOLERANCE = 10, 1e-24
-MOST_STEPS = 500  # steps of one arc; a field that needs more is too stiff for an explicit rule
-CLOSE = 1e-6  # how far, in units, an event may lie from where doubles found it
-_NEWTON = 12
 
 
 def extrapolated_step(rate: Rate, t: Any, x: Point, h: Any, columns: int) -> tuple[Point, float]:
@@ -126,7 +119,7 @@ def integrate(
         moved, error = extrapolated_step(rate, t, states[-1], h, columns)
         if error != error or tries > most:
             raise ArithmeticError(f"the reference needs more than {most} steps, or has no value")
-        factor = min(4.0, SAFETY * (tolerance / max(error, 1e-300)) ** (1 / (2 * columns - 1)))
+        factor = min(4.0, PRECISION.safety * (tolerance / max(error, 1e-300)) ** (1 / (2 * columns - 1)))
         if error > tolerance:
             length = h * min(0.5, max(factor, 0.05))
             continue
@@ -149,7 +142,7 @@ def _work(v: Any, lam: Any) -> Any:
     """Digits for a contact of damping lam entered at speed v: the closed forms cancel as lam v goes to zero."""
     x = abs(lam * v)
     lost = 0 if x == 0 or x >= 1 else int(-mpmath.log10(x))
-    return mpmath.workdps(2 * mpmath.mp.dps + GUARD_DIGITS + 4 * lost)
+    return mpmath.workdps(2 * mpmath.mp.dps + PRECISION.guard_digits + 4 * lost)
 
 
 def _potential(v: Any, lam: Any) -> Any:
@@ -168,7 +161,7 @@ def hunt_crossley_peak(v: Any, lam: Any, n: Any, k: Any) -> Any:
     """Largest force of the contact, by bisection for the speed at the peak; 20 digits, as only conditions name it."""
     if v <= 0:
         return mpmath.mpf(0)
-    with mpmath.workdps(mpmath.mp.dps + GUARD_DIGITS):
+    with mpmath.workdps(mpmath.mp.dps + PRECISION.guard_digits):
         low, high = mpmath.mpf(0), +v
         for _ in range(70):
             middle = (low + high) / 2
@@ -183,7 +176,7 @@ def hunt_crossley_duration(v: Any, lam: Any, n: Any, k: Any) -> Any:
 
     Of an elastic contact it is a beta function.
     """
-    with mpmath.workdps(mpmath.mp.dps + GUARD_DIGITS):
+    with mpmath.workdps(mpmath.mp.dps + PRECISION.guard_digits):
         if lam == 0:
             shape = mpmath.beta(1 / (n + 1), mpmath.mpf(1) / 2)
             return 2 * ((n + 1) * v ** (1 - n) / (2 * k)) ** (1 / (n + 1)) * shape / (n + 1)
@@ -324,7 +317,7 @@ class Exact:
             for end, transition in [*((e, j) for s, e, j in rows if s == k), (self.unit, None)]:
                 at, stop = self._clock(base, t), max(end - t, mpmath.mpf(0))
                 states, mesh, length = integrate(
-                    self.rate(mode), at, x, at + stop, columns, tolerance, length, MOST_STEPS
+                    self.rate(mode), at, x, at + stop, columns, tolerance, length, PRECISION.most_steps
                 )
                 self._watch(mode, at, states, mesh, transition)
                 legs.append(Leg(mode, mesh, transition))
@@ -363,7 +356,7 @@ class Exact:
         rate, guard = self.rate(mode), self._guards[transition]
         tiny = mpmath.mpf(10) ** (-DIGITS // 3)
         total = mpmath.mpf(0)
-        for _ in range(_NEWTON):
+        for _ in range(PRECISION.newton):
             value = guard(t, x)
             slope = rate(t, x)
             ahead = guard(t + tiny, [a + tiny * b for a, b in zip(x, slope, strict=True)])
@@ -372,7 +365,7 @@ class Exact:
             dt = -value * tiny / (ahead - value)
             x, _ = extrapolated_step(rate, t, x, dt, 4)
             t, total = t + dt, total + dt
-            if abs(total) > CLOSE * self.unit:
+            if abs(total) > PRECISION.close * self.unit:
                 break
             if abs(dt) < mpmath.mpf(10) ** (4 - DIGITS):
                 return x, total
@@ -444,16 +437,18 @@ def find_truth(
     n = len(system.state_names)
     with mpmath.workdps(DIGITS):
         exact = Exact(system, unit, sizes)
-        base = exact.follow(start, itinerary, count, COLUMNS, TOLERANCE)
-        other = exact.follow(start, itinerary, count, OTHER_COLUMNS, OTHER_TOLERANCE)
+        base = exact.follow(start, itinerary, count, PRECISION.columns, PRECISION.tolerance)
+        other = exact.follow(start, itinerary, count, PRECISION.other_columns, PRECISION.other_tolerance)
         run = Run(system, unit, Numerics(), tangents=np.eye(n), orthonormalise=False)
         run.advance(0)
         tangent = mpmath.zeros(n, n)
         for j in np.flatnonzero(run.vectors.any(axis=1)).tolist():
             direction = [mpmath.mpf(entry) for entry in run.vectors[j] * (sizes[j] / sizes)]
-            tangent[:, j] = mpmath.matrix(_difference(exact, start, base, direction, COLUMNS, APART))
+            tangent[:, j] = mpmath.matrix(
+                _difference(exact, start, base, direction, PRECISION.columns, PRECISION.apart)
+            )
         diagonal = [mpmath.mpf(entry) for entry in sizes @ run.vectors / sizes]
-        image = _difference(exact, start, other, diagonal, OTHER_COLUMNS, APART - 1)
+        image = _difference(exact, start, other, diagonal, PRECISION.other_columns, PRECISION.apart - 1)
         expected = tangent * mpmath.matrix(diagonal)
         error = float(max(abs(a - b) for a, b in zip(image, expected, strict=True)))
         values, _ = mpmath.mp.eig(tangent)

@@ -8,18 +8,10 @@ import mpmath
 import numpy as np
 
 from chaosdrill.analysis.arguments import Span
-from chaosdrill.analysis.precision_reference import (
-    COLUMNS,
-    DIGITS,
-    TOLERANCE,
-    Exact,
-    Itinerary,
-    Point,
-    Truth,
-    find_truth,
-)
+from chaosdrill.analysis.precision_reference import DIGITS, Exact, Itinerary, Point, Truth, find_truth
 from chaosdrill.analysis.recording import Record, record
 from chaosdrill.analysis.recurrence import find_period
+from chaosdrill.analysis.settings import PRECISION
 from chaosdrill.analysis.statistics import standard_error
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
@@ -36,12 +28,6 @@ TIGHT_METHODS = sorted(
 """Methods that survey an attractor and that others are held against, in order of preference: one may fail where a field
 is stiff, not analytic, or too steep for it. First come those that reach the last digits, and of them those that need
 no series."""
-
-MAX_PERIOD = 16
-"""Longest cycle whose multipliers are measured, in forcing periods."""
-
-RESTARTS = 32
-_NEWTON = 6
 
 
 @dataclass(frozen=True)
@@ -78,7 +64,7 @@ class Survey:
 
     def restarts(self) -> list[int]:
         """Numbers of the units that are computed again by every method."""
-        return sorted(set(np.linspace(0, len(self.states) - 1, RESTARTS).astype(int).tolist()))
+        return sorted(set(np.linspace(0, len(self.states) - 1, PRECISION.restarts).astype(int).tolist()))
 
     def start(self, i: int) -> HybridSystem:
         """The system with the state at the start of a unit as its initial state."""
@@ -174,7 +160,7 @@ def newton_step(mapped: Mapped, system: HybridSystem) -> np.ndarray:
 
 
 def find_cycle(
-    system: HybridSystem, unit: float, period: int, numerics: Numerics, steps: int = _NEWTON
+    system: HybridSystem, unit: float, period: int, numerics: Numerics, steps: int = PRECISION.start_newton
 ) -> tuple[HybridSystem, Mapped | None]:
     """The cycle of one method near the initial state, by Newton's method; None if it leads nowhere."""
     for _ in range(steps):
@@ -214,7 +200,7 @@ class Place:
 
 def find_place(found: Survey, plan: Span) -> Place:
     """The cycle that the run has settled on, or else a unit with many events, and the truth about it."""
-    period = find_period(found.states, found.sizes, MAX_PERIOD) if plan.periodic else 0
+    period = find_period(found.states, found.sizes, PRECISION.max_period) if plan.periodic else 0
     if period:
         system, mapped = find_cycle(found.start(-1), plan.unit, period, found.numerics)
         if mapped is not None:
@@ -247,8 +233,8 @@ def _onto_cycle(
     inverse = mpmath.matrix(np.linalg.inv(np.eye(len(start)) - tangent).tolist())
     with mpmath.workdps(DIGITS):
         exact = Exact(system, unit, sizes)
-        for _ in range(_NEWTON):
-            end = exact.follow(start, itinerary(mapped.found), period, COLUMNS, TOLERANCE)
+        for _ in range(PRECISION.start_newton):
+            end = exact.follow(start, itinerary(mapped.found), period, PRECISION.columns, PRECISION.tolerance)
             residual = [a - b for a, b in zip(end.state, start, strict=True)]
             start = [a + b for a, b in zip(start, inverse * mpmath.matrix(residual), strict=True)]
             # the next residual is smaller by the relative error of the tangent map, 1e-8 at worst

@@ -8,6 +8,7 @@ from fractions import Fraction
 import numpy as np
 
 from chaosdrill.analysis.arguments import check_record
+from chaosdrill.analysis.settings import SECTIONS
 from chaosdrill.analysis.tori import rests
 from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
@@ -15,12 +16,6 @@ from chaosdrill.engine import layout as at
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 from chaosdrill.model import HybridSystem
-
-_EVENT_ROWS = 1024
-_SLICES = 64
-
-FEW_EVENTS = 1000
-"""Events followed while the time of a motion is looked for."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +51,7 @@ def record(
     events: bool,
     times: np.ndarray | None = None,
     report: Callable[[int], None] | None = None,
-    slices: int = _SLICES,
+    slices: int = SECTIONS.slices,
 ) -> Record:
     """Run on for a number of periods and keep all samples, or the states at some times, and all events if asked to.
 
@@ -82,7 +77,7 @@ def record(
     rows = np.zeros(shape)
     if times is not None:
         rows[:, :2] = _instants(times, run, periods)
-    buffer = np.zeros((_EVENT_ROWS if events else 0, at.EVENT_COLUMNS + 2 * n))
+    buffer = np.zeros((SECTIONS.event_rows if events else 0, at.EVENT_COLUMNS + 2 * n))
     start, first = run.elapsed, run.strobes
     found = [buffer[:0]]
     filled, outcome = 0, Outcome.OK
@@ -142,14 +137,14 @@ def record_returns(
     """
     n, cell = len(run.system.state_names), max(1, math.ceil(longest / run.period))
     check_record(count, at.EVENT_COLUMNS + 2 * n, "periods")
-    buffer = np.zeros((_EVENT_ROWS, at.EVENT_COLUMNS + 2 * n))
+    buffer = np.zeros((SECTIONS.event_rows, at.EVENT_COLUMNS + 2 * n))
     begin = run.elapsed - run.strobes * run.period - float(run.standing["time"])
     found, left, outcome, met = [buffer[:0]], count, Outcome.OK, -1
     if run.strobes % cell or run.standing["time"] > 0:
         met = run.strobes
     while left and outcome == Outcome.OK:
         target = (run.strobes // cell + 1) * cell
-        outcome, full = run.advance(target - run.strobes, None, buffer[: min(left, _EVENT_ROWS)])
+        outcome, full = run.advance(target - run.strobes, None, buffer[: min(left, SECTIONS.event_rows)])
         rows = buffer[: run.filled()[1]].copy()
         ours = np.isin(rows[:, at.EVENT_KIND], list(chosen))
         found.append(rows if every else rows[ours])
@@ -179,5 +174,5 @@ def time_of_motion(system: HybridSystem, numerics: Numerics) -> float:
     """Time in which the motion from the initial state crosses its own extent."""
     from chaosdrill.orbits.guess import Place, characteristic_time
 
-    few = min(numerics.max_events or FEW_EVENTS, FEW_EVENTS)
+    few = min(numerics.max_events or SECTIONS.few_events, SECTIONS.few_events)
     return characteristic_time(Place(system), replace(numerics, max_events=few))

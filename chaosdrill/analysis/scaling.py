@@ -13,6 +13,7 @@ from chaosdrill.analysis.neighbours import SCALES, Counted, Shares, neighbours, 
 from chaosdrill.analysis.records import Measure, over_records
 from chaosdrill.analysis.recurrence import CLOSE, sizes
 from chaosdrill.analysis.section_points import Taken, phases_of
+from chaosdrill.analysis.settings import SCALING
 from chaosdrill.analysis.statistics import in_blocks, standard_error
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.numerics import Numerics
@@ -25,18 +26,10 @@ if TYPE_CHECKING:
 STEP = float(np.log(2.0)) / 2
 """Logarithm of the ratio of neighbouring distances."""
 
-SHORTEST = 7
-"""Steps of the distance in a scaling region, at least: a factor of 11."""
-
-NEARLY = 2.0
-"""Times the least error up to which a longer range is taken instead: slopes of sets with gaps swing for ever, those of
-the Henon map by a tenth, and are level where they turn."""
 
 FEWEST = 500
 """Points without which no region is looked for."""
 
-BLOCKS = 256
-"""Parts of a record, in order, from which the error by chance is taken."""
 
 OF_SLOPE = float(np.sqrt(1.2))
 """Error of a least-squares slope over that of a mean of local slopes, if these are independent."""
@@ -161,7 +154,7 @@ def correlation_sums(counted: Counted, order: int) -> Sums:
     mean = tuples.mean(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         values = np.log(mean) / power
-        blocks = in_blocks(tuples / mean - 1, BLOCKS) * (order / power)
+        blocks = in_blocks(tuples / mean - 1, SCALING.blocks) * (order / power)
         itself = np.log1p(1 / counted.near()) if counted.regular() else np.zeros(len(SCALES))
     missing = ~np.isfinite(values)
     values[missing], blocks[:, missing] = np.nan, np.nan
@@ -195,7 +188,7 @@ def information_sums(found: Shares, counted: Counted) -> Sums:
         return Sums(none, np.full((1, len(SCALES)), np.nan), none, np.zeros(len(SCALES), dtype=bool))
     inside = (at >= logs[0]) & (at <= logs[-1])
     slope = np.interp(at, logs, np.gradient(found.parts, logs))
-    off = in_blocks(logs - found.logs, BLOCKS)
+    off = in_blocks(logs - found.logs, SCALING.blocks)
     blocks = np.array([np.interp(at, logs, one) for one in off]) * slope
     blocks[:, ~inside] = np.nan
     itself = np.interp(at, logs, np.log1p(1 / found.neighbours)) if counted.regular() else np.zeros(len(at))
@@ -220,12 +213,14 @@ def scaling_region(sums: Sums) -> Region | None:
     ranges = [
         _fitted(sums, low, high)
         for low in places.tolist()
-        for high in range(low + SHORTEST, int(places[-1]) + 1)
+        for high in range(low + SCALING.shortest, int(places[-1]) + 1)
     ]  # fmt: skip
     if not ranges:
         return None
     least = min(one.error for one in ranges)
-    best = max((one for one in ranges if one.error <= NEARLY * least), key=lambda one: (one.high - one.low, -one.error))
+    best = max(
+        (one for one in ranges if one.error <= SCALING.nearly * least), key=lambda one: (one.high - one.low, -one.error)
+    )
     dimension, error = np.array([(one.dimension, one.error) for one in ranges]).T
     elsewhere = np.average((dimension - best.dimension) ** 2, weights=error**-2)
     return best._replace(error=float(np.sqrt(best.error**2 + elsewhere)))
@@ -255,5 +250,5 @@ def refusal(sums: Sums) -> str:
         return "no points are near each other, or none apart"
     return (
         f"no scaling region; points tell of distances over a factor of {2 ** (steps / 2):.3g}, and it takes "
-        f"{2 ** (SHORTEST / 2):.3g}: record more points, for a factor of 2 more 2^D times as many"
+        f"{2 ** (SCALING.shortest / 2):.3g}: record more points, for a factor of 2 more 2^D times as many"
     )

@@ -10,6 +10,7 @@ import numpy as np
 
 from chaosdrill.analysis.recording import flow_of, record_returns
 from chaosdrill.analysis.sections import Section
+from chaosdrill.analysis.settings import SECTION_MAP
 from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
@@ -20,37 +21,6 @@ from chaosdrill.engine.setup import modes_of_starts
 from chaosdrill.engine.structure import examine
 from chaosdrill.model import HybridSystem
 from chaosdrill.model.regions import UNTOLD
-
-_EVENTS = 256
-"""Rows of the table of events of a step; it is emptied as often as it is full."""
-
-_STEPS = 40
-"""Steps of Newton's method to a preimage."""
-
-_HALVINGS = 8
-"""Halvings of such a step that does not lead closer."""
-
-_SAME = 64.0
-"""Errors of the map, in units of the tolerance, within which a point is met."""
-
-_NEAR = 100.0
-"""Times that distance up to which one is met where round-off, or steps that change, leave no more."""
-
-_SETTLED = 4
-"""Steps that may follow a residual within reach of the tolerance and none of which makes it smaller."""
-
-_ZERO = 1e-13
-"""Singular value, as a part of the largest, below which rank is lost where an event may lose it."""
-
-_GRID = 96
-"""Starts along every axis from which preimages across a jump are guessed."""
-
-_GUESSES = 8
-"""The nearest of their images that are tried."""
-
-
-_AROUND, _ROUNDS = 9, 4
-"""Starts along every axis around each of these, and how often the nearest of them are looked around anew."""
 
 
 @dataclass(frozen=True)
@@ -126,7 +96,7 @@ class SectionMap:
             self._run.just_took(transition)
         # what a run has met before tells nothing of the next one
         self._first = [np.array(part) for part in self._run.states]
-        self._rows = np.zeros((_EVENTS, at.EVENT_COLUMNS + 2 * self.n))
+        self._rows = np.zeros((SECTION_MAP.events, at.EVENT_COLUMNS + 2 * self.n))
 
     @property
     def surface(self) -> bool:
@@ -234,7 +204,7 @@ class SectionMap:
             return True
         values = np.linalg.svd(scaled, compute_uv=False)
         least = values[-2] if self.at_events else values[-1]
-        return bool(least <= _ZERO * values[0])
+        return bool(least <= SECTION_MAP.zero * values[0])
 
     def flow(self, state: np.ndarray) -> np.ndarray:
         """Rates of the states at one, shape (n,); of systems free of time."""
@@ -274,19 +244,19 @@ class SectionMap:
         image = self._checked(guess, mode, begins)
         if image is None:
             return None
-        x, noise = guess, _SAME * self.numerics.step_error
+        x, noise = guess, SECTION_MAP.same * self.numerics.step_error
         miss = (target - image.state) / self.scale
         size, best, since = _length(miss), np.inf, 0
-        for _ in range(_STEPS):
+        for _ in range(SECTION_MAP.steps):
             best, since = (size, 0) if size < best / 2 else (best, since + 1)
-            if size <= noise or (since >= _SETTLED and best <= _NEAR * noise):
+            if size <= noise or (since >= SECTION_MAP.settled and best <= SECTION_MAP.near * noise):
                 break
             step = self._correction(x, image, miss)
             length = _length(step / self.scale)
             if not np.isfinite(length):
                 return None
             step *= min(1.0, reach / length) if length > 0 else 1.0
-            for halving in range(_HALVINGS):
+            for halving in range(SECTION_MAP.halvings):
                 trial = x + step / 2**halving
                 there = self._checked(trial, mode, begins)
                 if there is None:
@@ -300,7 +270,7 @@ class SectionMap:
             x, image, miss, size = trial, there, closer, left
         # next to grazing the map spreads the rounding of its point
         spread = float(np.abs(image.jacobian * self.scale / self.scale[:, np.newaxis]).max())
-        if size > _NEAR * noise * max(1.0, spread) or self.loses_rank(image):
+        if size > SECTION_MAP.near * noise * max(1.0, spread) or self.loses_rank(image):
             return None
         own = int(self.modes_at(x[np.newaxis])[0][0]) if begins is None else begins
         return Preimage(x, own, image)
@@ -367,12 +337,16 @@ class SectionMap:
         starts, tree = self._pool(region)
         if tree is None:
             return
-        _, places = tree.query(target / self.scale, k=min(_GUESSES, len(starts)))
+        _, places = tree.query(target / self.scale, k=min(SECTION_MAP.guesses, len(starts)))
         near = starts[np.atleast_1d(places)]
         yield from near
-        sides = (region[1] - region[0]) / (_GRID - 1)
-        around = np.array(np.meshgrid(*[np.linspace(-1, 1, _AROUND)] * self.n, indexing="ij")).reshape(self.n, -1).T
-        for _ in range(_ROUNDS):
+        sides = (region[1] - region[0]) / (SECTION_MAP.grid - 1)
+        around = (
+            np.array(np.meshgrid(*[np.linspace(-1, 1, SECTION_MAP.around)] * self.n, indexing="ij"))
+            .reshape(self.n, -1)
+            .T
+        )
+        for _ in range(SECTION_MAP.rounds):
             tried = (near[:, np.newaxis] + around * sides).reshape(-1, self.n)
             modes, fine = self.modes_at(tried)
             (found,) = self.images(tried, np.where(fine, modes, self.mode))
@@ -380,14 +354,14 @@ class SectionMap:
             apart[~(fine & found.ok)] = np.inf
             best = apart.reshape(len(near), -1).argmin(axis=1)
             near = tried.reshape(len(near), -1, self.n)[np.arange(len(near)), best]
-            sides = sides * (2 / (_AROUND - 1))
+            sides = sides * (2 / (SECTION_MAP.around - 1))
         yield from near
 
     def _pool(self, region: np.ndarray) -> tuple[np.ndarray, Any]:
         from scipy.spatial import cKDTree
 
         if not hasattr(self, "_grid"):
-            axes = [np.linspace(low, high, _GRID) for low, high in region.T]
+            axes = [np.linspace(low, high, SECTION_MAP.grid) for low, high in region.T]
             starts = np.array(np.meshgrid(*axes, indexing="ij")).reshape(self.n, -1).T
             modes, fine = self.modes_at(starts)
             (found,) = self.images(starts[fine], modes[fine])

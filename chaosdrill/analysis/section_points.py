@@ -9,6 +9,7 @@ import xarray as xr
 from chaosdrill.analysis.recording import Record, record, record_returns
 from chaosdrill.analysis.recurrence import CLOSE, find_period, sizes
 from chaosdrill.analysis.sections import Section, find_section, settled_at
+from chaosdrill.analysis.settings import SECTIONS
 from chaosdrill.analysis.statistics import block_ends, error_of_mean_rate, whole_cycles
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.build import dataset
@@ -22,9 +23,6 @@ from chaosdrill.model import HybridSystem
 
 if TYPE_CHECKING:
     from chaosdrill.analysis.base import Job
-
-BLOCKS = 256
-"""Parts of a record at most, from which the errors of its mean rates are taken."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +144,7 @@ def _recorded(where: Section, given: Any, job: "Job") -> tuple[int, Outcome, Run
         outcome = plan.settle(run)
         first, count = run.strobes, plan.count if outcome == Outcome.OK else 0
         found = record(run, count, events=where.transitions is not None, report=job.report(plan.count))
-        ends = block_ends(len(found.samples), BLOCKS)
+        ends = block_ends(len(found.samples), SECTIONS.blocks)
         totals = np.vstack([np.zeros((1, q)), found.samples[:, n : n + q]])[ends]
         times = ends * plan.unit
         blocks = _Blocks(ends, times, totals, run.moved / (times[-1] or plan.unit))
@@ -156,7 +154,7 @@ def _recorded(where: Section, given: Any, job: "Job") -> tuple[int, Outcome, Run
 def _recorded_returns(where: Section, run: Run, count: int, job: "Job") -> tuple[Record, _Blocks]:
     """Continue over a number of section points, block by block."""
     assert where.transitions is not None
-    ends, report = block_ends(count, BLOCKS), job.report(count)
+    ends, report = block_ends(count, SECTIONS.blocks), job.report(count)
     start, times, totals = run.elapsed, [0.0], [run.integrals()]
     parts = [record_returns(run, where.transitions, 0, where.longest)]
     for before, ahead in zip(ends.tolist(), np.diff(ends).tolist(), strict=False):

@@ -13,18 +13,11 @@ import numpy as np
 
 from chaosdrill.analysis.arguments import Span
 from chaosdrill.analysis.recording import record_returns, time_of_motion
+from chaosdrill.analysis.settings import SECTIONS
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 from chaosdrill.model import HybridSystem
-
-RETURN = 1000
-"""Longest time between two points of a section, unless another one is given: in forcing periods, else in times in
-which the motion from the initial state crosses its own extent. Slow phases of bursting and stick-slip motions are
-shorter, and a run that never returns does not take long."""
-
-AT_ONCE = 1e-9
-"""Part of the unit of time within which a second point of a surface comes from grazing it, not from a return."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +43,7 @@ class Section:
         Round-off then makes any number of points of one, which tell no period.
         """
         marked = self.transitions is not None and min(self.transitions, default=0) >= self.own
-        return marked and bool((np.diff(times) <= AT_ONCE * self.unit).any())
+        return marked and bool((np.diff(times) <= SECTIONS.at_once * self.unit).any())
 
 
 def find_section(system: HybridSystem, given: Any, numerics: Numerics, *, timed: bool = False) -> Section:
@@ -75,10 +68,10 @@ def _times(
 ) -> tuple[float, float]:
     """Unit of time of a section, and the longest time between two points."""
     period = system.forcing_period()
-    unit = period or (given.max_return or 0.0) / RETURN or 1.0
+    unit = period or (given.max_return or 0.0) / SECTIONS.longest_return or 1.0
     if (counts == "section" or timed) and not (period or given.max_return):
         unit = time_of_motion(system, numerics)
-    return unit, given.max_return or RETURN * unit
+    return unit, given.max_return or SECTIONS.longest_return * unit
 
 
 def measured_span(section: Section, given: Any, numerics: Numerics, units: int) -> Span:

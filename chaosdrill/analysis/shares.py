@@ -17,12 +17,13 @@ import numpy as np
 import xarray as xr
 
 from chaosdrill.analysis.base import Job
-from chaosdrill.analysis.carried import MOST, ShareTask, StepTask, joined, on_the_map, part
+from chaosdrill.analysis.carried import ShareTask, StepTask, joined, on_the_map, part
 from chaosdrill.analysis.matching import number_attractors
 from chaosdrill.analysis.measuring import Arrays
 from chaosdrill.analysis.plan import Plan, make_plan
 from chaosdrill.analysis.points import Axis
 from chaosdrill.analysis.seeds import make_seeds
+from chaosdrill.analysis.settings import ATTRACTORS
 from chaosdrill.analysis.starts import states_and_modes
 from chaosdrill.analysis.visits import merge
 from chaosdrill.dataset import count_outcomes
@@ -32,22 +33,6 @@ from chaosdrill.dataset.schema import names_of_rate
 from chaosdrill.engine.period import forcing_periods
 from chaosdrill.model import HybridSystem
 from chaosdrill.sweep import execute
-
-PROBES = 8
-"""Motions that go back from an attractor to which several have led, each from another stretch of it and, in turn, to
-either side of it: they tell one that the others have fallen to from one that all have merged into. A merger of two
-equals is missed once in 2**7 times."""
-
-MOST_PROBED = 8
-"""States in which these differ from the motion, so many in each: in a neutral one, as the phase of a clock, there is
-nothing to find."""
-
-PROBED = 1e-3
-"""How far they do, in parts of the sizes of the states: what two attractors that mirror each other have merged into
-lies on the boundary between them."""
-
-MOST_NUMBERED = 1000
-"""Attractors in a table, those of the largest shares."""
 
 NEITHER = -1
 """In place of the attractor to which a motion leads: none that was recognised."""
@@ -96,11 +81,11 @@ class Search:
         """Which attractors lead to different ones at the neighbouring value, from different stretches of them."""
         asked = sorted(several)
         n = len(self.plan.system.state_names)
-        of_state = np.repeat(np.arange(min(n, MOST_PROBED)), PROBES)
+        of_state = np.repeat(np.arange(min(n, ATTRACTORS.most_probed)), ATTRACTORS.probes)
         beside = np.zeros((len(of_state), n))
-        beside[np.arange(len(of_state)), of_state] = PROBED * np.resize([1.0, -1.0], len(of_state))
-        every = max(self.plan.transient, self.plan.periods // PROBES, 1)
-        ahead = np.resize(every * np.arange(1, PROBES + 1), len(of_state))
+        beside[np.arange(len(of_state)), of_state] = ATTRACTORS.probed * np.resize([1.0, -1.0], len(of_state))
+        every = max(self.plan.transient, self.plan.periods // ATTRACTORS.probes, 1)
+        ahead = np.resize(every * np.arange(1, ATTRACTORS.probes + 1), len(of_state))
         probes = [one for one in asked for _ in of_state]
         slots = self._carry(probes, np.tile(ahead, len(asked)), np.tile(beside, (len(asked), 1)))
         found: dict[tuple[Node, int], set[int]] = defaultdict(set)
@@ -159,7 +144,7 @@ class Search:
         slots = np.full(len(found["outcome"]), NEITHER)
         place = {int(number): slot for slot, number in reversed(list(enumerate(numbers[:count]))) if number}
         for row, number in enumerate(numbers[count:].tolist()):
-            if number and number not in place and grows and len(known["outcome"]) < MOST:
+            if number and number not in place and grows and len(known["outcome"]) < ATTRACTORS.carried_most:
                 place[number] = len(known["outcome"])
                 self.known[value] = known = joined([known, part(found, slice(row, row + 1))])
             slots[row] = place.get(number, NEITHER)
@@ -262,8 +247,8 @@ def over_one_parameter(system: HybridSystem, given: Any, job: Job) -> xr.Dataset
     ]
     search = Search(plan, axis, keeps, job, known, told)
     search.follow()
-    hits = np.array([np.bincount(reached, minlength=MOST + 1) for reached in fresh["reached"]])
-    branches = sorted(branches_of(search), key=partial(_rank, search, hits))[:MOST_NUMBERED]
+    hits = np.array([np.bincount(reached, minlength=ATTRACTORS.carried_most + 1) for reached in fresh["reached"]])
+    branches = sorted(branches_of(search), key=partial(_rank, search, hits))[: ATTRACTORS.most_numbered]
     number = {node: k for k, branch in enumerate(branches, 1) for node in branch.nodes}
 
     at, per = np.argsort(order), (name, "attractor")

@@ -13,8 +13,9 @@ from chaosdrill.analysis.measuring import mean_names
 from chaosdrill.analysis.plan import Plan, make_plan
 from chaosdrill.analysis.points import Axis, LineTask, PointTask, StartTask
 from chaosdrill.analysis.seeds import make_seeds
+from chaosdrill.analysis.settings import ATTRACTORS
 from chaosdrill.analysis.starts import settled_modes, states_and_modes
-from chaosdrill.analysis.visits import LENGTH, merge
+from chaosdrill.analysis.visits import merge
 from chaosdrill.dataset import Outcome, count_outcomes
 from chaosdrill.dataset.build import dataset
 from chaosdrill.dataset.schema import names_of_rate
@@ -116,7 +117,11 @@ def over_states(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
     if len(leaders) > 1:
         _, begun, begun_modes = task.begin(leaders)
         numbers, leaders = merge(
-            plan, cells, numbers, leaders, lambda which: plan.mapped({}, begun[which], begun_modes[which], LENGTH)
+            plan,
+            cells,
+            numbers,
+            leaders,
+            lambda which: plan.mapped({}, begun[which], begun_modes[which], ATTRACTORS.length),
         )
     fraction = np.bincount(numbers, minlength=len(leaders) + 1)[1:] / task.units
     number = "attractor_number"

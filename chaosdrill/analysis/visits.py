@@ -15,27 +15,11 @@ import numpy as np
 from chaosdrill.analysis.matching import KNOWN_BY, alike_first, moments
 from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.recurrence import CLOSE, recurrence, sizes
+from chaosdrill.analysis.settings import ATTRACTORS
 from chaosdrill.analysis.tori import aside
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.batch import Batch
 from chaosdrill.engine.shifts import Shifts
-
-LENGTH = 4096
-"""Points of these records."""
-
-MOST = 64
-"""Attractors that are followed at most, those of most runs: a conservative system has as many tori as starts."""
-
-CELLS = (128, 64, 32, 16, 8)
-"""Cells along a state, in parts of its extent over all records; the first that suffices is taken."""
-
-FAMILIAR = 0.8
-"""Part of the later half of a record that lies in cells of its earlier half, at least, where cells are large enough."""
-
-SHARED = 0.3
-"""Part of one of two records that lies in cells of the other, at least, where both are of one attractor. Of two
-attractors it is hardly anything, and of one it is nearly all; a motion between two wells may have spent most of one
-record in either."""
 
 
 @dataclass(frozen=True)
@@ -66,10 +50,10 @@ def merge(
         The attractor of every run, from 1, and the run that stands for each.
     begin : callable
         Given places among the attractors, runs over steps of the map from where those began that stand for them, which
-        keep ``LENGTH`` points.
+        keep as many points as records are compared by.
     """
     loose = (found["period"][leaders] == 0) & (found["outcome"][leaders] != Outcome.EQUILIBRIUM)
-    which = np.flatnonzero(loose)[:MOST]
+    which = np.flatnonzero(loose)[: ATTRACTORS.most]
     if len(which) == 0 or len(leaders) < 2:
         return numbers, leaders
     followed = _follow(plan, which, begin(which))
@@ -82,7 +66,7 @@ def merge(
 
 
 def _follow(plan: Plan, which: np.ndarray, runs: Batch) -> Followed:
-    runs.run(plan.transient, np.array([0, LENGTH]))
+    runs.run(plan.transient, np.array([0, ATTRACTORS.length]))
     there = runs.outcome == Outcome.OK
     points, known, shifts = runs.window[there], runs.sizes[there], plan.shifts
     period = recurrence(aside(points, shifts), shifts.sizes(known), plan.max_period, 2 * plan.max_period).period
@@ -96,11 +80,11 @@ def _pairs(followed: Followed) -> list[tuple[int, int]]:
         return []
     shifts = followed.shifts
     records = _scaled(aside(followed.points[rows], shifts), shifts.sizes(followed.known[rows]))
-    half = LENGTH // 2
-    for count in CELLS:
+    half = ATTRACTORS.length // 2
+    for count in ATTRACTORS.cells:
         cells = _cells(records, count)
         again = np.array([np.isin(one[half:], one[:half]).mean() for one in cells])
-        if np.median(again) >= FAMILIAR:
+        if np.median(again) >= ATTRACTORS.familiar:
             break
     visited = [np.unique(one) for one in cells]
     place = followed.which[rows].tolist()
@@ -108,7 +92,7 @@ def _pairs(followed: Followed) -> list[tuple[int, int]]:
         (place[i], place[j])
         for i in range(len(rows))
         for j in range(i + 1, len(rows))
-        if max(np.isin(cells[i], visited[j]).mean(), np.isin(cells[j], visited[i]).mean()) >= SHARED
+        if max(np.isin(cells[i], visited[j]).mean(), np.isin(cells[j], visited[i]).mean()) >= ATTRACTORS.shared
     ]
 
 
@@ -122,7 +106,7 @@ def _scaled(points: np.ndarray, known: np.ndarray) -> np.ndarray:
 
 
 def _cells(records: np.ndarray, count: int) -> np.ndarray:
-    """Numbers of the cells in which the points of records lie, shape (A, LENGTH)."""
+    """Numbers of the cells in which the points of records lie, shape (A, length)."""
     place = np.minimum((records[:, :, :-1] * count).astype(np.int64), count - 1)
     table = np.concatenate([place, records[:, :, -1:].astype(np.int64)], axis=2)
     _, number = np.unique(table.reshape(-1, table.shape[2]), axis=0, return_inverse=True)

@@ -1,6 +1,7 @@
 """Charts: every point has its outcome, and what has no number holds none."""
 
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -84,7 +85,7 @@ def test_the_chart_is_its_points_whatever_the_chunks(bistable, monkeypatch):
         parts = [task.run(first, min(size, task.units - first)) for first in range(0, task.units, size)]
         for name, values in whole.items():
             assert np.concatenate([part[name] for part in parts]).tobytes() == values.tobytes(), (name, size)
-    monkeypatch.setattr(points, "AT_ONCE", 6)
+    monkeypatch.setattr(points, "PLAN", replace(points.PLAN, at_once=6))
     assert all(task.run(0, task.units)[name].tobytes() == values.tobytes() for name, values in whole.items())
     sent = pickle.loads(pickle.dumps(task))
     assert all(sent.run(3, 4)[name].tobytes() == values[3:7].tobytes() for name, values in whole.items())

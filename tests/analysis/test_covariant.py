@@ -1,5 +1,7 @@
 """Covariant vectors, against eigenvectors, tangent maps from both sides, and closed forms across events."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import sympy
@@ -291,7 +293,7 @@ def test_chunks_do_not_show(monkeypatch):
     lengths = {"periods": 100, "transient": 20, "forward": 30, "backward": 30}
     oscillator = cd.build("impact-oscillator")
     whole = cd.covariant_vectors(oscillator, **lengths)
-    monkeypatch.setattr(covariant, "KEPT", 300)
+    monkeypatch.setattr(covariant, "COVARIANT", replace(covariant.COVARIANT, kept=300))
     shown = []
     parts = cd.covariant_vectors(oscillator, **lengths, progress=lambda done, total, eta: shown.append((done, total)))
     for name in ("vector", "local_growth", "angle", "states"):

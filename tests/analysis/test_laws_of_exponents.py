@@ -1,5 +1,7 @@
 """Exponents, rank and outcome do not depend on how many are asked for, on the order of states, or on coordinates."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import sympy
@@ -96,7 +98,7 @@ def test_points_of_a_sweep_are_those_of_all_exponents_to_the_bit(systems, name, 
 @given(st.sampled_from([*ORDERS, "in millionths"]), st.integers(1, 4))
 def test_fewer_tangents_measure_the_same(systems, points, monkeypatch, name, count):
     """Two cycles, whose exponents add up by the sum rule, and chaos, from tangents in general position."""
-    monkeypatch.setattr(plan, "SMALL", 0)
+    monkeypatch.setattr(plan, "PLAN", replace(plan.PLAN, small=0))
     found = diagram(systems[name], count)
     np.testing.assert_array_equal(found["period"].values, points["period"].values)
     assert found["outcome"].values.ravel().tolist() == [ENDED[0], ENDED[0], ENDED[1]]

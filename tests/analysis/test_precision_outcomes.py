@@ -1,11 +1,14 @@
 """A cell that fails gets an outcome, and the others go on."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import sympy
 
 import chaosdrill as cd
 from chaosdrill.analysis import precision_errors
+from chaosdrill.analysis.settings import PRECISION
 from chaosdrill.dataset import Outcome
 from chaosdrill.model.special import positive_power
 
@@ -54,7 +57,7 @@ def test_a_run_that_escapes_leaves_outcomes_only(circle):
 
 def test_without_a_truth_the_identity_and_the_exponent_are_left(bouncer, monkeypatch):
     """The reason stands in an attribute."""
-    monkeypatch.setattr("chaosdrill.analysis.precision_reference.MOST_STEPS", 0)
+    monkeypatch.setattr("chaosdrill.analysis.precision_reference.PRECISION", replace(PRECISION, most_steps=0))
     ds = measure(bouncer, periods=None, duration=4.0, methods=["taylor"])
     assert "more than 0 steps" in ds.attrs["reference"]
     measured = [q for q in precision_errors.QUANTITIES if np.isfinite(ds["error"].sel(quantity=q)).any()]
