@@ -1,8 +1,10 @@
 """Chaos that does not last: how long runs stay, the rate at which they leave, and the saddle that they leave from.
 
-Ages are counted in units, forcing periods or parts of a duration. Of all units that runs begin beyond a least age, the
-share in which they leave is the estimate of greatest likelihood for lives that end by chance alone, whether runs have
-left or only been watched for so long.
+Ages are counted in units, forcing periods or parts of a duration. With forcing, of all periods that runs begin beyond a
+least age, the share in which they leave is the estimate of greatest likelihood for lives that end by chance alone,
+whether runs have left or only been watched for so long. Without forcing lives may end at any time, or at some instants
+alone, such as multiples of a time of flight: there the number of runs that are left is averaged over all instants of a
+stretch, and compared with its average over a later one.
 """
 
 import math
@@ -28,9 +30,9 @@ if TYPE_CHECKING:
 PARTS = 1024
 """Units in which lifetimes are given."""
 
-COARSEST = 16
-"""Units of a duration at least from which a rate is taken: such of half a median life, so that it does not matter
-whether runs leave at any time or a few times in a life."""
+EARLY, LATE = 0.25, 0.625
+"""Quantiles of lives between which the rate of a flow is taken: half of the runs leave meanwhile, and lives that end at
+multiples of a time differ by one."""
 
 TOGETHER = 4096
 """Starts of a batch."""
@@ -61,7 +63,7 @@ class _Lives(NamedTuple):
 
 
 class Rate(NamedTuple):
-    """An escape rate per unit."""
+    """An escape rate, per unit or per time."""
 
     value: float
     error: float
@@ -77,14 +79,16 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     unit, count = (given.duration / PARTS, PARTS) if period is None else (period, given.periods)
     report = job.report(2 * len(starts))
     lives = _watched(marked, ends, starts, modes, unit, count, job, report)
-    half = int(np.median(lives.units))
-    lead = min(half, count // 4) if given.transient is None else given.transient
+    lead = min(int(np.median(lives.units)), count // 4) if given.transient is None else given.transient
     if not forced and given.transient is not None:
         lead = math.ceil(given.transient / unit * (1 - 1e-12))
-    together = 1 if forced else int(np.clip(half // 2, 1, PARTS // COARSEST))
-    merged, least = lives.units // together, -(-lead // together)
-    left = lives.left & (merged < count // together)
-    rate = escape_rate(merged, left, least)
+    if forced:
+        left = lives.left & (lives.units < count)
+        rate, changes = escape_rate(lives.units, left, lead), drift(lives.units, left, lead)
+        rate = Rate(rate.value / unit, rate.error / unit, rate.escapes)
+    else:
+        whole = lives.length[lives.left | (lives.outcome == Outcome.OK)]
+        rate, changes = rate_of_flow(whole, lead * unit, count * unit), drift_of_flow(whole, lead * unit, count * unit)
     saddle = _saddle(marked, ends, starts, modes, lives.units, unit, lead, job)
     if report:
         report(2 * len(starts))
@@ -96,11 +100,11 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
             "outcome": ("start", lives.outcome.astype(np.int8)),
             "initial_state": (("start", "state"), starts),
             "surviving": ("age", alive),
-            "escape_rate": ((), rate.value / (together * unit)),
-            "escape_rate_error": ((), rate.error / (together * unit)),
+            "escape_rate": ((), rate.value),
+            "escape_rate_error": ((), rate.error),
             "escapes": ((), np.int64(rate.escapes)),
-            "drift": ((), drift(merged, left, least)),
-            "least_age": ((), least * together * unit),
+            "drift": ((), changes),
+            "least_age": ((), lead * unit),
             "saddle_state": (("point", "state"), saddle[0]),
             "lyapunov_exponent": ("exponent", saddle[1]),
             "lyapunov_error": ("exponent", saddle[2]),
@@ -145,9 +149,55 @@ def drift(units: np.ndarray, left: np.ndarray, lead: int) -> float:
     middle = int(gone[len(gone) // 2])
     early = escape_rate(np.minimum(units, middle), left & (units < middle), lead)
     late = escape_rate(units, left, middle)
-    if min(early.escapes, late.escapes) < FEWEST or not math.isfinite(late.value):
+    return _apart(early, late)
+
+
+def _apart(early: Rate, late: Rate) -> float:
+    if min(early.escapes, late.escapes) < FEWEST or not math.isfinite(early.value + late.value):
         return math.nan
     return (late.value - early.value) / math.hypot(late.error, early.error)
+
+
+def rate_of_flow(lengths: np.ndarray, lead: float, longest: float) -> Rate:
+    """The escape rate per time and its standard error, from lives that may end at any time or at some instants alone.
+
+    The logarithm of the ratio of two integrals of the number of runs that are left, one over a later stretch, divided
+    by the time between them. A run adds to both, independently of others.
+
+    Parameters
+    ----------
+    lengths : ndarray, shape (N,)
+        Times that the runs stayed, ``longest`` for those that were watched no longer.
+    lead : float
+        Age from which lives count.
+    """
+    gone = np.sort(lengths[(lengths > lead) & (lengths < longest)])
+    exposed = float((np.minimum(lengths, longest) - lead).clip(0.0).sum())
+    if not exposed > 0:
+        return Rate(math.nan, math.nan, len(gone))
+    if not len(gone):
+        return Rate(0.0, NONE_SEEN / exposed, 0)
+    early, late = gone[int(EARLY * len(gone))], gone[int(LATE * len(gone))]
+    if not late > early:
+        late = gone[min(np.searchsorted(gone, early, side="right"), len(gone) - 1)]
+    gap = late - early if late > early else (longest - lead) / 2
+    before = lengths.clip(lead, longest - gap) - lead
+    after = lengths.clip(lead + gap, longest) - (lead + gap)
+    if not (before.sum() > 0 and after.sum() > 0):
+        return Rate(math.inf, math.nan, len(gone))
+    scatter = before / before.sum() - after / after.sum()
+    value = math.log(before.sum() / after.sum()) / gap
+    return Rate(value, math.sqrt(float((scatter**2).sum())) / gap, len(gone))
+
+
+def drift_of_flow(lengths: np.ndarray, lead: float, longest: float) -> float:
+    """As `drift`, of such lives."""
+    gone = np.sort(lengths[(lengths > lead) & (lengths < longest)])
+    if len(gone) < 2 * FEWEST:
+        return math.nan
+    middle = gone[len(gone) // 2]
+    early, late = rate_of_flow(lengths, lead, middle), rate_of_flow(lengths, middle, longest)
+    return _apart(early, late)
 
 
 def _marked(system: HybridSystem, until: str | None) -> tuple[HybridSystem, list[int]]:

@@ -55,20 +55,28 @@ def admissible(orbit: Orbit, shot: Shot) -> bool:
     return bool(
         (shot.crossed < 0).all()
         and (shot.came == orbit.segments[:, at.SEGMENT_OUTCOME]).all()
-        and (orbit.durations > 0).all()
+        and (lasting(orbit) > 0).all()
         and (shot.speeds[events] > 0).all()
     )
 
 
+def lasting(orbit: Orbit) -> np.ndarray:
+    """Durations of the segments, one of rounding's length between two events in one instant as a positive one."""
+    one_instant = SETTINGS.instant * float(orbit.durations.sum())
+    events = orbit.segments[:, at.SEGMENT_END] >= 0
+    between = events & np.roll(events, 1) & (np.abs(orbit.durations) <= one_instant)
+    return np.where(between, one_instant, orbit.durations)
+
+
 def inadmissible_words(problem: Problem, orbit: Orbit, shot: Shot) -> str:
     """Why the system does not follow an orbit whose equations hold: the first reason."""
-    system = problem.plain
+    system, lasts = problem.plain, lasting(orbit)
     for i, (mode, end, outcome) in enumerate(orbit.segments.tolist()):
         name = system.mode_names[mode]
         if shot.crossed[i] >= 0:
             found = kernels_of(problem.system).events[mode][shot.crossed[i]].outcomes[0]
             return f"in mode {name!r} the guard of {system.transitions[found].name!r} is crossed on the way"
-        if not orbit.durations[i] > 0:
+        if not lasts[i] > 0:
             return f"the stay in mode {name!r} would last {orbit.durations[i]:.3g}"
         if end >= 0 and shot.came[i] != outcome:
             return f"the event {system.transitions[outcome].name!r} has another outcome"

@@ -1,6 +1,6 @@
 """Orbits of one system, with the parameters that are left free: the compiled shooting problem behind plain calls."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
@@ -10,6 +10,7 @@ from scipy.linalg import lstsq
 from scipy.linalg.lapack import dgetrf, dgetrs
 
 from chaosdrill.codegen import kernels_of
+from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.first_event import first_event
@@ -220,7 +221,9 @@ class Problem:
     def sizes(self) -> np.ndarray:
         """Largest value of every state on the motion from the system's own start, shape (d,): its unit, so to speak.
 
-        Of one that escapes, at its events: how far it gets after that says nothing. 1 for a state that stays zero.
+        Of one that escapes, at its events: how far it gets after that says nothing. A state that rounding alone moves
+        has the size that it has between events in one instant, or that changes of the others by theirs would give it;
+        1 for a state that nothing moves.
         """
         d, parts = self.states, SETTINGS.characteristic_samples
         run = Run(self.plain, self.unit or SETTINGS.unit, self.numerics, samples=parts)
@@ -232,7 +235,27 @@ class Problem:
             if len(events) > 1:
                 path = np.concatenate([events[:, layout.EVENT_COLUMNS :].reshape(-1, d), path[-1:, :d]])
         largest = np.abs(path[:, :d]).max(axis=0)
-        return np.where(np.isfinite(largest) & (largest > 0), largest, 1.0)
+        found = np.where(np.isfinite(largest), largest, 0.0)
+        for given in self._given(found):
+            found = np.where(found > SETTINGS.rounded * given, found, given)
+        return np.where(found > 0, found, 1.0)
+
+    def _given(self, sizes: np.ndarray) -> Iterator[np.ndarray]:
+        """Largest values at events, and what changes of other states by their sizes give a state in some units."""
+        d, unit = self.states, self.unit or SETTINGS.unit
+        run = Place(self.plain).run(unit, self.numerics, tangents=np.eye(d), orthonormalise=False)
+        events = np.zeros((SETTINGS.most_events, layout.EVENT_COLUMNS + 2 * d))
+        moves = np.zeros((d, d))
+        for _ in range(SETTINGS.sized_units):
+            outcome, full = run.advance(1, events=events)
+            if outcome != Outcome.OK or full:
+                break
+            met = np.abs(events[: run.filled()[1], layout.EVENT_COLUMNS :]).reshape(-1, d)
+            sizes = np.maximum(sizes, met.max(axis=0, initial=0.0))
+            moves = np.maximum(moves, np.abs(run.vectors.T))
+        yield sizes
+        yield np.nan_to_num((np.where(np.eye(d, dtype=bool), 0.0, moves) * sizes).max(axis=1), posinf=0.0)
+
 
     def shoot(self, orbit: Orbit, watched: bool = True, section: Orbit | None = None) -> Shot:
         """The shooting residual of an orbit, and its derivatives.

@@ -12,6 +12,11 @@ class Settings:
     smallest_size: float = 0.1
     """Part of that size by which a state counts at least, where it is smaller along an orbit."""
 
+    rounded: float = 1e-13
+    """Part of what changes of other states by their sizes make of a state below which its value is their rounding."""
+    instant: float = 1e-12
+    """Part of an orbit's duration within which two events are in one instant, in whichever order they are written."""
+
     # Newton's method
     residual: float = 3e-13
     """Residual at which an orbit is found: what is left when all equations hold to rounding."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
-from chaosdrill.analysis.escapes import drift, escape_rate
+from chaosdrill.analysis.escapes import drift, drift_of_flow, escape_rate, rate_of_flow
 
 WIDTHS = np.array([0.45, 0.35])
 RATE = -np.log(WIDTHS.sum())
@@ -115,6 +115,57 @@ def test_errors_cover(share, count, length, lead):
         found = escape_rate(np.minimum(lives, length), lives < length, lead)
         hits += abs(found.value + np.log1p(-share)) <= 2 * found.error
     assert 0.92 <= hits / 400 <= 0.985
+
+
+def flights(rng, count):
+    """Lives of flights of 1 and 2, each as likely as an end: z = exp(rate) solves z + z^2 = 3."""
+    lives, stays = np.zeros(count), np.ones(count, dtype=bool)
+    while stays.any():
+        branch = rng.integers(0, 3, count)
+        lives += stays * np.where(branch == 0, 1.0, 2.0)
+        stays &= branch != 2
+    return lives
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1.0])
+@pytest.mark.parametrize(
+    ("draw", "rate"),
+    [
+        (lambda rng, count: rng.exponential(1.0, count), 1.0),
+        (lambda rng, count: 0.3 + rng.geometric(0.23, count), -np.log(0.77)),
+        (lambda rng, count: rng.geometric(0.5, count), np.log(2)),
+        (flights, np.log((np.sqrt(13) - 1) / 2)),
+    ],
+    ids=["any time", "steps", "few steps", "flights"],
+)
+def test_errors_cover_in_flows_whenever_lives_end(draw, rate, unit):
+    rng = np.random.default_rng(13)
+    hits, drifts = 0, []
+    for _ in range(200):
+        lives = unit * np.minimum(draw(rng, 2000), 41.3)
+        found = rate_of_flow(lives, 1.37 * unit, 41.3 * unit)
+        drifts.append(drift_of_flow(lives, 1.37 * unit, 41.3 * unit))
+        hits += abs(found.value * unit - rate) <= 2 * found.error * unit
+    assert 0.92 <= hits / 200 <= 0.985
+    assert 0.8 < np.nanstd(drifts) < 1.2
+
+
+def test_a_flow_that_leaves_at_whole_times():
+    """Lives end at whole numbers of time, which are no multiples of parts of the duration."""
+    legs = [("left", "s - 1", "3*x", "x < 1/3"), ("hole", "s - 2", "9", "x >= 1/3 and x < 2/3"),
+            ("right", "s - 2", "3*x - 2", "x >= 2/3")]  # fmt: skip
+    flow = cd.HybridSystem(
+        name="flights", states="x s", parameters={}, modes={"wait": {"x": "0", "s": "1"}}, bounds={"x": (-1, 2)},
+        transitions=[
+            cd.Transition(name, "wait", "wait", guard, 1, {"x": image, "s": "0"}, condition=condition)
+            for name, guard, image, condition in legs
+        ],
+        initial={"x": 0.1, "s": 0.0},
+    )  # fmt: skip
+    found = cd.transient_chaos(flow, duration=90.0, random={**STARTS, "count": 10_000})
+    exact = np.log((np.sqrt(13) - 1) / 2)
+    assert abs(found["escape_rate"] - exact) <= 3 * found["escape_rate_error"] < 0.09 * exact
+    assert abs(found["drift"]) < 3
 
 
 def test_lives_that_are_not_exponential_drift():
