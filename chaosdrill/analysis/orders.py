@@ -34,7 +34,7 @@ class _Order:
 
 def event_orders(
     system: "HybridSystem",
-    state: "Mapping[str, float] | Sequence[float] | np.ndarray",
+    state: "Mapping[str, float] | Sequence[float] | np.ndarray | xr.Dataset",
     *,
     mode: str | None = None,
     time: float = 0.0,
@@ -53,15 +53,16 @@ def event_orders(
     ----------
     system : HybridSystem
         System with its parameters.
-    state : mapping of state to number, or array_like of shape (n,)
-        On the guards, before the events.
+    state : mapping of state to number, or array_like of shape (n,), or Dataset
+        On the guards, before the events. A result of `periodic_orbit` stands for the first state on the orbit in which
+        two events happen in one instant, with the other arguments.
     mode : str, optional
         Mode before the events; default: the initial one.
     time : float, default 0
         Time of the events, where the system depends on it.
     duration : float, optional
-        Time after which the motion, without an event on the way, is back in that state and mode: the orbit is periodic,
-        and each order has multipliers.
+        Time after which the motion is back in that state and mode: the orbit is periodic, and each order has
+        multipliers. At other ties on the way the declared order is taken.
 
     Returns
     -------
@@ -87,6 +88,8 @@ def event_orders(
     if not isinstance(system, HybridSystem):
         raise SettingsError(f"system is {shown(system):.60}; expected a HybridSystem")
     names = list(system.state_names)
+    if isinstance(state, xr.Dataset):
+        state, mode, time, duration = _tie_on(system, state)
     at, begun = _state(system, state), system.initial["mode"] if mode is None else mode
     if not isinstance(begun, str) or begun not in system.mode_names:
         raise SettingsError(f"mode is {shown(begun):.60}; expected one of {list(system.mode_names)}")
@@ -255,26 +258,13 @@ def _multipliers(
     """The dataset with the multipliers of each order on an orbit that is back after this time."""
     import numpy as np
 
-    from chaosdrill.engine import shooting as at
-    from chaosdrill.orbits.orbit import Orbit
-    from chaosdrill.orbits.problem import Problem
-
-    if not found.attrs["continuous"] or orders[0].mode != mode:
-        raise SettingsError("duration is given, but the orders do not lead to one state in the mode before them")
-    problem, start = Problem(system), orders[0].state
-    if not problem.forced:
-        problem.set_unit(duration)
-    segments = np.array([[system.mode_names.index(mode), at.PLANE, 0]])
-    way = Orbit(segments, 1, start[np.newaxis], time, np.array([duration]))
-    end = problem.at([way], np.array([[duration]]))[0][0, 0]
-    sizes = np.maximum(problem.sizes, np.abs(state))
-    if not (np.abs(end - state) <= TIES.back * sizes).all():
-        raise SettingsError(f"after the duration {duration:g} the state is {end.tolist()}, not back in the one given")
-    there = replace(
-        way, segments=np.repeat(segments, 2, axis=0), starts=np.array([start, end]), durations=np.array([duration, 0.0])
-    )
+    if not found.attrs["continuous"]:
+        raise SettingsError("duration is given, but the orders do not lead to one state and mode")
+    came, end, flow, sizes = _round(system, orders[0], time, duration)
     n = len(state)
-    flow = problem.shoot(there, watched=False).sensitivity[1, :n, :n]
+    if came != mode or not (np.abs(end - state) <= TIES.back * np.maximum(sizes, np.abs(state))).all():
+        told = f"{end.tolist()} in mode {came!r}, not back in the one given"
+        raise SettingsError(f"after the duration {duration:g} the state is {told}")
     multipliers, inside = np.zeros((len(orders), n), dtype=complex), np.zeros((len(orders), n), dtype=bool)
     for i, one in enumerate(orders):
         values, vectors = np.linalg.eig(flow @ one.matrix)
@@ -288,6 +278,71 @@ def _multipliers(
         multiplier_imag=(("order", "multiplier"), multipliers.imag, {"long_name": "multiplier, imaginary part"}),
         multiplier_in_cone=(("order", "multiplier"), inside, {"long_name": "whether its direction keeps the order"}),
     )
+
+
+def _round(
+    system: "HybridSystem", order: _Order, time: float, duration: float
+) -> "tuple[str, np.ndarray, np.ndarray, np.ndarray]":
+    """Mode and state, (n,), of the motion from an order after this time, its tangent map, (n, n), and sizes of states.
+
+    Events are met up to the middle between the last one before that time and that time itself, from where the mode is
+    followed without them: the guards that are met at its end are none of this motion.
+    """
+    import numpy as np
+
+    from chaosdrill.dataset import Outcome
+    from chaosdrill.engine import shooting as at
+    from chaosdrill.engine.layout import EVENT_COLUMNS, EVENT_STROBES, EVENT_TIME
+    from chaosdrill.orbits.guess import Place
+    from chaosdrill.orbits.orbit import Orbit
+    from chaosdrill.orbits.problem import Problem
+
+    n, problem = len(order.state), Problem(system)
+    initial = dict(zip(system.state_names, order.state.tolist(), strict=True))
+    place = Place(system.with_initial(**initial, mode=order.mode), time)
+
+    def run(length: float) -> "tuple[Any, np.ndarray]":
+        going = place.run(length, problem.numerics, tangents=np.eye(n), orthonormalise=False)
+        going.fix_step(length / problem.numerics.steps_a_period)
+        events = np.zeros((TIES.most_on_the_way, EVENT_COLUMNS + 2 * n))
+        outcome, full = going.advance(1, events=events)
+        if outcome != Outcome.OK or full:
+            told = outcome.advice if outcome != Outcome.OK else f"it meets more than {TIES.most_on_the_way} events"
+            raise SettingsError(f"the motion does not last for the duration {duration:g}: {told}")
+        rows = events[: going.filled()[1]]
+        return going, rows[:, EVENT_STROBES] * length + rows[:, EVENT_TIME]
+
+    _, times = run(duration)
+    last = max((t for t in times.tolist() if t < duration * (1 - TIES.back)), default=0.0)
+    begun = (last + duration) / 2
+    going, _ = run(begun)
+    if not problem.forced:
+        problem.set_unit(duration)
+    segments = np.array([[system.mode_names.index(going.mode), at.PLANE, 0]])
+    rest = Orbit(segments, 1, going.x[np.newaxis].copy(), time + begun, np.array([duration - begun]))
+    end = problem.at([rest], np.array([[duration - begun]]))[0][0, 0]
+    there = replace(
+        rest, segments=np.repeat(segments, 2, axis=0), starts=np.array([going.x, end]),
+        durations=np.array([duration - begun, 0.0]),
+    )  # fmt: skip
+    flow = problem.shoot(there, watched=False).sensitivity[1, :n, :n] @ going.vectors.T
+    return going.mode, end, flow, problem.sizes
+
+
+def _tie_on(system: "HybridSystem", orbit: "xr.Dataset") -> "tuple[Any, str, float, float]":
+    """The first state of an orbit in which two events are met in one instant, its mode and time, and the period."""
+    import numpy as np
+
+    if not {"event_time", "event_state_before", "period_time"} <= set(orbit) or orbit["event_time"].dims != ("event",):
+        raise SettingsError("state is a dataset without events of one orbit; give a result of periodic_orbit")
+    times, period = orbit["event_time"].values, float(orbit["period_time"])
+    kinds = orbit["event_kind"].values
+    gaps = np.abs(np.diff(times)) <= TIES.instant * period
+    if not gaps.any():
+        raise SettingsError("state is an orbit on which no two events happen in one instant")
+    first = int(gaps.argmax())
+    mode = system.transitions[int(kinds[first - 1])].target
+    return orbit["event_state_before"].values[first], mode, float(times[first]), period
 
 
 def _state(system: "HybridSystem", given: Any) -> "np.ndarray":

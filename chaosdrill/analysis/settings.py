@@ -379,6 +379,11 @@ COVARIANT = Covariant()
 BOUNDARIES = Boundaries()
 SCALING = Scaling()
 RECURRENCES = Recurrences()
+
+    most_on_the_way: int = 4096
+    """Events on the way round an orbit, at most."""
+
+
 TIES = Ties()
 CURVES = Curves()
 SECTION_MAP = SectionMap()

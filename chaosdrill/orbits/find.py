@@ -60,12 +60,23 @@ def admissible(orbit: Orbit, shot: Shot) -> bool:
     )
 
 
+def tie_words(problem: Problem, orbit: Orbit) -> str:
+    """Which events of an orbit happen in one instant, in words; empty if none do."""
+    outcomes, between = orbit.segments[:, at.SEGMENT_OUTCOME], np.flatnonzero(_in_one_instant(orbit))
+    pairs = [[problem.plain.transitions[outcomes[k]].name for k in (i - 1, i)] for i in between.tolist()]
+    told = ", ".join(f"{one!r} and {other!r}" for one, other in pairs)
+    return f"{told} happen in one instant; multipliers are those of this order, event_orders has all" if told else ""
+
+
 def lasting(orbit: Orbit) -> np.ndarray:
     """Durations of the segments, one of rounding's length between two events in one instant as a positive one."""
-    one_instant = SETTINGS.instant * float(orbit.durations.sum())
+    return np.where(_in_one_instant(orbit), SETTINGS.instant * float(orbit.durations.sum()), orbit.durations)
+
+
+def _in_one_instant(orbit: Orbit) -> np.ndarray:
+    """Which segments lie between two events in one instant, bool of shape (N,)."""
     events = orbit.segments[:, at.SEGMENT_END] >= 0
-    between = events & np.roll(events, 1) & (np.abs(orbit.durations) <= one_instant)
-    return np.where(between, one_instant, orbit.durations)
+    return events & np.roll(events, 1) & (np.abs(orbit.durations) <= SETTINGS.instant * float(orbit.durations.sum()))
 
 
 def inadmissible_words(problem: Problem, orbit: Orbit, shot: Shot) -> str:
@@ -229,7 +240,7 @@ def starting_orbit(
             _, least, shot, residuals = problem.newton(least)
         if least.periods == period:
             problem.conserved = conserved_at(problem, least, shot)
-            remarks = [message, family_words(problem.conserved, system.state_names)]
+            remarks = [message, family_words(problem.conserved, system.state_names), tie_words(problem, least)]
             return problem, least, shot, residuals, "; ".join(filter(None, remarks))
         shorter = shorter or (problem, least, shot, residuals, message)
     if shorter is not None:

@@ -84,9 +84,78 @@ def test_multipliers_of_a_bar_are_those_of_two_balls():
     trace, determinant = float(form["trace"]), float(form["determinant"])
     ball = np.roots([1, -trace, determinant])
     for one in (ds.isel(order=i) for i in range(2)):
-        found = np.sort_complex(one["multiplier_real"].values + 1j * one["multiplier_imag"].values)
-        np.testing.assert_allclose(found, np.sort_complex(np.repeat(ball, 2)), rtol=0, atol=1e-7)
+        same(one["multiplier_real"], one["multiplier_imag"], np.repeat(ball, 2), 1e-7)
     np.testing.assert_allclose(ds["matrix"][0], ds["matrix"][1], atol=1e-12)
+
+
+def same(real, imaginary, expected, within):
+    """Whether these are the same numbers, in any order."""
+    for found, exact in ((real, expected.real), (imaginary, expected.imag)):
+        np.testing.assert_allclose(np.sort(found), np.sort(exact), rtol=0, atol=within)
+
+
+@pytest.fixture(scope="module")
+def balanced():
+    """A bar that lands on both pegs at once, with all mass above them."""
+    _, time, period, (y, _, _, _) = landing()
+    left = period - time
+    return bar(1, **VALUES).with_initial(y=y + period / 2 * left - left**2 / 2, s=0.0, v=period / 2 - left, w=0.0)
+
+
+def test_the_orbit_of_a_bar_through_both_hits_is_found(balanced):
+    form, time, period, _ = landing()
+    orbit = cd.periodic_orbit(balanced)
+    assert orbit.cd.outcome == "periodic"
+    assert orbit["consistent"] == 1
+    np.testing.assert_allclose(orbit["event_time"], [time, time], rtol=0, atol=1e-14 * period)
+    ball = np.roots([1, -float(form["trace"]), float(form["determinant"])])
+    same(orbit["multiplier_real"], orbit["multiplier_imag"], np.repeat(ball, 2), 1e-12)
+    assert "'right' and 'left' happen in one instant" in orbit.attrs["message"]
+    ds = cd.event_orders(balanced, orbit)
+    assert sorted(map(tuple, ds["event"].values)) == [("left", "right"), ("right", "left")]
+    for one in (ds.isel(order=i) for i in range(2)):
+        same(one["multiplier_real"], one["multiplier_imag"], np.repeat(ball, 2), 1e-7)
+
+
+def test_a_branch_keeps_the_tie(balanced):
+    branch = cd.continue_orbit(balanced, {"amplitude": (0.8, 1.0)})
+    ends = branch["amplitude"].values[[0, -1]]
+    np.testing.assert_allclose(ends, [0.8, 1.0])
+    for point in (0, -1):
+        values = VALUES | {"amplitude": float(branch["amplitude"][point])}
+        form = closed.bounce(**values)
+        ball = np.roots([1, -float(form["trace"]), float(form["determinant"])])
+        same(branch["multiplier_real"][point], branch["multiplier_imag"][point], np.repeat(ball, 2), 1e-10)
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1.0])
+@pytest.mark.parametrize("rate", [1.0, 4.0])
+def test_multipliers_differ_with_the_order(unit, rate):
+    """Two clocks x and y are met at once, and go on at other rates until both were: d = x - y becomes d/2 or d/rate.
+
+    On the way back both begin at -p, and a of d is left.
+    """
+    rates = {"00": (1, 1), "10": (1, 2), "01": (rate, 1), "11": (1, 1), "back": (1, 1)}
+    ways = [("x first", "00", "10", "x"), ("y first", "00", "01", "y"), ("y then", "10", "11", "y"),
+            ("x then", "01", "11", "x")]  # fmt: skip
+    again = cd.Transition(
+        "again", "11", "back", f"x + y - {2 * unit}", 1, {"x": "-p + a*(x - y)/2", "y": "-p - a*(x - y)/2"}
+    )
+    clocks = cd.HybridSystem(
+        name="clocks", states="x y", parameters={"p": unit, "a": 0.5},
+        modes={m: {s: f"{v}" for s, v in zip("xy", of, strict=True)} for m, of in rates.items()},
+        transitions=[*(cd.Transition(name, a, b, guard, direction=1) for name, a, b, guard in ways), again,
+                     cd.Transition("off", "back", "00", "x + y + p", 1)],
+        initial={"x": -unit, "y": -unit, "mode": "back"},
+    )  # fmt: skip
+    orbit = cd.periodic_orbit(clocks, start="guess")
+    assert orbit.cd.outcome == "periodic", orbit.attrs["message"]
+    assert float(orbit["period_time"]) == pytest.approx(2 * unit, rel=1e-12)
+    ds = cd.event_orders(clocks, orbit)
+    of = {one["event"].values[0]: one for one in (ds.isel(order=i) for i in range(2))}
+    for first, left in (("x first", 0.5 / 2), ("y first", 0.5 / rate)):
+        np.testing.assert_allclose(of[first]["multiplier_real"], [1, left], atol=1e-7)
+        assert (of[first]["multiplier_in_cone"] == 1).all()
 
 
 def test_a_bar_whose_hits_depend_on_their_order_jumps():
