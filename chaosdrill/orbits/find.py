@@ -62,7 +62,7 @@ def admissible(orbit: Orbit, shot: Shot) -> bool:
 
 def tie_words(problem: Problem, orbit: Orbit) -> str:
     """Which events of an orbit happen in one instant, in words; empty if none do."""
-    outcomes, between = orbit.segments[:, at.SEGMENT_OUTCOME], np.flatnonzero(_in_one_instant(orbit))
+    outcomes, between = orbit.segments[:, at.SEGMENT_OUTCOME], np.flatnonzero(orbit.tied)
     pairs = [[problem.plain.transitions[outcomes[k]].name for k in (i - 1, i)] for i in between.tolist()]
     told = ", ".join(f"{one!r} and {other!r}" for one, other in pairs)
     return f"{told} happen in one instant; multipliers are those of this order, event_orders has all" if told else ""
@@ -70,13 +70,7 @@ def tie_words(problem: Problem, orbit: Orbit) -> str:
 
 def lasting(orbit: Orbit) -> np.ndarray:
     """Durations of the segments, one of rounding's length between two events in one instant as a positive one."""
-    return np.where(_in_one_instant(orbit), SETTINGS.instant * float(orbit.durations.sum()), orbit.durations)
-
-
-def _in_one_instant(orbit: Orbit) -> np.ndarray:
-    """Which segments lie between two events in one instant, bool of shape (N,)."""
-    events = orbit.segments[:, at.SEGMENT_END] >= 0
-    return events & np.roll(events, 1) & (np.abs(orbit.durations) <= SETTINGS.instant * float(orbit.durations.sum()))
+    return np.where(orbit.tied, SETTINGS.same_instant * float(orbit.durations.sum()), orbit.durations)
 
 
 def inadmissible_words(problem: Problem, orbit: Orbit, shot: Shot) -> str:

@@ -38,6 +38,12 @@ class Orbit:
         """Whether no event happens on it."""
         return bool((self.segments[:, at.SEGMENT_END] < 0).all())
 
+    @property
+    def tied(self) -> np.ndarray:
+        """Which segments lie between two events in one instant, bool of shape (N,): they last as long as rounding."""
+        events = self.segments[:, at.SEGMENT_END] >= 0
+        return events & np.roll(events, 1) & (np.abs(self.durations) <= SETTINGS.same_instant * self.durations.sum())
+
     def same_events(self, other: "Orbit") -> bool:
         """Whether both go through the same segments, in the same order."""
         return self.periods == other.periods and np.array_equal(self.segments, other.segments)

@@ -14,8 +14,6 @@ class Settings:
 
     rounded: float = 1e-13
     """Part of what changes of other states by their sizes make of a state below which its value is their rounding."""
-    instant: float = 1e-12
-    """Part of an orbit's duration within which two events are in one instant, in whichever order they are written."""
 
     # Newton's method
     residual: float = 3e-13
