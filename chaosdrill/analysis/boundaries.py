@@ -179,7 +179,7 @@ def _boundary(inside: np.ndarray) -> np.ndarray:
 
 def measures_dataset(system: "HybridSystem", given: Any, job: "Job") -> "xr.Dataset":
     """Measures of basins; see `chaosdrill.basin_measures`."""
-    from chaosdrill.analysis.shares import share_of
+    from chaosdrill.analysis.starts import share_of
     from chaosdrill.analysis.sweeps import over_states
     from chaosdrill.dataset.build import dataset
 

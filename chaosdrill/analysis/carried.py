@@ -20,6 +20,7 @@ from chaosdrill.analysis.visits import merge
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.batch import Batch, Standing, alike
+from chaosdrill.model.noise import seeds_of_starts
 
 _PLACE = "at_"
 """Begins the names of what a foothold is made of."""
@@ -126,7 +127,7 @@ class ShareTask(_Values):
         starts = len(self.starts)
         parts = []
         for rows in np.split(np.arange(starts), range(self.at_once, starts, self.at_once)):
-            here = self.parameters(np.full(len(rows), place))
+            here = self._here(place, rows)
             found, batch = measure(self.plan, here, self.starts[rows], self.modes[rows])
             parts.append({name: found[name] for name in self.keeps} | footholds(batch, np.arange(len(rows))))
         found = joined(parts)
@@ -143,9 +144,11 @@ class ShareTask(_Values):
         return kept
 
     def _mapped(self, place: int, rows: np.ndarray) -> Batch:
-        return self.plan.mapped(
-            self.parameters(np.full(len(rows), place)), self.starts[rows], self.modes[rows], ATTRACTORS.length
-        )
+        return self.plan.mapped(self._here(place, rows), self.starts[rows], self.modes[rows], ATTRACTORS.length)
+
+    def _here(self, place: int, rows: np.ndarray) -> dict[str, np.ndarray]:
+        """Parameters of the runs from some starts at a value."""
+        return seeds_of_starts(self.plan.system, rows, self.parameters(np.full(len(rows), place)))
 
     def fingerprint(self) -> dict[str, Any]:
         """Everything that determines the numbers."""

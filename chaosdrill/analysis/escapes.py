@@ -22,6 +22,7 @@ from chaosdrill.dataset.build import dataset
 from chaosdrill.engine.batch import Batch, Returns
 from chaosdrill.engine.structure import examine
 from chaosdrill.model import HybridSystem
+from chaosdrill.model.noise import seeds_of_starts
 from chaosdrill.model.surface import surface
 
 if TYPE_CHECKING:
@@ -92,7 +93,6 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     saddle = _saddle(marked, ends, starts, modes, lives.units, unit, lead, job)
     if report:
         report(2 * len(starts))
-    n = len(system.state_names)
     alive = np.array([(lives.units >= age).sum() for age in range(count + 1)]) / len(starts)
     return dataset(
         {
@@ -112,7 +112,7 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
             "start": np.arange(1, len(starts) + 1, dtype=np.int32),
             "age": np.arange(count + 1) * unit,
             "state": list(system.state_names),
-            "exponent": np.arange(1, n + 1, dtype=np.int32),
+            "exponent": np.arange(1, system.free + 1, dtype=np.int32),
         },
     )
 
@@ -237,7 +237,8 @@ def _watched(
     length, outcome = np.zeros(len(starts)), np.zeros(len(starts), dtype=np.int64)
     counted: dict[str, Any] = {"section": set(ends), "returns": Returns(count * unit)} if ends else {}
     for part in _parts(len(starts)):
-        batch = Batch(system, {}, starts[part], modes[part], job.numerics, unit=unit, **counted)
+        seeds = seeds_of_starts(system, np.arange(part.start, part.stop))
+        batch = Batch(system, seeds, starts[part], modes[part], job.numerics, unit=unit, **counted)
         batch.run(0, np.array([0, 1 if ends else count]))
         length[part], outcome[part] = batch.elapsed, batch.outcome
         if report:
@@ -267,7 +268,7 @@ def _saddle(
     along the unstable one.
     """
     n = len(system.state_names)
-    none = np.zeros((0, n)), np.full(n, np.nan), np.full(n, np.nan)
+    none = np.zeros((0, n)), np.full(system.free, np.nan), np.full(system.free, np.nan)
     if len(units) < SURVIVORS:
         return none
     age = int(np.sort(units)[-SURVIVORS])
@@ -276,7 +277,7 @@ def _saddle(
     if window < 1:
         return none
     structure = examine(system)
-    frame, symmetries = structure.tangents(n)
+    frame, symmetries = structure.tangents(system.free)
     old = np.flatnonzero(units >= margin)
     points, growth = [], []
     lengths = np.diff(block_ends(window, VISITS))
@@ -284,8 +285,8 @@ def _saddle(
     for part in _parts(len(old)):
         which = old[part]
         batch = Batch(
-            system, {}, starts[which], modes[which], job.numerics, unit=unit, tangents=frame, symmetries=symmetries,
-            deficient=structure.deficient,
+            system, seeds_of_starts(system, which), starts[which], modes[which], job.numerics, unit=unit,
+            tangents=frame, symmetries=symmetries, deficient=structure.deficient,
         )  # fmt: skip
         stay = _still_there(batch, np.arange(len(which)), margin, ends)
         seen, grown = [], []

@@ -15,6 +15,7 @@ from chaosdrill.analysis.visits import merge
 from chaosdrill.dataset import count_outcomes
 from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.batch import Batch
+from chaosdrill.model.noise import seeds_of_starts
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,7 @@ class PointTask(Task):
     modes: np.ndarray  # int (S,): their initial modes
     keeps: tuple[str, ...]  # arrays that are kept of every point
     counts_attractors: bool = False  # whether the different attractors among the seeds of a point are counted
+    own_noise: bool = False  # whether points are starts, each with noise of its own
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -100,6 +102,8 @@ class PointTask(Task):
                 starts[:, names.index(axis.name)] = axis.values[index]
             else:
                 parameters[axis.name] = axis.values[index]
+        if self.own_noise:
+            parameters = seeds_of_starts(self.plan.system, np.repeat(units, seeds), parameters)
         return parameters, starts, modes
 
     def _run(self, first: int, count: int) -> Arrays:
@@ -150,8 +154,8 @@ class StartTask(PointTask):
         return 1
 
     def begin(self, units: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
-        """No parameters, and the initial states and modes of some of the runs."""
-        return {}, self.starts[units], self.modes[units]
+        """No parameters but seeds of noise, and the initial states and modes of some of the runs."""
+        return seeds_of_starts(self.plan.system, units), self.starts[units], self.modes[units]
 
     def _run(self, first: int, count: int) -> Arrays:
         found, _ = measure(self.plan, *self.begin(np.arange(first, first + count)))

@@ -244,6 +244,8 @@ class Ties:
     """Difference of directions, and of states in parts of their sizes, that is none."""
     back: float = 1e-6
     """Distance, in parts of the states' sizes, within which a motion leads back to where it was."""
+    most_on_the_way: int = 4096
+    """Events on the way round an orbit, at most."""
 
 
 @dataclass(frozen=True)
@@ -379,11 +381,6 @@ COVARIANT = Covariant()
 BOUNDARIES = Boundaries()
 SCALING = Scaling()
 RECURRENCES = Recurrences()
-
-    most_on_the_way: int = 4096
-    """Events on the way round an orbit, at most."""
-
-
 TIES = Ties()
 CURVES = Curves()
 SECTION_MAP = SectionMap()

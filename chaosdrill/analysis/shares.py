@@ -24,7 +24,7 @@ from chaosdrill.analysis.plan import Plan, make_plan
 from chaosdrill.analysis.points import Axis
 from chaosdrill.analysis.seeds import make_seeds
 from chaosdrill.analysis.settings import ATTRACTORS
-from chaosdrill.analysis.starts import states_and_modes
+from chaosdrill.analysis.starts import share_of, states_and_modes
 from chaosdrill.analysis.visits import merge
 from chaosdrill.dataset import count_outcomes
 from chaosdrill.dataset.branches import AttractorEnd
@@ -321,17 +321,6 @@ def _ends(axis: Axis, branches: list[Branch], number: dict[Node, int]) -> dict[s
         following = [0 if node is None else number.get(node, 0) for node in beyond]
         ends[f"next_{side}"] = np.array(following, dtype=np.int32)
     return ends
-
-
-def share_of(hits: Any, starts: int) -> tuple[Any, Any]:
-    """The part of the starts that lead somewhere, and its standard error.
-
-    The error is that of a binomial share with two hits and two misses more (Agresti and Coull 1998,
-    doi:10.1080/00031305.1998.10480550), which does not vanish where all starts, or none, lead there.
-    """
-    hits = np.asarray(hits, dtype=float)
-    likely = (hits + 2) / (starts + 4)
-    return hits / starts, np.sqrt(likely * (1 - likely) / (starts + 4))
 
 
 def _rate_names(quadrature: str) -> list[tuple[str, str]]:

@@ -138,6 +138,19 @@ def settled_modes(system: "HybridSystem", states: "np.ndarray", modes: "np.ndarr
     return np.where(modes == UNTOLD, modes_at(system, {}, states)[0], modes) if system.regions else modes
 
 
+def share_of(hits: Any, starts: int) -> tuple[Any, Any]:
+    """The part of the starts that lead somewhere, and its standard error.
+
+    The error is that of a binomial share with two hits and two misses more (Agresti and Coull 1998,
+    doi:10.1080/00031305.1998.10480550), which does not vanish where all starts, or none, lead there.
+    """
+    import numpy as np
+
+    hits = np.asarray(hits, dtype=float)
+    likely = (hits + 2) / (starts + 4)
+    return hits / starts, np.sqrt(likely * (1 - likely) / (starts + 4))
+
+
 def told_of_starts(system: "HybridSystem", outcomes: "np.ndarray") -> str:
     """Why no run of an analysis could begin, with the guard if the system's own start is beyond one; else empty."""
     from chaosdrill.dataset import Outcome

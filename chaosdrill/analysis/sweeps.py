@@ -8,13 +8,14 @@ import numpy as np
 import xarray as xr
 
 from chaosdrill.analysis.base import Job
+from chaosdrill.analysis.cycles import at_points
 from chaosdrill.analysis.matching import number_attractors
 from chaosdrill.analysis.measuring import mean_names
 from chaosdrill.analysis.plan import Plan, make_plan
 from chaosdrill.analysis.points import Axis, LineTask, PointTask, StartTask
 from chaosdrill.analysis.seeds import make_seeds
 from chaosdrill.analysis.settings import ATTRACTORS
-from chaosdrill.analysis.starts import settled_modes, states_and_modes
+from chaosdrill.analysis.starts import settled_modes, share_of, states_and_modes
 from chaosdrill.analysis.visits import merge
 from chaosdrill.dataset import Outcome, count_outcomes
 from chaosdrill.dataset.build import dataset
@@ -98,7 +99,7 @@ def over_states(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
     variables: dict[str, Any] = {}
     if given.initial is None:
         dims, coords = tuple(grid), dict(grid)
-        task = PointTask(plan, axes, start[np.newaxis], np.array([mode]), keeps)
+        task = PointTask(plan, axes, start[np.newaxis], np.array([mode]), keeps, own_noise=True)
         shape = task.shape
     else:
         starts, modes = states_and_modes(system, given.initial)
@@ -115,15 +116,12 @@ def over_states(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
     told = _endings(system, cells["outcome"][:, np.newaxis], cells.pop("ended_by")[:, np.newaxis], task.axes)
     numbers, leaders = number_attractors(cells)
     if len(leaders) > 1:
-        _, begun, begun_modes = task.begin(leaders)
+        here, begun, begun_modes = task.begin(leaders)
         numbers, leaders = merge(
-            plan,
-            cells,
-            numbers,
-            leaders,
-            lambda which: plan.mapped({}, begun[which], begun_modes[which], ATTRACTORS.length),
-        )
-    fraction = np.bincount(numbers, minlength=len(leaders) + 1)[1:] / task.units
+            plan, cells, numbers, leaders,
+            lambda which: plan.mapped(at_points(here, which), begun[which], begun_modes[which], ATTRACTORS.length),
+        )  # fmt: skip
+    fraction, error = share_of(np.bincount(numbers, minlength=len(leaders) + 1)[1:], task.units)
     number = "attractor_number"
     variables |= {
         "attractor": (dims, numbers.reshape(shape).astype(np.int16)),
@@ -132,7 +130,7 @@ def over_states(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
         "attractor_outcome": (number, cells["outcome"][leaders]),
         "attractor_state": ((number, "state"), cells["state"][leaders]),
         "fraction": (number, fraction),
-        "fraction_error": (number, np.sqrt(fraction * (1 - fraction) / task.units)),
+        "fraction_error": (number, error),
     }
     if system.forced:
         variables["forcing_period"] = ((), system.forcing_period())

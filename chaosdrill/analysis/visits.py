@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from chaosdrill.analysis.classification import undrawn
 from chaosdrill.analysis.matching import KNOWN_BY, alike_first, moments
 from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.recurrence import CLOSE, recurrence, sizes
@@ -68,7 +69,7 @@ def merge(
 def _follow(plan: Plan, which: np.ndarray, runs: Batch) -> Followed:
     runs.run(plan.transient, np.array([0, ATTRACTORS.length]))
     there = runs.outcome == Outcome.OK
-    points, known, shifts = runs.window[there], runs.sizes[there], plan.shifts
+    points, known, shifts = undrawn(plan.system, runs.window[there]), runs.sizes[there], plan.shifts
     period = recurrence(aside(points, shifts), shifts.sizes(known), plan.max_period, 2 * plan.max_period).period
     return Followed(which[there], points, known, shifts, period if plan.maps else np.zeros_like(period))
 

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from math import fsum, inf, isfinite, log, nextafter
 from numbers import Integral
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import sympy
@@ -22,6 +23,8 @@ from chaosdrill.model.tables import finite
 from chaosdrill.names import remedy, shown
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from chaosdrill.model.system import HybridSystem
 
 PERIOD = "period"
@@ -303,6 +306,24 @@ def added_limits(distributions: Mapping[str, Distribution], limits: Mapping[str,
     bounded = {name: one for name, one in distributions.items() if isinstance(one, Uniform | Choice) and name in limits}
     own = {f"{name}_{key}": limits[name] for name, one in bounded.items() for key in one.parameters()}
     return {**plain, **own, SEED: Limit(high=LARGEST_SEED - 1.0, quantity="the seed of the noise", whole=True)}
+
+
+def seeds_of_starts(
+    system: "HybridSystem", starts: "np.ndarray", parameters: "Mapping[str, np.ndarray]" = MappingProxyType({})
+) -> "dict[str, np.ndarray]":
+    """Parameters of runs from some of many starts, each with noise of its own: that of the seed plus its place.
+
+    Parameters
+    ----------
+    starts : ndarray of int, shape (P,)
+        Places of the starts among all of them, from 0.
+    parameters : mapping of str to ndarray, shape (P,), optional
+        Those that the runs have already.
+    """
+    given = dict(parameters)
+    if system.draws:
+        given[SEED] = (given.get(SEED, system.parameters[SEED]) + starts) % LARGEST_SEED
+    return given
 
 
 def noisy(system: "HybridSystem", distributions: Any, at: Any, seed: int) -> "HybridSystem":

@@ -568,7 +568,8 @@ class HybridSystem:
         A value that was drawn at an event holds from then on, beginning after its reset, up to the next draw; until the
         first one the parameter has the median of its distribution. The numbers depend only on the seed and on the count
         of earlier draws: they are the same to the bit in every run, with any number of workers, so that exponents and
-        means are those of this realisation of the noise. Another seed gives other noise, and may be swept.
+        means are those of this realisation of the noise. Another seed gives other noise, and may be swept. Where starts
+        are counted, in `basins`, `attractors` and `transient_chaos`, start k, from 0, has the seed plus k.
 
         Parameters
         ----------

@@ -256,7 +256,6 @@ class Problem:
         yield sizes
         yield np.nan_to_num((np.where(np.eye(d, dtype=bool), 0.0, moves) * sizes).max(axis=1), posinf=0.0)
 
-
     def shoot(self, orbit: Orbit, watched: bool = True, section: Orbit | None = None) -> Shot:
         """The shooting residual of an orbit, and its derivatives.
 

@@ -6,7 +6,7 @@ import sympy
 from maps import map_system
 
 import chaosdrill as cd
-from chaosdrill.analysis.shares import share_of
+from chaosdrill.analysis.starts import share_of
 
 x, a, r = sympy.symbols("x a r", real=True)
 FOLD = 2 / np.sqrt(27)

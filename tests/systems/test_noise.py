@@ -293,14 +293,11 @@ def test_the_order_in_which_distributions_are_named_draws_the_same_numbers():
     [
         (lambda s: cd.periodic_orbit(s), "repeats"),
         (lambda s: cd.continue_orbit(s, {"omega": (2.4, 2.6)}), "repeats"),
-        (lambda s: cd.basins(s, {"x": [0, 0.1], "v": [0, 1]}, transient=10, periods=10), "repeats"),
-        (lambda s: cd.attractors(s, {"omega": [2.4, 2.5]}, transient=10, periods=10), "repeats"),
-        (lambda s: cd.basin_measures(s), "repeats"),
+        (lambda s: cd.basin_measures(s), "basins gives the shares"),
         (lambda s: cd.regularity(s, periods=100), "repeats"),
         (lambda s: cd.zero_one_test(s, periods=100), "noise itself"),
         (lambda s: cd.dimensions(s, periods=100), "fill the range of the noise"),
         (lambda s: cd.manifolds(s), "repeats"),
-        (lambda s: cd.transient_chaos(s, periods=10), "one sequence of draws"),
         (lambda s: cd.work_precision(s, periods=10), "has no random numbers"),
     ],
 )
@@ -370,6 +367,70 @@ def test_analyses_that_take_noise_agree_with_the_closed_form():
     runs = cd.trajectory(system, initial=[[1.0, 0.0, 0.5, 0.0], [2.0, 0.0, 0.5, 0.0]], periods=20)
     states = runs["states"].sel(state="x").values
     assert np.array_equal(2 * states[0], states[1])
+
+
+KICK = cd.Map(
+    "x k", {"u": 0.0, "c": 0.0}, ["Piecewise(x, k < 1, 0.3*x - 1 + 0.2*u, x + u < c, 0.3*x + 1 + 0.2*u)", "1"],
+    initial={"x": 0.25, "k": 0.0},
+).with_noise({"u": cd.Uniform(-0.5, 0.5)}, seed=3)  # fmt: skip
+"""The first draw decides between two attractors, near 1.4 and -1.4: the upper one with probability 1/2 + x - c."""
+
+
+def test_each_start_of_basins_has_noise_of_its_own(tmp_path):
+    """Of starts in one place the shares are probabilities, and errors cover them."""
+    given = {"initial": {"x": [0.25] * 300 + [1.0]}, "transient": 20, "periods": 40}
+    found = cd.basins(KICK, **given)
+    assert found.sizes["attractor_number"] == 2
+    assert (found.cd.outcome == "contracting").all()
+    share, error = found["fraction"].values[0], found["fraction_error"].values[0]
+    assert abs(share - 0.75) < 3 * error < 0.09
+    assert found["attractor_state"].values[:, 0] == pytest.approx([1 / 0.7, -1 / 0.7], abs=0.15)
+    for other in (cd.basins(KICK, **given, workers=2, store=tmp_path), cd.basins(KICK, **given, store=tmp_path)):
+        for name in ("attractor", "outcome", "attractor_state", "attractor_exponent"):
+            assert np.array_equal(found[name], other[name])
+    # a start draws as a run with the seed that is larger by its place
+    where = np.sign([
+        float(cd.poincare_section(KICK.with_parameters(noise_seed=3 + k), periods=1, transient=20)["section"][0, 0])
+        for k in range(5)
+    ])  # fmt: skip
+    np.testing.assert_array_equal(found["attractor"][:5], np.where(where > 0, 1, 2))
+    plane = cd.basins(KICK, {"x": [0.25], "k": [0.0, -1.0]}, transient=20, periods=40)
+    reached = plane["attractor_state"].values[np.ravel(plane["attractor"]) - 1, 0]
+    np.testing.assert_array_equal(np.sign(reached), where[:2])
+
+
+def test_shares_under_noise_along_a_parameter():
+    values = np.linspace(-0.4, 0.4, 5)
+    given = {"initial": {"x": [0.0] * 300}, "transient": 20, "periods": 40}
+    found = cd.attractors(KICK, {"c": values}, **given)
+    assert found.sizes["attractor"] == 2
+    upper = found["attractor_state"].sel(state="x").max("c").values > 0
+    share = found["fraction"].values[:, upper][:, 0]
+    assert (np.abs(share - (0.5 - values)) < 3 * found["fraction_error"].values[:, upper][:, 0]).all()
+    assert (found["end_below"] == 0).all()
+    assert (found["end_above"] == 0).all()
+    backward = cd.attractors(KICK, {"c": values[::-1]}, **given, workers=2)
+    for name in ("fraction", "reached", "attractor_state"):
+        assert np.array_equal(found[name].sel(c=values), backward[name].sel(c=values))
+
+
+def test_an_open_map_with_random_slopes_loses_what_the_mean_hole_takes():
+    """Of evenly spread points 2/s stay; each start draws s itself, so that the rate is -ln <2/s>, not -<ln(2/s)>.
+
+    Runs that stay long have drawn s as often as 2/s says, which weights the mean of the exponent ln s.
+    """
+    tent = cd.Map(
+        "x", {"s": 2.5}, ["Piecewise(s*x, x < 1/2, s*(1 - x))"], initial={"x": 0.3}, bounds={"x": (0, 1)}
+    ).with_noise({"s": cd.Choice([2.5, 4])}, seed=1)  # fmt: skip
+    starts = {"count": 10_000, "seed": 1, "x": (0, 1)}
+    found = cd.transient_chaos(tent, periods=60, random=starts)
+    exact, frozen = -math.log(0.65), (math.log(1.25) + math.log(2)) / 2
+    assert abs(found["escape_rate"] - exact) < 3 * found["escape_rate_error"] < abs(frozen - exact)
+    value, error = found["lyapunov_exponent"].values, found["lyapunov_error"].values
+    assert value.shape == (1,)
+    assert abs(value[0] - (0.8 * math.log(2.5) + 0.5 * math.log(4)) / 1.3) < 3 * error[0] < 0.15
+    again = cd.transient_chaos(tent, periods=60, random={**starts, "count": 50})
+    assert np.array_equal(again["lifetime"], found["lifetime"][:50])
 
 
 def test_covariant_vectors_are_mapped_onto_each_other_by_the_matrices_drawn():

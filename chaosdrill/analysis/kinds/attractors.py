@@ -82,6 +82,7 @@ VARIABLES = table(
 class Attractors(Points):
     """Settings of `attractors`."""
 
+    without_noise: ClassVar[str] = ""
     meanings: ClassVar[Mapping[str, str]] = {
         "system": "System with its parameters.",
     }

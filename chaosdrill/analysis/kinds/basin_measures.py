@@ -65,6 +65,9 @@ VARIABLES = table(
 class BasinMeasures(Basins):
     """Settings of `basin_measures`."""
 
+    without_noise: ClassVar[str] = (
+        "a start leads to either side of a boundary by chance, so that it has no shape; basins gives the shares"
+    )
     meanings: ClassVar[Mapping[str, str]] = {
         "initial": "Initial states, in any number and any form that `basins` takes: they have shares, but no entropies "
         "and no exponent. With a grid they are included in the shares.",

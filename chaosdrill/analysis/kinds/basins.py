@@ -55,7 +55,7 @@ VARIABLES = table(
     may("attractor_rate_si", _TABLED, "f8", "mean progression rate", SI, "m h-1"),
     need("attractor_state", f"{_TABLED} state", "f8", "state on the attractor", "A point of it on the section."),
     need("fraction", _TABLED, "f8", "fraction of the basin", "Part of the starts that lead to the attractor."),
-    need("fraction_error", _TABLED, "f8", "standard error of the fraction", "sqrt(p(1 - p)/N) for N starts."),
+    need("fraction_error", _TABLED, "f8", "standard error of the fraction", "Of random starts."),
     *forcing(),
     bars={"attractor_exponent": "attractor_error", "fraction": "fraction_error"},
     average=("attractor_rate_si",),
@@ -67,6 +67,7 @@ VARIABLES = table(
 class Basins(Points):
     """Settings of `basins`."""
 
+    without_noise: ClassVar[str] = ""
     meanings: ClassVar[Mapping[str, str]] = {
         "system": "System with its parameters; its initial state gives the states that the grid does not span, "
         "and the mode unless regions do.",

@@ -43,7 +43,7 @@ VARIABLES = table(
 class TransientChaos(AnalysisSettings):
     """Settings of `transient_chaos`."""
 
-    without_noise: ClassVar[str] = "the lifetime of a run then depends on one sequence of draws"
+    without_noise: ClassVar[str] = ""
     meanings: ClassVar[Mapping[str, str]] = {
         "system": "System with its parameters; its initial state supplies the states that the starts do not name.",
     }
@@ -123,12 +123,14 @@ class TransientChaos(AnalysisSettings):
 def transient_chaos(system: "HybridSystem", given: TransientChaos, job: "Job") -> "xr.Dataset":
     """Lifetimes of runs from many starts, the rate at which they leave, and the chaotic saddle.
 
-    A run leaves when it escapes from the bounds of the system's states, or meets ``until`` for the first time.
-    Lifetimes are counted in forcing periods, or in fractions of half the median lifetime. If they end at random, those
-    beyond the transient are distributed exponentially; the rate is the maximum-likelihood estimate, in which runs that
-    have not left count with the length of the record. Its standard error is that of independent starts. ``drift``
-    compares the later half of the escapes with the earlier one: beyond 3, lifetimes are not exponential, and a longer
-    transient is needed.
+    A run leaves when it escapes from the bounds of the system's states, or meets ``until`` for the first time. If lives
+    end by chance alone, those beyond the transient are distributed exponentially. With forcing lifetimes count whole
+    periods, and the rate is the maximum-likelihood estimate, in which runs that have not left count with the length of
+    the record. Without forcing it is the logarithm of the ratio of two integrals of the number of runs that are left,
+    over stretches that begin a difference of two lifetimes apart: lives may end at any time, or at multiples of a time
+    alone. Its standard error is that of independent starts. ``drift`` compares the later half of the escapes with the
+    earlier one: beyond 3, lifetimes are not exponential, and a longer transient is needed. Under noise each start has
+    its own, and the rate is that of the average over it.
 
     Points on the saddle are up to ten states of each run in the middle of a long lifetime (the sprinkler method: Kantz
     and Grassberger 1985, doi:10.1016/0167-2789(85)90135-6; Lai and Tel 2011, doi:10.1007/978-1-4419-6987-3): of those
