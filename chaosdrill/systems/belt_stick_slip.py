@@ -40,7 +40,8 @@ def equations() -> dict[str, Any]:
             "overtake": {"x": "v", "v": "-F_k - x"},
         },
         "transitions": [
-            Transition("release", "stick", "slip", guard="x - F_s", direction=+1, kind="slip"),
+            # a start in stick may have another velocity, as where only the belt is given another speed
+            Transition("release", "stick", "slip", guard="x - F_s", direction=+1, reset={"v": "belt"}, kind="slip"),
             Transition("stick", "slip", "stick", **held, **catch_up),
             Transition("overtake", "slip", "overtake", **catch_up),
             Transition("hold", "overtake", "stick", kind="stick", **held, **fall_back),

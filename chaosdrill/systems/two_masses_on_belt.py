@@ -74,10 +74,12 @@ def _events(j: int, mode: str) -> "list[Transition]":
     def event(kind: str, source: str, target: str, guard: str, direction: int, **more: Any) -> "Transition":
         return Transition(f"{kind}-{other}", source, target, guard, direction, kind=kind, **more)
 
-    grip: dict[str, Any] = {"reset": {f"v{j}": "belt"}, "condition": f"Abs{pull} <= F_s"}
+    # a start in stick may have another velocity, as where only the belt is given another speed
+    carried: dict[str, Any] = {"reset": {f"v{j}": "belt"}}
+    grip = carried | {"condition": f"Abs{pull} <= F_s"}
     return [
-        event("release", stick, slip, f"{pull} - F_s", +1),
-        event("push", stick, overtake, f"{pull} + F_s", -1),
+        event("release", stick, slip, f"{pull} - F_s", +1, **carried),
+        event("push", stick, overtake, f"{pull} + F_s", -1, **carried),
         event("stick", slip, stick, speed, +1, **grip),
         event("pass", slip, overtake, speed, +1),
         event("hold", overtake, stick, speed, -1, **grip),
