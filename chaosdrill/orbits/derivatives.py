@@ -170,9 +170,7 @@ def _numbered(problem: "Problem", task: _Task) -> _Task:
     orbit, total = task.orbit, float(task.orbit.durations.sum())
     strobe, period = problem.first_strobe(orbit), problem.period_at(orbit)
     ends = np.cumsum(orbit.durations)
-    kinds = np.flatnonzero(orbit.segments[:, at.SEGMENT_END] >= 0)
-    times = (ends - strobe) % total if problem.forced else ends
-    order = kinds[np.argsort(times[kinds], kind="stable")]
+    times, order = orbit.in_order((ends - strobe) % total if problem.forced else ends)
     if period is None:
         return replace(task, events=tuple(order.tolist()), turns=(0,) * len(order))
     turns = np.rint((orbit.phase + ends - times) / period)[order].astype(int)

@@ -44,6 +44,22 @@ class Orbit:
         events = self.segments[:, at.SEGMENT_END] >= 0
         return events & np.roll(events, 1) & (np.abs(self.durations) <= SETTINGS.same_instant * self.durations.sum())
 
+    def in_order(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Times at which segments end, alike for events in one instant, and the segments that end at events, by these.
+
+        Parameters
+        ----------
+        times : ndarray, shape (N,)
+            Since the strobe from which events are counted.
+        """
+        tied, rank, times = self.tied, np.arange(len(self)), times.copy()
+        if tied.any() and not tied.all():
+            rank = (rank - int(tied.argmin())) % len(self)
+            for i in np.argsort(rank)[1:].tolist():
+                times[i] = times[i - 1] if tied[i] else times[i]
+        kinds = np.flatnonzero(self.segments[:, at.SEGMENT_END] >= 0)
+        return times, kinds[np.lexsort((rank[kinds], times[kinds]))]
+
     def same_events(self, other: "Orbit") -> bool:
         """Whether both go through the same segments, in the same order."""
         return self.periods == other.periods and np.array_equal(self.segments, other.segments)

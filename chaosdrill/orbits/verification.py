@@ -422,13 +422,7 @@ def _events(problem: "Problem", orbit: "Orbit") -> dict[str, Any]:
             speeds[i] = gradient[:d] @ rates[:d] + gradient[d]
     ends = np.cumsum(orbit.durations)
     times = (ends - problem.first_strobe(orbit)) % ends[-1] if problem.forced else ends
-    tied, rank = orbit.tied, np.arange(count)
-    if tied.any() and not tied.all():
-        rank = (rank - int(tied.argmin())) % count
-        for i in np.argsort(rank)[1:].tolist():
-            times[i] = times[i - 1] if tied[i] else times[i]
-    kinds = np.flatnonzero(orbit.segments[:, at.SEGMENT_END] >= 0)
-    order = kinds[np.lexsort((rank[kinds], times[kinds]))]
+    times, order = orbit.in_order(times)
     after = np.roll(orbit.starts[:, :d], -1, axis=0)
     if orbit.drift is not None:
         after[-1] += orbit.drift

@@ -117,6 +117,14 @@ def test_the_orbit_of_a_bar_through_both_hits_is_found(balanced):
         same(one["multiplier_real"], one["multiplier_imag"], np.repeat(ball, 2), 1e-7)
 
 
+def test_derivatives_of_an_orbit_through_both_hits(balanced):
+    """Both hits move with the amplitude as that of the ball does."""
+    orbit = cd.periodic_orbit(balanced, derivatives=["amplitude"])
+    beside = [float(closed.bounce(**(VALUES | {"amplitude": 0.9 + step}))["time"]) for step in (-1e-5, 1e-5)]
+    exact = (beside[1] - beside[0]) / 2e-5
+    np.testing.assert_allclose(np.ravel(orbit["event_time_derivative"]), [exact, exact], rtol=1e-8)
+
+
 def test_a_branch_keeps_the_tie(balanced):
     branch = cd.continue_orbit(balanced, {"amplitude": (0.8, 1.0)})
     ends = branch["amplitude"].values[[0, -1]]
