@@ -224,7 +224,11 @@ def main() -> None:
                     say(f"{work.name}: not without {work.rival}")
                     continue
                 say(work.name)
-                rows += compare(work, theirs, given.rounds, np.zeros(3) if reference is None else reference)
+                try:
+                    rows += compare(work, theirs, given.rounds, np.zeros(3) if reference is None else reference)
+                except RuntimeError as error:
+                    say(f"{work.name}: {error}")
+                    theirs.missing[work.rival] = str(error)
         finally:
             theirs.close()
     text = table(rows, theirs.missing)

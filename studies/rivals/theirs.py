@@ -71,6 +71,14 @@ def henon_by_pynamicalsys(count: int, work: str) -> Callable[[float], Any]:
 
 def dimension_by_nolds(count: int) -> Callable[[float], Any]:
     """The correlation dimension of points of Henon's map, from one coordinate and its predecessor."""
+    from importlib import resources, util
+    from pathlib import Path
+
+    if sys.version_info < (3, 12):
+        # nolds 0.6.3 asks for the files beside a module, which older Pythons know of packages alone
+        found = util.find_spec("nolds")
+        folder = Path(str(found.origin)).parent if found else Path()
+        resources.files = lambda _: folder  # type: ignore[assignment]
     import nolds
 
     def run(_: float) -> Any:
