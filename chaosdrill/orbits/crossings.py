@@ -6,7 +6,7 @@ which passes 1 once. Every trial between two points is corrected onto the branch
 as exact as the multipliers are.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -16,6 +16,7 @@ import numpy as np
 from chaosdrill.dataset.branches import Special
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.setup import constrained_states
+from chaosdrill.orbits.curve import shares_of
 from chaosdrill.orbits.multipliers import free_multipliers
 from chaosdrill.orbits.problem import LostError
 from chaosdrill.orbits.roots import bracketed
@@ -312,7 +313,9 @@ class _Step:
             return None
         if test.crossed and (kind == Special.FOLD or self.held):
             kind = Special.BRANCH_POINT if _crossed(self.curve, self.before, point, self.after) else Special.FOLD
-        return self._marked(part, kind, there(part)[1], abs(high - low), multiplicity)
+        rise = abs(high - low)
+        sharp = self._sharp(part, value, rise) if kind == Special.BRANCH_POINT else None
+        return self._marked(part, kind, there(part)[1], rise, multiplicity, sharp)
 
     def crossed(self) -> list[Located]:
         """Where the moduli pass 1, each in its place; those that do so together are one point.
@@ -322,62 +325,138 @@ class _Step:
         LostError
         """
         ends = outside(free_of(self.pair))
-        found: list[tuple[float, Special, float]] = []
-        for place in range(int(ends.min()), int(ends.max())):
-
-            def value(part: float, place: int = place) -> float:
-                return float(np.log(max(self._moduli(part)[place], 1e-300)))
-
-            low, high = value(0.0), value(1.0)
-            part = bracketed(value, 0.0, 1.0)
-            if abs(value(part)) > SETTINGS.missed_multiplier:
+        places = range(int(ends.min()), int(ends.max()))
+        found: list[tuple[float, int]] = []
+        for place in places:
+            part = bracketed(lambda part, place=place: self._size(part, place, place + 1), 0.0, 1.0)
+            if abs(self._size(part, place, place + 1)) > SETTINGS.missed_multiplier:
                 raise LostError("a modulus jumps")
-            free = free_of(self.pair.with_points([self.points[part]]))[0]
-            mine = free[np.argsort(-np.abs(free), kind="stable")[place]]
-            kind = Special.BRANCH_POINT if mine.real > 0 else Special.PERIOD_DOUBLING
-            found.append((part, Special.NEIMARK_SACKER if is_paired(mine) else kind, abs(high - low)))
+            found.append((part, place))
         marks: list[Located] = []
+        turned = self.before.tangent.change[-1] * self.after.tangent.change[-1] < 0
         for group in _together(found):
-            part, kind, slope = group[0]
+            part, count = group[0][0], len(group)
             point = self.points[part]
             noise = SETTINGS.tangent_error * len(point.orbit) * max(1.0, float(np.abs(point.shot.monodromy).max()))
-            turned = self.before.tangent.change[-1] * self.after.tangent.change[-1] < 0
-            if kind == Special.BRANCH_POINT and (
-                turned or (self.held and not _crossed(self.curve, self.before, point, self.after))
-            ):
-                kind = Special.FOLD
-            marks.append(self._marked(part, kind, noise, slope, len(group)))
+            first, last = min(place for _, place in group), 1 + max(place for _, place in group)
+            rise = abs(self._size(1.0, first, last) - self._size(0.0, first, last)) / count
+            noise += rise * (group[-1][0] - part)
+            for kind, number in _kinds(free_of(self.pair.with_points([point]))[0], count):
+                if kind == Special.BRANCH_POINT and (
+                    turned or (self.held and not _crossed(self.curve, self.before, point, self.after))
+                ):
+                    kind = Special.FOLD
+                if kind == Special.BRANCH_POINT:
+                    sharp = self._sharp(part, lambda part: self._size(part, first, last), rise)
+                    marks.append(self._marked(part, kind, noise, rise, number, sharp))
+                else:
+                    marks.append(self._marked(part, kind, noise, rise, number))
         return sorted(marks, key=lambda one: one.part)
+
+    def _size(self, part: float, first: int, last: int) -> float:
+        """Logarithm of the product of some moduli, in their order."""
+        return float(np.log(np.maximum(self._moduli(part)[first:last], 1e-300)).sum())
 
     def _moduli(self, part: float) -> np.ndarray:
         free = free_of(self.pair.with_points([self.point(part, True)]))[0]
         return np.sort(np.abs(free))[::-1]
 
-    def _marked(self, part: float, kind: Special, noise: float, rise: float, multiplicity: int) -> Located:
+    def _sharp(self, part: float, value: Callable[[float], float], rise: float) -> "Sharp | None":
+        """Where a function vanishes next to a root found where branches cross, and the point there, from points beside.
+
+        At the crossing the equations are singular, and an orbit is known to the root of its residual only. Beside it
+        it is known the better the further off it is, as the polynomial through such points is the worse.
+        """
+        count, best = SETTINGS.sharp_nodes, None
+        nodes = np.cos(np.pi * (np.arange(count) + 0.5) / count)
+        way = max(self._way, 1e-300)
+        for reach in SETTINGS.sharp_reaches:
+            parts = part + reach * nodes
+            try:
+                points = [self.point(float(one), False) for one in parts]
+                values = np.array([value(float(one)) for one in parts])
+                errors = rise * np.array([self.curve.error_at(one) for one in points]) / way
+            except LostError:
+                continue
+            errors += [SETTINGS.tangent_error * max(1.0, float(np.abs(p.shot.monodromy).max())) for p in points]
+            roots = [_root(parts, values, degree, part) for degree in (count - 3, count - 1)]
+            if roots[0] is None or roots[1] is None:
+                continue
+            slope = (values[0] - values[-1]) / (parts[0] - parts[-1])
+            there = roots[1]
+            off = abs(there - roots[0]) + float(np.abs(shares_of(parts, there, 0)) @ errors / max(abs(slope), 1e-300))
+            if best is None or off < best.error:
+                orbit = self.curve.interpolated([p.orbit for p in points], parts, there, self.before.orbit)
+                shot = self.curve.problem.shoot(orbit)
+                length = self.before.arclength + there * (self.after.arclength - self.before.arclength)
+                best = Sharp(replace(self.before, orbit=orbit, shot=shot.bare(), arclength=length), there, off)
+        return best
+
+    @property
+    def _way(self) -> float:
+        """How far the parameter changes over the step."""
+        return abs(float(self.curve.values(self.after.orbit)[-1] - self.curve.values(self.before.orbit)[-1]))
+
+    def _marked(
+        self, part: float, kind: Special, noise: float, rise: float, multiplicity: int, sharp: "Sharp | None" = None
+    ) -> Located:
         """The point with the error of its parameter, from that of a function which rises by so much over the step."""
-        point, curve, scale = self.points[part], self.curve, self.curve.problem.accuracy
+        curve, scale = self.curve, self.curve.problem.accuracy
+        if sharp is not None:
+            error = sharp.error * self._way + scale * curve.size(sharp.point.orbit)
+            return Located(replace(sharp.point, special=kind), sharp.part, float(error), multiplicity)
+        point = self.points[part]
         size = curve.size(point.orbit)
-        way = abs(float(curve.values(self.after.orbit)[-1] - curve.values(self.before.orbit)[-1]))
         error = scale * size
         if kind == Special.BRANCH_POINT:
-            # the equations vanish there to third order across, so that the orbit is known to the root of its residual
-            error = 3 * scale ** (2 / 3) * size
+            # the equations vanish there to second order across, so that the orbit is known to the root of its residual
+            error = 3 * scale**0.5 * size
         elif kind != Special.FOLD or self.held:
-            error += noise * scale / SETTINGS.tangent_error * max(way, 1e-300) / rise
+            error += noise * scale / SETTINGS.tangent_error * max(self._way, 1e-300) / rise
         if kind != Special.BRANCH_POINT:
             error += curve.error_at(point)
         return Located(replace(point, special=kind), part, float(error), multiplicity)
 
 
-def _together(found: Sequence[tuple[float, Special, float]]) -> list[list[tuple[float, Special, float]]]:
-    """Crossings of one kind at one place of a step: those that are no further apart than round-off may put them."""
-    groups: list[list[tuple[float, Special, float]]] = []
-    for one in sorted(found, key=lambda one: (one[1], one[0])):
-        if groups and groups[-1][-1][1] == one[1] and one[0] - groups[-1][-1][0] < SETTINGS.same_crossing:
+@dataclass(frozen=True)
+class Sharp:
+    """A point at which branches cross, as points beside it tell."""
+
+    point: "Point"
+    part: float  # of the step
+    error: float  # of that part
+
+
+def _root(places: np.ndarray, values: np.ndarray, degree: int, near: float) -> float | None:
+    """The root of a polynomial through values, or near them, that is nearest to a place; None if none is real."""
+    fitted = np.polynomial.Chebyshev.fit(places, values, degree)
+    roots = fitted.roots()
+    real = roots.real[(np.abs(roots.imag) < 1e-9) & (np.abs(roots.real - near) < np.ptp(places) / 2)]
+    return float(real[np.abs(real - near).argmin()]) if len(real) else None
+
+
+def _together(found: Sequence[tuple[float, int]]) -> list[list[tuple[float, int]]]:
+    """Crossings at one place of a step: those that are no further apart than round-off may put them."""
+    groups: list[list[tuple[float, int]]] = []
+    for one in sorted(found):
+        if groups and one[0] - groups[-1][-1][0] < SETTINGS.same_crossing:
             groups[-1].append(one)
         else:
             groups.append([one])
     return groups
+
+
+def _kinds(values: np.ndarray, count: int) -> Iterator[tuple[Special, int]]:
+    """What happens where so many multipliers are on the unit circle, and how many of them make it happen."""
+    critical = values[np.abs(np.abs(values) - 1).argsort(kind="stable")[:count]]
+    paired = is_paired(critical)
+    for kind, those in (
+        (Special.BRANCH_POINT, ~paired & (critical.real > 0)),
+        (Special.PERIOD_DOUBLING, ~paired & (critical.real < 0)),
+        (Special.NEIMARK_SACKER, paired),
+    ):
+        if those.any():
+            yield kind, int(those.sum())
 
 
 def _crossed(curve: "Curve", before: "Point", there: "Point", after: "Point") -> bool:

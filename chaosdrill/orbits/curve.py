@@ -6,6 +6,7 @@ function vanishes as well. Every trial lies on the surface of orbits, by Newton'
 function's root is found by the secant method.
 """
 
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -181,15 +182,19 @@ class Curve:
         if len(points) == 1:
             shot = self.problem.shoot(last.orbit, False, last.section)
             return self.problem.moved(last.orbit, shot, h * last.tangent.change)
-        shares = _shares(np.array([p.arclength for p in points]), last.arclength + h, 0)
-        starts = np.tensordot(shares, np.array([p.orbit.starts for p in points]), 1)
+        places = np.array([p.arclength for p in points])
+        orbit = self.interpolated([p.orbit for p in points], places, last.arclength + h, last.orbit)
+        return self.problem.kept(orbit, last.orbit, h * last.tangent.change)
+
+    def interpolated(self, orbits: "Sequence[Orbit]", places: np.ndarray, place: float, like: "Orbit") -> "Orbit":
+        """The polynomial through orbits of the same segments, at one place."""
+        shares = shares_of(places, place, 0)
+        starts = np.tensordot(shares, np.array([one.starts for one in orbits]), 1)
         # the parameters of all segments are one set of numbers
         starts[1:, self.problem.states :] = starts[0, self.problem.states :]
-        durations = shares @ np.array([p.orbit.durations for p in points])
-        phase = float(shares @ np.array([p.orbit.phase for p in points]))
-        return self.problem.kept(
-            replace(last.orbit, starts=starts, phase=phase, durations=durations), last.orbit, h * last.tangent.change
-        )
+        durations = shares @ np.array([one.durations for one in orbits])
+        phase = float(shares @ np.array([one.phase for one in orbits]))
+        return replace(like, starts=starts, phase=phase, durations=durations)
 
     def after(self, points: list[Point], h: float) -> tuple[Point, float]:
         """The next point, one step along the curve, and the error of its prediction.
@@ -207,7 +212,10 @@ class Curve:
         error = self.gap(predicted, point.orbit, last.weights)
         if not error < SETTINGS.farthest:
             raise LostError("the orbit is far from where it was predicted")
-        length = self.gap(last.orbit, point.orbit, last.weights)
+        way = self.apart(last.orbit, point.orbit, last.weights)
+        if not way @ last.tangent.course > 0:
+            raise LostError("the orbit lies behind the last one")
+        length = float(np.sqrt(way @ way))
         point = self.aligned(replace(point, arclength=last.arclength + length), points)
         if not self.cosine(last, point) > SETTINGS.bend:
             raise LostError("the curve bends too much")
@@ -430,7 +438,7 @@ class SpecialCurve(Curve):
         assert point.root is not None
         if point.arclength - last.arclength > SETTINGS.apart:
             nodes = points[1 - SETTINGS.predictor_points :]
-            shares = _shares(np.array([*(p.arclength for p in nodes), point.arclength]), point.arclength, 1)
+            shares = shares_of(np.array([*(p.arclength for p in nodes), point.arclength]), point.arclength, 1)
             course = shares @ np.array([self.apart(last.orbit, p.orbit, last.weights) for p in (*nodes, point)])
         plane = point.root.plane
         return self._turned_with(replace(point, tangent=plane.direction(plane.part(course))), last)
@@ -440,7 +448,7 @@ class SpecialCurve(Curve):
         return float(one.root.plane.part(one.tangent.course) @ one.root.plane.part(other.tangent.course))
 
 
-def _shares(nodes: np.ndarray, place: float, derivative: int) -> np.ndarray:
+def shares_of(nodes: np.ndarray, place: float, derivative: int) -> np.ndarray:
     """Weights of nodal values in their interpolating polynomial at a place, or in one of its derivatives there."""
     scale = float(np.ptp(nodes))
     powers = np.vander((nodes - place) / scale, increasing=True).T

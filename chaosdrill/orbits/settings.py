@@ -229,8 +229,12 @@ class Settings:
     missed_multiplier: float = 1e-3
     """Distance of a multiplier from the value that it is to have at a special point, at most."""
     same_crossing: float = 1e-6
-    """Part of a step within which multipliers of one kind cross together: nearly equal ones are known to the root of
-    the round-off."""
+    """Part of a step within which multipliers cross together: nearly equal ones are known to the root of the
+    round-off."""
+    sharp_nodes: int = 8
+    """Points beside a crossing of branches from whose polynomial its place is taken."""
+    sharp_reaches: tuple[float, ...] = (0.8, 0.4, 0.2, 0.1)
+    """How far they reach, in parts of the step; the best is taken."""
     jump: float = 0.1
     """What is left of a function where its sign changes, as a part of its values beside, if it jumps there."""
     real: float = 1e-6

@@ -156,6 +156,18 @@ def test_what_crosses_together_at_rest_is_one_point(images, kind, multiplicity):
     assert branch["branch_end"].values.tolist() == [BranchEnd.LIMIT]
 
 
+@pytest.mark.parametrize("step", [0.0085, 0.0527])
+def test_multipliers_of_several_kinds_that_cross_together_are_told_apart(step):
+    """(x, y, z) := (y, z, mu - x^2): the multipliers are the cube roots of -2 x, at mu = 0.75 those of -1."""
+    images = {x: y, y: z, z: quadratic(x)}
+    branch = cd.continue_orbit(
+        stepped(images, {"mu": 0.5}, [(np.sqrt(3) - 1) / 2] * 3), {"mu": (0.3, 2.0)}, start="guess", step=step
+    )
+    found = dict(zip(kinds(branch), branch["special_multiplicity"].values.tolist(), strict=True))
+    assert found == {Special.PERIOD_DOUBLING: 1, Special.NEIMARK_SACKER: 2}
+    np.testing.assert_allclose(branch["special_value"].values, 0.75, atol=1e-11)
+
+
 class Segment:
     """Points with given multipliers."""
 
@@ -203,6 +215,19 @@ def test_a_border_collision_is_passed_from_either_side(left, right, side, size):
     borders = [k for k, kind in enumerate(kinds(branch)) if kind == Special.OUTCOME_SWITCH]
     assert len(borders) == 1
     assert abs(branch["special_value"].values[borders[0]]) <= branch["special_error"].values[borders[0]]
+
+
+@pytest.mark.parametrize("step", [0.02, 0.2])
+def test_a_branch_does_not_turn_back_where_its_orbits_are_small(step):
+    """x := a x + y + mu for x <= 0, else b x + y + mu, y := 0: fixed points mu / (1 - a) and mu / (1 - b), mu > 0."""
+    slopes = {"a": 1.8616461126377946, "b": -0.9492316563593217}
+    images = [{x: slope * x + y + mu, y: sympy.Integer(0)} for slope in (a, b)]
+    system = stepped(images, {**slopes, "mu": 0.3}, [0.3 / (1 - slopes["a"]), 0.0], x <= 0)
+    branch = cd.continue_orbit(system, {"mu": (-1.0, 1.0)}, start="guess", step=step)
+    values, found = branch["mu"].values, branch["orbit_state"].values[:, 0]
+    assert values[[0, -1]].tolist() == [1.0, 1.0]
+    assert (np.diff(found) * (found[-1] - found[0]) > 0).all()
+    assert kinds(branch) == [Special.OUTCOME_SWITCH]
 
 
 # Where a stay of no time begins, the paths that never stay cross the branch.
@@ -299,6 +324,22 @@ def test_a_transcritical_crossing_is_followed_both_ways():
     values, states = branch["r"].values[other], branch["orbit_state"].values[other, 0]
     np.testing.assert_allclose(states, values, atol=1e-9)
     assert [values.min(), values.max()] == [-0.5, 0.5]
+
+
+@pytest.mark.parametrize("step", [0.01, 0.03])
+def test_a_crossing_is_as_well_known_as_its_error_says(step):
+    """u := u - u (mu - u) (mu + u - 1): two branches cross at 1/2, where an orbit is known to the root of round-off."""
+    u, v = (2 * x - y) / 3, (2 * y - x) / 3
+    u = u - 3 * v**2 / 10
+    image, other = u - u * (mu - u) * (mu + u - 1), v / 2
+    image += 3 * other**2 / 10
+    system = stepped({x: 2 * image + other, y: image + 2 * other}, {"mu": -0.3}, [0.0, 0.0])
+    branch = cd.continue_orbit(system, {"mu": (-0.45, 1.3)}, start="guess", doublings=1, step=step)
+    found, error = branch["special_value"].values, branch["special_error"].values
+    assert set(kinds(branch)) == {Special.BRANCH_POINT}
+    assert set(found.round(9)) == {0.0, 0.5, 1.0}
+    assert (np.abs(found - found.round(9)) <= error).all()
+    assert error.max() < 1e-9
 
 
 # A sign change is found whatever the function is like.
