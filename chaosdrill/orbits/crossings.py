@@ -328,8 +328,12 @@ class _Step:
         places = range(int(ends.min()), int(ends.max()))
         found: list[tuple[float, int]] = []
         for place in places:
-            part = bracketed(lambda part, place=place: self._size(part, place, place + 1), 0.0, 1.0)
-            if abs(self._size(part, place, place + 1)) > SETTINGS.missed_multiplier:
+
+            def one(part: float, place: int = place) -> float:
+                return self._size(part, place, place + 1)
+
+            part = bracketed(one, 0.0, 1.0)
+            if abs(one(part)) > SETTINGS.missed_multiplier:
                 raise LostError("a modulus jumps")
             found.append((part, place))
         marks: list[Located] = []
@@ -339,7 +343,11 @@ class _Step:
             point = self.points[part]
             noise = SETTINGS.tangent_error * len(point.orbit) * max(1.0, float(np.abs(point.shot.monodromy).max()))
             first, last = min(place for _, place in group), 1 + max(place for _, place in group)
-            rise = abs(self._size(1.0, first, last) - self._size(0.0, first, last)) / count
+
+            def size(part: float, first: int = first, last: int = last) -> float:
+                return self._size(part, first, last)
+
+            rise = abs(size(1.0) - size(0.0)) / count
             noise += rise * (group[-1][0] - part)
             for kind, number in _kinds(free_of(self.pair.with_points([point]))[0], count):
                 if kind == Special.BRANCH_POINT and (
@@ -347,7 +355,7 @@ class _Step:
                 ):
                     kind = Special.FOLD
                 if kind == Special.BRANCH_POINT:
-                    sharp = self._sharp(part, lambda part: self._size(part, first, last), rise)
+                    sharp = self._sharp(part, size, rise)
                     marks.append(self._marked(part, kind, noise, rise, number, sharp))
                 else:
                     marks.append(self._marked(part, kind, noise, rise, number))
