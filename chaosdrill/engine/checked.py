@@ -16,6 +16,7 @@ from typing import Any
 from chaosdrill.codegen.kinds import uint64
 from chaosdrill.codegen.layout import AT_ALL, AT_SERIES, CROSSED, ONE_SIDED
 from chaosdrill.engine.jit import inlined, inner, rare, series
+from chaosdrill.engine.lanes import as_wide, chosen, every, larger, magnitude
 from chaosdrill.engine.layout import EPSILON, NONFINITE, SINGULAR, STEEP, STEP_UNDERFLOW, TAYLOR
 from chaosdrill.engine.polynomial import late_size, size, value
 
@@ -99,28 +100,30 @@ def values_and_rates(ws, first, count, order, s, values, rates):
 @inner
 def first_row(ws, vectors, v):
     """Row from which the series of tangent v stand."""
-    m, n = vectors.shape
+    m, n = vectors.shape[0], vectors.shape[1]
     return ws.shape[0] - (m + m % 2) * n + v * n
 
 
 @inlined
 def free(shape, order, here):
     """How far the argument of an operation may move from ``here`` without a look."""
-    return max(shape[0] * order, shape[1] * abs(here) - shape[2])
+    return larger(shape[0] * order, shape[1] * magnitude(here) - shape[2])
 
 
 @inlined
-def may_hide(tables, settings, mode, h, ws):
-    """Whether a steep operation may hide something in a step of a series."""
-    found = False
+def shows_all(late_size, size, tables, settings, mode, h, series):
+    """Whether no steep operation may hide anything in a step of a series."""
+    hidden = as_wide(0.0, h)
     for k in range(tables.steep[mode, 0]):
         row = uint64(tables.steep[mode, 1 + k])
-        here = abs(ws[row, 0])
+        here = magnitude(series[row][0])
         allowed = free(tables.shapes[mode, k], settings.order, here)
         # the first terms alone say no to nearly all
-        if not late_size(ws, row, h, uint64(1)) * h <= FEW * allowed:
-            found |= not size(ws, row, h) - here <= allowed
-    return found
+        near = late_size(series, row, h, uint64(1)) * h <= FEW * allowed
+        if not every(near):
+            near = near | (size(series, row, h) - here <= allowed)
+            hidden = larger(hidden, chosen(near, 0.0, 1.0))
+    return hidden <= 0.0
 
 
 @inner

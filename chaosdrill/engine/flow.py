@@ -26,11 +26,11 @@ from chaosdrill.engine.step import (
     expand,
     instant_after,
     instant_in_row,
-    left_of,
     locate,
     record,
     record_instants,
     stop,
+    up_to_strobe,
 )
 from chaosdrill.engine.tangents import begin_tangents, orthonormalise
 
@@ -100,10 +100,7 @@ def flow(place, p, samples, events):
                 functions, tables, settings, state, scratch.workspace, row, j, te, instant, h, t, scratch
             ):
                 early = instant - te
-        left = left_of(run, settings.target)
-        if te + early >= left:
-            te = min(te, left)
-            happens = False
+        te, happens = up_to_strobe(run, settings.target, te, early, happens)
         record_instants(method, settings, t, state, te, late, samples, scratch)
         strobe = record(method, settings, t, state, te, early, samples, scratch)
         advance(method, settings, t, state, te, scratch)

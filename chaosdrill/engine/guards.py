@@ -14,7 +14,7 @@ import numpy as np
 from chaosdrill.codegen.kinds import uint64
 from chaosdrill.engine.dop853_tables import NODES, TO_CHEBYSHEV
 from chaosdrill.engine.jit import inlined, inner, rare, series
-from chaosdrill.engine.lanes import exponent, power_of_two
+from chaosdrill.engine.lanes import as_wide, chosen, exponent, power_of_two, smaller
 from chaosdrill.engine.layout import (
     AFFINE,
     AFTER,
@@ -116,6 +116,18 @@ def stand(zero, side, order, old, direction, fresh, fired, marks):
 def _across(fresh):
     """Who threw a state across a guard."""
     return JUMPED if fresh == AFTER else PUT_ACROSS
+
+
+@inlined
+def is_on(side, here):
+    """Whether a guard has a side and no event before it, and its value says the same; for one run or for lanes."""
+    return (here * side > 0.0) & (side * side <= 1.0)
+
+
+@inlined
+def is_armed(side, direction):
+    """Whether a guard on a side can be crossed from there, and need not come back first."""
+    return side * direction <= 0.0
 
 
 @inlined
@@ -492,6 +504,24 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
 
 
 @inlined
+def first_two(times, count, h):
+    """Of the times of the guards (-1: none) the first two, and the guard of the first; for one run, or in each lane.
+
+    Where there is none, the time is infinite and the guard -1.0. Of equal times the first in order comes first.
+    """
+    none = as_wide(math.inf, h)
+    first, second, which = none, none, as_wide(-1.0, h)
+    for j in range(count):
+        time = times[j]
+        time = chosen(time >= 0.0, time, none)
+        sooner = time < first
+        second = chosen(sooner, first, smaller(second, time))
+        which = chosen(sooner, float(j), which)
+        first = chosen(sooner, time, first)
+    return first, second, which
+
+
+@inlined
 def earliest(functions, tables, settings, state, ws, row, count, h, t, scratch):
     """Of the times of the guards (-1: none) the first: (time, guard, ties).
 
@@ -499,19 +529,18 @@ def earliest(functions, tables, settings, state, ws, row, count, h, t, scratch):
     the root that is known best. What an event has caused comes before all that merely coincides with it.
     """
     times = scratch.times
-    first = -1
-    for j in range(count):
-        if times[j] >= 0.0 and (first < 0 or times[j] < times[first]):
-            first = j
+    te, following, which = first_two(times, count, h)
+    first = int(which)
     if first < 0:
         return -1.0, -1, 0
+    if following - te > NEAR * h:
+        return te, first, 0
     if times[first] == 0.0:
         for j in range(count):
             if times[j] == 0.0 and is_thrown(tables, state, j):
                 return 0.0, j, 0
     found = first
     ties = 0
-    te = times[first]
     error = -1.0
     least = math.inf
     for j in range(count):
@@ -547,9 +576,9 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
         key = tables.keys[mode, j]
         side = state.sides[key]
         order = 0
-        how = PASSED if direction != 0 and side == direction else ARMED
+        how = ARMED if is_armed(side, direction) else PASSED
         scratch.backs[j] = -1.0
-        if fresh != ONGOING or not g[0] * side > 0.0 or abs(side) > 1:
+        if fresh != ONGOING or not is_on(side, g[0]):
             how, side, order = settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch)
             if how == INVALID:
                 return -2.0, j, 0, h

@@ -289,9 +289,12 @@ smaller = _binary(_smaller, lambda a, b: np.where(b < a, b, a))
 """The smaller, likewise."""
 
 
-@machine_code(lambda holds, first, second: as_lanes(np.where(holds, first, second)))
+@machine_code(lambda holds, first, second: _alike(np.where(holds, first, second)))
 def chosen(typingctx: Any, holds: Any, first: Any, second: Any) -> Any:
-    """Lanes of ``first`` where a mask holds, else of ``second``."""
+    """Lanes of ``first`` where a mask holds, else of ``second``; or one of two numbers."""
+    if holds != mask:
+        number = types.float64(types.boolean, types.float64, types.float64)
+        return number, lambda _, builder, __, arguments: builder.select(*arguments)
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         pair = zip(signature.args[1:], arguments[1:], strict=True)
@@ -310,15 +313,75 @@ def spread(typingctx: Any, value: Any) -> Any:
     return lanes(value), code
 
 
-@machine_code(lambda holds: bool(holds.any()))
-def some(typingctx: Any, holds: Any) -> Any:
-    """Whether a mask holds for any lane."""
+def _of_all(twin: Callable[[Any], Any], sign: str, bits: int) -> Any:
+    """A compiled function of the truth values of a mask together, or of one, which it returns."""
+
+    @machine_code(lambda holds: bool(twin(holds)))
+    def function(typingctx: Any, holds: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            if holds != mask:
+                return arguments[0]
+            packed = builder.bitcast(arguments[0], ir.IntType(LANES))
+            return builder.icmp_unsigned(sign, packed, ir.Constant(packed.type, bits))
+
+        return types.boolean(holds), code
+
+    return function
+
+
+some = _of_all(np.any, "!=", 0)
+"""Whether a mask holds for any lane."""
+
+every = _of_all(np.all, "==", 2**LANES - 1)
+"""Whether it holds for all."""
+
+
+@machine_code(np.size)
+def width(typingctx: Any, value: Any) -> Any:
+    """How many trajectories a value is of: eight, or one."""
+    number = LANES if value == lanes else 1
+    return types.int64(value), lambda *_: ir.Constant(_INT, number)
+
+
+@machine_code(lambda number, value: as_lanes(number) if np.ndim(value) else number)
+def as_wide(typingctx: Any, number: Any, value: Any) -> Any:
+    """A number as a value is: lanes of it where that is lanes."""
+    kind = lanes if value == lanes else types.float64
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        bits = builder.bitcast(arguments[0], ir.IntType(LANES))
-        return builder.icmp_unsigned("!=", bits, ir.Constant(ir.IntType(LANES), 0))
+        return _spread(builder, arguments[0]) if value == lanes else arguments[0]
 
-    return types.boolean(holds), code
+    return kind(types.float64, value), code
+
+
+@machine_code(lambda value, lane: value[lane] if np.ndim(value) else value)
+def lane_of(typingctx: Any, value: Any, lane: Any) -> Any:
+    """The number in one lane; of a number itself."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.extract_element(*arguments) if value == lanes else arguments[0]
+
+    return types.float64(value, types.int64), code
+
+
+def _with_lane(value: Any, lane: int, number: float) -> Any:
+    if not np.ndim(value):
+        return number
+    changed = value.copy()
+    changed[lane] = number
+    return changed
+
+
+@machine_code(_with_lane)
+def with_lane(typingctx: Any, value: Any, lane: Any, number: Any) -> Any:
+    """Lanes of which one is that number."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        if value != lanes:
+            return arguments[2]
+        return builder.insert_element(arguments[0], arguments[2], arguments[1])
+
+    return value(value, types.int64, types.float64), code
 
 
 @machine_code(lambda array, places, column: as_lanes(array.reshape(len(array), -1)[places[:LANES], column]))

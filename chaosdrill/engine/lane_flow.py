@@ -5,17 +5,15 @@ stepped together, each with its own step, and go to the queue of the mode that t
 one by the functions of a single run. No number of a run depends on which others are stepped with it.
 """
 
-import math
-
 from chaosdrill.codegen.kinds import int64, uint64, void
 from chaosdrill.codegen.signatures import integers, matrix
 from chaosdrill.engine import lane_events, lane_step, taylor
-from chaosdrill.engine.checked import first_row, look_along_series, proven
+from chaosdrill.engine.checked import first_row
 from chaosdrill.engine.jit import compiled, inlined, rare
 from chaosdrill.engine.lane_events import GUARD, OUTCOME, TIES
 from chaosdrill.engine.lane_runs import at_goal, begin, is_over
 from chaosdrill.engine.lane_series import value_in_lane
-from chaosdrill.engine.lanes import LANES, row_of, some
+from chaosdrill.engine.lanes import LANES, chosen, every, row_of
 from chaosdrill.engine.layout import (
     BEHIND,
     DONE,
@@ -28,7 +26,6 @@ from chaosdrill.engine.layout import (
     LEFT,
     MET,
     STAGE,
-    STEEP,
     TAKEN,
     TO_MODE,
 )
@@ -40,8 +37,9 @@ from chaosdrill.engine.records import (
     results_type,
     state_of,
     state_outcome,
+    within,
 )
-from chaosdrill.engine.step import add_to, end_step, instant_after, left_of, pass_strobe, stop
+from chaosdrill.engine.step import add_to, end_step, instant_after, pass_strobe, stop, up_to_strobe
 from chaosdrill.engine.window import keep
 
 ACTIVE = 64
@@ -53,29 +51,17 @@ _STOPPED = -2
 
 
 @rare
-def _checked(functions, tables, settings, mode, lane, live, state, block, scratch):
-    """The step of one lane, one of few, shortened where its series may not be believed, as for a run alone."""
-    h = block.h[lane]
-    t = block.t[lane]
-    suspicious = not block.gap[0, lane] <= 0.0
-    overruns = not block.gap[1, lane] <= 0.0
-    hides = not block.gap[2, lane] <= 0.0
-    ws, n, marks, count = scratch.workspace, state.x.size, tables.marks[mode], tables.active[mode, 0]
-    first = block.out.shape[0]
-    if suspicious or overruns or hides:
-        lane_step.copy_lane(block.ws, 0, first + count, lane, settings.order, ws)
-        own = first_row(ws, state.vectors, 0)
-        lane_step.copy_lane(block.ws, own, live * n, lane, settings.order, ws[own:])
-    if suspicious:
-        h = proven(functions, tables, settings, h, t, state, ws, scratch)
-    if hides:
-        h = look_along_series(functions, tables, settings, h, t, state, ws, scratch)
-    if suspicious or overruns:
-        h = taylor.restrain(ws, n, settings.quadratures, count, marks, settings, h)
-    for j in range(count):
-        if marks[j] & STEEP and not abs(block.ws[first + j, 0, lane]) < math.inf:
-            return math.nan
-    return h
+def _settled(functions, tables, settings, lane, state, block, scratch):
+    """The step of one lane, one of few, made to count as that of a run alone."""
+    sure, held, plain = block.gap[0, lane] > 0.0, block.gap[1, lane] > 0.0, block.gap[2, lane] > 0.0
+    h, ws, run = block.h[lane], scratch.workspace, state.run[0]
+    if h != h or (sure and held and plain):
+        return h
+    count = block.out.shape[0] + tables.active[run.mode, 0]
+    lane_step.copy_lane(block.ws, 0, count, lane, settings.order, ws)
+    own = first_row(ws, state.vectors, 0)
+    lane_step.copy_lane(block.ws, own, run.live * state.x.size, lane, settings.order, ws[own:])
+    return taylor.settled(functions, tables, settings, h, block.t[lane], state, scratch, sure, plain)
 
 
 @inlined
@@ -135,23 +121,25 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
     functions, settings, tables = machine.functions, machine.settings[0], machine.tables
     states, scratch = machine.states, machine.scratch
     ends, row, block = room.ends, room.row, room.block
-    m, n = states.vectors.shape[1], states.x.shape[1]
+    n = states.x.shape[1]
     mode = states.run[places[0]].mode
     live = states.run[places[0]].live
     guard_count = tables.active[mode, 0]
     first = block.out.shape[0]
     lane_step.gather(places, live, states, varying, block)
-    lane_step.expand(lane_functions, mode, live, m, settings, block, scratch.polynomial)
-    lane_step.look_for_gaps(n, settings.quadratures, guard_count, tables.marks[mode], tables, mode, settings, block)
+    sure, held, plain = lane_step.expand(lane_functions, mode, live, tables, settings, block, scratch.polynomial)
     for lane in range(count):
         state = state_of(states, places[lane])
         for i in range(n):
             state.scale[i] = block.scale[i, lane]
-    gaps = row_of(block.gap)
-    if some(~(gaps[0] <= 0.0) | ~(gaps[1] <= 0.0) | ~(gaps[2] <= 0.0)):
+    if not every(sure & held & plain):
+        gaps = row_of(block.gap)
+        gaps[0] = chosen(sure, 1.0, 0.0)
+        gaps[1] = chosen(held, 1.0, 0.0)
+        gaps[2] = chosen(plain, 1.0, 0.0)
         for lane in range(count):
             state = state_of(states, places[lane])
-            block.h[lane] = _checked(functions, tables, settings, mode, lane, live, state, block, scratch)
+            block.h[lane] = _settled(functions, tables, settings, lane, state, block, scratch)
     for lane in range(count, LANES):
         block.reach[lane] = 0.0
     lane_events.first_events(machine, place, settings, mode, count, places, first, ends, block)
@@ -174,22 +162,18 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
         happens = te >= 0.0
         if not happens:
             te = h
-        rest = run.period - run.time
         block.gap[0, lane] = 0.0
         if happens:
             state = state_of(states, p)
-            instant = rest if te < rest else instant_after(run, 1, te)
+            instant = instant_after(run, 1, te)
             if lane_events.coincides(functions, tables, settings, state, first, j, te, instant, lane, block, scratch):
                 block.gap[0, lane] = instant - te
-        left = left_of(run, results.progress[p, GOAL])
-        if te + block.gap[0, lane] >= left:
-            te = min(te, left)
-            happens = False
+        te, happens = up_to_strobe(run, results.progress[p, GOAL], te, block.gap[0, lane], happens)
         block.reach[lane] = te
         if not happens:
             ends[lane, GUARD] = -1
-    lane_step.evaluate(first, live, m, settings.order, block)
-    lane_step.note_beyond(tables.bounds, n, block)
+    lane_step.evaluate(first, live, settings.order, block)
+    row_of(block.gap)[1] = chosen(within(row_of(block.out), n, tables.bounds), 0.0, 1.0)
     strobed = section.size == 0 and results.window.shape[1] > 0
     for lane in range(count):
         if ends[lane, OUTCOME] != DONE or ends[lane, GUARD] == _STOPPED:

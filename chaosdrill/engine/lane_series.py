@@ -3,7 +3,7 @@
 from chaosdrill.codegen.kinds import uint64
 from chaosdrill.codegen.signatures import WIDTH
 from chaosdrill.engine.jit import series
-from chaosdrill.engine.lanes import magnitude
+from chaosdrill.engine.lanes import magnitude, spread
 
 
 @series
@@ -42,8 +42,9 @@ def value_in_lane(ws, i, lane, s):
 
 
 @series
-def lane_late_size(g, s, first):
-    """Sums of the sizes of the eight terms from order ``first`` on, at s > 0, over s**first."""
+def lane_late_size(rows, i, s, first):
+    """Sums of the sizes of the eight terms of row i from order ``first`` on, at s > 0, over s**first."""
+    g = rows[i]
     fourth = (s * s) * (s * s)
     a = magnitude(g[first]) + fourth * magnitude(g[first + 4])
     b = magnitude(g[first + 1]) + fourth * magnitude(g[first + 5])
@@ -53,18 +54,10 @@ def lane_late_size(g, s, first):
 
 
 @series
-def lane_size(g, order, s):
-    """Sums of the sizes of the terms at s > 0 of polynomials up to an order, which is one below a multiple of four."""
-    fourth = (s * s) * (s * s)
-    last = uint64(order // 4)
-    a = magnitude(g[4 * last])
-    b = magnitude(g[4 * last + 1])
-    c = magnitude(g[4 * last + 2])
-    d = magnitude(g[4 * last + 3])
-    for m in range(1, last + 1):
-        k = 4 * (last - m)
-        a = a * fourth + magnitude(g[k])
-        b = b * fourth + magnitude(g[k + 1])
-        c = c * fourth + magnitude(g[k + 2])
-        d = d * fourth + magnitude(g[k + 3])
-    return (a + b * s) + (c + d * s) * (s * s)
+def lane_size(rows, i, s):
+    """Sums of the sizes of the terms of row i at s > 0."""
+    g = rows[i]
+    total = spread(0.0)
+    for k in range(WIDTH):
+        total = total * s + magnitude(g[uint64(WIDTH - 1 - k)])
+    return total

@@ -7,6 +7,7 @@ from typing import Any, get_type_hints
 from chaosdrill.codegen.kinds import Kind, NamedTuple, Pointer, Signature, Tuple, float64, int64, uint64, void
 from chaosdrill.codegen.signatures import LANE_SIGNATURES, SIGNATURES, Functions, LaneFunctions
 from chaosdrill.engine.jit import at_address, inlined, inner
+from chaosdrill.engine.lanes import magnitude
 from chaosdrill.engine.layout import DONE, ESCAPED, NONFINITE, LaneRoom, Machine, Results, State, States
 
 SMALLEST_STEP = 1e-15
@@ -73,15 +74,23 @@ state_of = _state_of()
 """``state_of(states, p)``: run p of many."""
 
 
+@inlined
+def within(x, n, bounds):
+    """Whether all n states are numbers within their bounds, of one run or of each lane."""
+    found = x[0] < math.inf
+    for i in range(n):
+        found = found & (magnitude(x[i]) < math.inf) & (x[i] >= bounds[0, i]) & (x[i] <= bounds[1, i])
+    return found
+
+
 @inner
 def state_outcome(x, bounds):
+    if within(x, x.size, bounds):
+        return DONE
     for i in range(x.size):
         if not math.isfinite(x[i]):
             return NONFINITE
-    for i in range(x.size):
-        if not bounds[0, i] <= x[i] <= bounds[1, i]:
-            return ESCAPED
-    return DONE
+    return ESCAPED
 
 
 @inlined

@@ -59,6 +59,9 @@ def evaluate(method, settings, t, s, scratch):
 @inlined
 def instant_after(run, count, s):
     """First sample, ``count`` a period, later than s, both from the start of the step."""
+    rest = run.period - run.time
+    if count == 1 and s < rest:
+        return rest
     index = int((run.time + s) * count / run.period)
     instant = s
     while not instant > s:
@@ -79,6 +82,18 @@ def left_of(run, target):
     if ahead <= 1:
         return rest
     return rest + run.period if ahead == 2 else math.inf
+
+
+@inlined
+def up_to_strobe(run, target, te, early, happens):
+    """Where a step ends that reaches to te, and whether its event happens there: not at the last strobe of a run.
+
+    An event up to ``early`` before a strobe coincides with it, and comes after it.
+    """
+    left = left_of(run, target)
+    if te + early >= left:
+        return min(te, left), False
+    return te, happens
 
 
 @inlined

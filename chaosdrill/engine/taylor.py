@@ -4,11 +4,25 @@ import math
 
 from chaosdrill.codegen.kinds import uint64
 from chaosdrill.engine import scales
-from chaosdrill.engine.checked import first_row, look_along_series, may_hide, proven
+from chaosdrill.engine.checked import first_row, look_along_series, proven, shows_all
 from chaosdrill.engine.jit import RECIPROCAL, inlined, inner, rare
-from chaosdrill.engine.lanes import exponent, floor, larger, mantissa, power_of_two
+from chaosdrill.engine.lanes import (
+    as_wide,
+    chosen,
+    exponent,
+    floor,
+    lane_of,
+    larger,
+    magnitude,
+    mantissa,
+    power_of_two,
+    smaller,
+    some,
+    width,
+    with_lane,
+)
 from chaosdrill.engine.layout import AFFINE, STEEP
-from chaosdrill.engine.polynomial import late_size, value
+from chaosdrill.engine.polynomial import late_size, size, value
 from chaosdrill.engine.scales import SMALLEST
 
 METHOD = {
@@ -50,39 +64,132 @@ def radius(last, last_but_one, order):
 
 
 @inlined
-def power_of_four(x, k):
+def _power_of_four(x, k):
     """x**(4 k)"""
     fourth = (x * x) * (x * x)
-    power = 1.0
+    power = as_wide(1.0, x)
     for _ in range(k):
         power *= fourth
     return power
 
 
 @inlined
-def _has_gap(ws, n, order, radius, weights):
-    """Whether the last two terms of the states, which are 1 at most at the radius, follow on far larger ones.
+def fill(functions, mode, live, settings, t, c, x, vectors, ws):
+    """Taylor coefficients of states, integrals, guards and live tangents, into the workspace."""
+    order = settings.order
+    functions.jet(mode, order, t, c, x, ws)
+    if live > 0:
+        if settings.own_jacobian == 1:
+            functions.jacobian_jet(mode, order, c, ws)
+        for v in range(0, live, 2):
+            second = vectors[min(v + 1, live - 1)]
+            functions.tangent(mode, order, c, vectors[v], second, ws, first_row(ws, vectors, v))
 
-    Then the radius may be wrong. The three pairs of terms before the last are compared, each with the one after it.
+
+@rare
+def _begun(g, begins, order, reach, row):
+    """Sizes of motions that begin in this step, by their series; 0 of others. ``row`` is scratch for one series."""
+    found = as_wide(0.0, begins)
+    for lane in range(width(found)):
+        if lane_of(begins, lane) > 0.0:
+            for k in range(order + 1):
+                row[k] = lane_of(g[k], lane)
+            found = with_lane(found, lane, scales.of_series(row, order, reach))
+    return found
+
+
+@inlined
+def _over(a, b, size):
+    return a / size, b / size
+
+
+@inlined
+def length(over, series, n, live, first, settings, period, scale, weights, metric, row):
+    """The step that keeps states and tangents within tolerance; no number where the series of a state is none.
+
+    The last term is to be a part of the tolerance: for states relative to their scales, which are the sizes that they
+    have had of late, for a tangent to its length in these scales.
+
+    Parameters
+    ----------
+    over : compiled function
+        ``over(a, b, size)`` divides the first two by the third; of lanes that is one division and two products.
+    series : array or table of lanes
+        Coefficients of the states; those of the tangents stand from row ``first`` on.
+    n, live, first : int
+    settings : record
+    period : float or lanes
+    scale, weights, metric : array or row of lanes
+        Of each state its size, one over it, and that where all have one.
+    row : array
+        Scratch for one series.
     """
-    early = 0.0
-    middle = 0.0
-    late = 0.0
+    order, reach = settings.order, settings.reach
+    least = scales.finest(settings.tolerance)
+    nothing = as_wide(0.0, period)
+    last = last_but_one = whole = nothing
+    for i in range(n):
+        g = series[i]
+        here = scales.brought(scale[i], g[0], least)
+        begins = scales.has_none(here, g[1], period)
+        if some(begins):
+            # what rests has no last terms either
+            begins = begins & (larger(magnitude(g[order]), magnitude(g[order - 1])) > 0.0)
+            if some(begins):
+                here = larger(here, _begun(g, chosen(begins, 1.0, 0.0), order, reach, row))
+        scale[i] = here
+        weight = chosen(here > SMALLEST, 1.0 / here, 0.0)
+        weights[i] = weight
+        whole += g[order]
+        last = larger(last, magnitude(g[order]) * weight)
+        last_but_one = larger(last_but_one, magnitude(g[order - 1]) * weight)
+    if live > 0:
+        widest = nothing
+        for i in range(n):
+            widest = larger(widest, chosen(weights[i] > 0.0, scale[i], 0.0))
+        common = 1.0 / chosen(widest > 0.0, widest, 1.0)
+        for i in range(n):
+            metric[i] = chosen(weights[i] > 0.0, weights[i], common)
+        for v in range(live):
+            size = a = b = nothing
+            for i in range(n):
+                g = series[first + v * n + i]
+                size = larger(size, magnitude(g[0]) * metric[i])
+                a = larger(a, magnitude(g[order]) * metric[i])
+                b = larger(b, magnitude(g[order - 1]) * metric[i])
+            a, b = over(a, b, size)
+            last = larger(last, a)
+            last_but_one = larger(last_but_one, b)
+    told = magnitude(whole) < math.inf
+    h = smaller(smaller(radius(last, last_but_one, order) * reach, period), LONGEST)
+    for i in range(n):
+        scale[i] = chosen(told, scales.followed(scale[i], series[i][0], series[i][1], h), scale[i])
+    return chosen(told, h, math.nan)
+
+
+@inlined
+def _has_no_gap(series, n, order, radius, weights):
+    """Whether the last two terms of the states, which are 1 at most at the radius, follow on none that are far larger.
+
+    Else the radius may be wrong. The three pairs of terms before the last are compared, each with the one after it.
+    """
+    early = middle = late = as_wide(0.0, radius)
     k = uint64(order - 7)
     for i in range(n):
-        early = max(early, weights[i] * max(abs(ws[i, k]), abs(ws[i, k + 1]) * radius))
-        middle = max(middle, weights[i] * max(abs(ws[i, k + 2]), abs(ws[i, k + 3]) * radius))
-        late = max(late, weights[i] * max(abs(ws[i, k + 4]), abs(ws[i, k + 5]) * radius))
-    power = power_of_four(radius, (order - 7) // 4)
+        g = series[i]
+        early = larger(early, weights[i] * larger(magnitude(g[k]), magnitude(g[k + 1]) * radius))
+        middle = larger(middle, weights[i] * larger(magnitude(g[k + 2]), magnitude(g[k + 3]) * radius))
+        late = larger(late, weights[i] * larger(magnitude(g[k + 4]), magnitude(g[k + 5]) * radius))
+    power = _power_of_four(radius, (order - 7) // 4)
     square = radius * radius
     early *= power
     middle *= power * square
     late *= power * square * square
-    return not (late <= GAP and middle <= GAP * max(late, 1.0) and early <= GAP * max(middle, 1.0))
+    return (late <= GAP) & (middle <= GAP * larger(late, 1.0)) & (early <= GAP * larger(middle, 1.0))
 
 
 @inlined
-def is_held(i, marks):
+def _is_held(i, marks):
     """Whether the last terms of integral or guard i, counted from the first integral, bound the step.
 
     Those of an affine guard are as small as the states' are.
@@ -91,103 +198,88 @@ def is_held(i, marks):
 
 
 @inlined
-def _overruns(ws, n, quadratures, count, marks, h, settings):
-    """Whether an integral or a guard, to which series of states lead, has larger last terms than what it moves."""
-    order = settings.order
-    last = power_of_four(h, order // 4) * h * h * h
-    found = False
+def _excess(late_size, series, n, count, marks, h, settings):
+    """By how much last terms of integrals and guards, to which series of states lead, exceed a part of what they move.
+
+    0 if they do not.
+    """
+    order, quadratures = settings.order, settings.quadratures
+    last = _power_of_four(h, order // 4) * h * h
+    excess = as_wide(0.0, h)
     for i in range(quadratures + count):
-        if is_held(i - quadratures, marks):
-            g = ws[n + i]
-            allowed = settings.tolerance * late_size(ws, uint64(n + i), h, uint64(1)) * h + SMALLEST
-            found |= max(abs(g[order]) * last, abs(g[order - 1]) * last * settings.reach / h) > allowed
-    return found
+        if _is_held(i - quadratures, marks):
+            g = series[n + i]
+            allowed = settings.tolerance * late_size(series, uint64(n + i), h, uint64(1)) * h + SMALLEST
+            ends = larger(magnitude(g[order]) * (last * h), magnitude(g[order - 1]) * (last * settings.reach))
+            excess = larger(excess, ends - allowed)
+    return excess
+
+
+@inlined
+def _has_values(series, first, marks, count, h):
+    """Whether all guards with steep operations are numbers where the step begins."""
+    missing = as_wide(0.0, h)
+    for j in range(count):
+        if marks[j] & STEEP:
+            missing = larger(missing, chosen(magnitude(series[first + j][0]) < math.inf, 0.0, 1.0))
+    return missing <= 0.0
+
+
+@inlined
+def doubts(late_size, size, series, n, tables, settings, mode, h, weights):
+    """Whether a step of length h is what it seems: by its terms, its integrals and guards, its steep operations.
+
+    ``late_size`` and ``size`` are those of polynomials, in rows of arrays or of lanes. What is in doubt is left to
+    `settled`.
+    """
+    count, marks = tables.active[mode, 0], tables.marks[mode]
+    sure = _has_no_gap(series, n, settings.order, h / settings.reach, weights)
+    held = _excess(late_size, series, n, count, marks, h, settings) <= 0.0
+    plain = h == h
+    if tables.steep[mode, 0] > 0:
+        plain = shows_all(late_size, size, tables, settings, mode, h, series)
+        plain = plain & _has_values(series, n + settings.quadratures, marks, count, h)
+    return sure, held, plain
 
 
 @rare
-def restrain(ws, n, quadratures, count, marks, settings, h):
-    """The step h, shortened until integrals and guards are as exact as the states."""
+def settled(functions, tables, settings, h, t, state, scratch, sure, plain):
+    """The step h of one run, of which `doubts` has not been sure, shortened until it counts.
+
+    Integrals and guards are as exact as the states then.
+    """
+    mode, n, ws = state.run[0].mode, state.x.size, scratch.workspace
+    count, marks = tables.active[mode, 0], tables.marks[mode]
+    if tables.steep[mode, 0] > 0 and not _has_values(ws, n + settings.quadratures, marks, count, h):
+        return math.nan
+    if not sure:
+        h = proven(functions, tables, settings, h, t, state, ws, scratch)
+    if not plain:
+        h = look_along_series(functions, tables, settings, h, t, state, ws, scratch)
     shorter = h
     # a guard of time may be as much faster than the states as it likes
     for _ in range(100):
-        if not _overruns(ws, n, quadratures, count, marks, shorter, settings):
+        if _excess(late_size, ws, n, count, marks, shorter, settings) <= 0.0:
             return shorter
         shorter *= 0.7
     return h
 
 
 @inlined
-def has_no_value(ws, first, marks, count):
-    """Whether a guard with steep operations is no number where the step begins."""
-    found = False
-    for j in range(count):
-        found |= marks[j] & STEEP != 0 and not abs(ws[first + j, 0]) < math.inf
-    return found
-
-
-@inlined
 def expand(functions, tables, settings, t, state, ws, scratch):
-    """Taylor coefficients at the present state; returns the step that keeps both state and tangents within tolerance.
-
-    The last term is to be a part of the tolerance: for states relative to their scales, which are the sizes that they
-    have had of late, for a tangent to its length in these scales, for integrals and guards to what they move in this
-    step.
-    """
-    run, vectors, scale, weights = state.run[0], state.vectors, state.scale, scratch.weights
-    n = state.x.size
-    order, mode, live, reach = settings.order, run.mode, run.live, settings.reach
-    marks, count = tables.marks[mode], tables.active[mode, 0]
-    functions.jet(mode, order, t, state.c, state.x, ws)
-    run.evaluations += order
-    last = 0.0
-    last_but_one = 0.0
-    whole = 0.0
-    least = scales.finest(settings.tolerance)
-    for i in range(n):
-        here = scales.brought(scale[i], ws[i, 0], least)
-        if scales.has_none(here, ws[i, 1], run.period):
-            here = max(here, scales.of_series(ws[i], order, reach))
-        scale[i] = here
-        weights[i] = 1.0 / here if here > SMALLEST else 0.0
-        whole += ws[i, order]
-        last = max(last, abs(ws[i, order]) * weights[i])
-        last_but_one = max(last_but_one, abs(ws[i, order - 1]) * weights[i])
-    if live > 0:
-        if settings.own_jacobian == 1:
-            functions.jacobian_jet(mode, order, state.c, ws)
-        for v in range(0, live, 2):
-            row = first_row(ws, vectors, v)
-            functions.tangent(mode, order, state.c, vectors[v], vectors[min(v + 1, live - 1)], ws, row)
-        metric = scratch.metric
-        for i in range(n):
-            metric[i] = weights[i]
-        scales.fill(metric)
-        for v in range(live):
-            row = first_row(ws, vectors, v)
-            length = 0.0
-            a = 0.0
-            b = 0.0
-            for i in range(n):
-                length = max(length, abs(ws[row + i, 0]) * metric[i])
-                a = max(a, abs(ws[row + i, order]) * metric[i])
-                b = max(b, abs(ws[row + i, order - 1]) * metric[i])
-            last = max(last, a / length)
-            last_but_one = max(last_but_one, b / length)
-    if not abs(whole) < math.inf:
-        return math.nan
-    h = min(radius(last, last_but_one, order) * reach, run.period, LONGEST)
-    for i in range(n):
-        scale[i] = scales.followed(scale[i], ws[i, 0], ws[i, 1], h)
-    steep = tables.steep[mode, 0] > 0
-    hides = steep and may_hide(tables, settings, mode, h, ws)
-    if _has_gap(ws, n, order, h / reach, weights):
-        h = proven(functions, tables, settings, h, t, state, ws, scratch)
-    if hides:
-        h = look_along_series(functions, tables, settings, h, t, state, ws, scratch)
-    if _overruns(ws, n, settings.quadratures, count, marks, h, settings):
-        h = restrain(ws, n, settings.quadratures, count, marks, settings, h)
-    if steep and has_no_value(ws, n + settings.quadratures, marks, count):
-        return math.nan
+    """Taylor coefficients at the present state; returns the length of the step."""
+    run, n = state.run[0], state.x.size
+    mode, live, weights = run.mode, run.live, scratch.weights
+    fill(functions, mode, live, settings, t, state.c, state.x, state.vectors, ws)
+    run.evaluations += settings.order
+    first = first_row(ws, state.vectors, 0)
+    metric, row = scratch.metric, scratch.polynomial
+    h = length(_over, ws, n, live, first, settings, run.period, state.scale, weights, metric, row)
+    if h != h:
+        return h
+    sure, held, plain = doubts(late_size, size, ws, n, tables, settings, mode, h, weights)
+    if not (sure & held & plain):
+        h = settled(functions, tables, settings, h, t, state, scratch, sure, plain)
     return h
 
 
