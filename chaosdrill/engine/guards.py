@@ -14,7 +14,7 @@ import numpy as np
 from chaosdrill.codegen.kinds import uint64
 from chaosdrill.engine.dop853_tables import NODES, TO_CHEBYSHEV
 from chaosdrill.engine.jit import inlined, inner, rare, series
-from chaosdrill.engine.lanes import as_wide, chosen, exponent, power_of_two, smaller
+from chaosdrill.engine.lanes import exponent, power_of_two
 from chaosdrill.engine.layout import (
     AFFINE,
     AFTER,
@@ -504,24 +504,6 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
 
 
 @inlined
-def first_two(times, count, h):
-    """Of the times of the guards (-1: none) the first two, and the guard of the first; for one run, or in each lane.
-
-    Where there is none, the time is infinite and the guard -1.0. Of equal times the first in order comes first.
-    """
-    none = as_wide(math.inf, h)
-    first, second, which = none, none, as_wide(-1.0, h)
-    for j in range(count):
-        time = times[j]
-        time = chosen(time >= 0.0, time, none)
-        sooner = time < first
-        second = chosen(sooner, first, smaller(second, time))
-        which = chosen(sooner, float(j), which)
-        first = chosen(sooner, time, first)
-    return first, second, which
-
-
-@inlined
 def earliest(functions, tables, settings, state, ws, row, count, h, t, scratch):
     """Of the times of the guards (-1: none) the first: (time, guard, ties).
 
@@ -529,18 +511,19 @@ def earliest(functions, tables, settings, state, ws, row, count, h, t, scratch):
     the root that is known best. What an event has caused comes before all that merely coincides with it.
     """
     times = scratch.times
-    te, following, which = first_two(times, count, h)
-    first = int(which)
+    first = -1
+    for j in range(count):
+        if times[j] >= 0.0 and (first < 0 or times[j] < times[first]):
+            first = j
     if first < 0:
         return -1.0, -1, 0
-    if following - te > NEAR * h:
-        return te, first, 0
     if times[first] == 0.0:
         for j in range(count):
             if times[j] == 0.0 and is_thrown(tables, state, j):
                 return 0.0, j, 0
     found = first
     ties = 0
+    te = times[first]
     error = -1.0
     least = math.inf
     for j in range(count):

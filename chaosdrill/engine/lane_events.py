@@ -364,9 +364,17 @@ def _by_itself(method, count, first, order, lane, block, scratch):
 @inlined
 def _first_of(count, block):
     """Which guard fires first in every lane and when, -1 for none; ``alone`` is where two are near each other."""
-    alone, h = row_of(block.alone), row_of(block.h)[0]
-    first, second, which = guards.first_two(row_of(block.times), count, h)
-    near = second - first <= guards.NEAR * h
+    times, alone = row_of(block.times), row_of(block.alone)
+    none = spread(math.inf)
+    first, second, which = none, none, spread(-1.0)
+    for j in range(count):
+        time = times[j]
+        time = chosen(time >= 0.0, time, none)
+        sooner = time < first
+        second = chosen(sooner, first, smaller(second, time))
+        which = chosen(sooner, float(j), which)
+        first = chosen(sooner, time, first)
+    near = second - first <= guards.NEAR * row_of(block.h)[0]
     alone[0] = chosen(near, 1.0, alone[0])
     row_of(block.which)[0] = which
     row_of(block.reach)[0] = chosen(which >= 0.0, first, -1.0)

@@ -165,7 +165,8 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
         block.gap[0, lane] = 0.0
         if happens:
             state = state_of(states, p)
-            instant = instant_after(run, 1, te)
+            rest = run.period - run.time
+            instant = rest if te < rest else instant_after(run, 1, te)
             if lane_events.coincides(functions, tables, settings, state, first, j, te, instant, lane, block, scratch):
                 block.gap[0, lane] = instant - te
         te, happens = up_to_strobe(run, results.progress[p, GOAL], te, block.gap[0, lane], happens)

@@ -48,8 +48,9 @@ def expand(lane_functions, mode, live, tables, settings, block, row):
     ws, vectors, n = block.ws, block.v, block.x.shape[0]
     taylor.fill(lane_functions, mode, live, settings, block.t, block.c, block.x, vectors, ws)
     series, weights, period = table_of(ws), row_of(block.weights), row_of(block.period)[0]
-    first, metric = first_row(ws, vectors, 0), row_of(block.metric)
-    h = taylor.length(_over, series, n, live, first, settings, period, row_of(block.scale), weights, metric, row)
+    first, scale, metric = first_row(ws, vectors, 0), row_of(block.scale), row_of(block.metric)
+    h = taylor.length(_over, series, n, live, first, settings, period, scale, weights, metric, row)
+    taylor.follow(series, n, scale, h)
     row_of(block.h)[0] = h
     return taylor.doubts(lane_late_size, lane_size, series, n, tables, settings, mode, h, weights)
 

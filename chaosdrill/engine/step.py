@@ -59,9 +59,6 @@ def evaluate(method, settings, t, s, scratch):
 @inlined
 def instant_after(run, count, s):
     """First sample, ``count`` a period, later than s, both from the start of the step."""
-    rest = run.period - run.time
-    if count == 1 and s < rest:
-        return rest
     index = int((run.time + s) * count / run.period)
     instant = s
     while not instant > s:

@@ -160,11 +160,15 @@ def length(over, series, n, live, first, settings, period, scale, weights, metri
             a, b = over(a, b, size)
             last = larger(last, a)
             last_but_one = larger(last_but_one, b)
-    told = magnitude(whole) < math.inf
     h = smaller(smaller(radius(last, last_but_one, order) * reach, period), LONGEST)
+    return chosen(magnitude(whole) < math.inf, h, math.nan)
+
+
+@inlined
+def follow(series, n, scale, h):
+    """Let sizes follow a step of length h."""
     for i in range(n):
-        scale[i] = chosen(told, scales.followed(scale[i], series[i][0], series[i][1], h), scale[i])
-    return chosen(told, h, math.nan)
+        scale[i] = scales.followed(scale[i], series[i][0], series[i][1], h)
 
 
 @inlined
@@ -277,6 +281,7 @@ def expand(functions, tables, settings, t, state, ws, scratch):
     h = length(_over, ws, n, live, first, settings, run.period, state.scale, weights, metric, row)
     if h != h:
         return h
+    follow(ws, n, state.scale, h)
     sure, held, plain = doubts(late_size, size, ws, n, tables, settings, mode, h, weights)
     if not (sure & held & plain):
         h = settled(functions, tables, settings, h, t, state, scratch, sure, plain)

@@ -8,12 +8,12 @@ import pytest
 from llvmlite import binding as llvm
 
 from chaosdrill.codegen import machine
-from chaosdrill.codegen.kinds import float64, void
-from chaosdrill.engine import polynomial
+from chaosdrill.codegen.kinds import Array, RecordOf, float64, void
+from chaosdrill.engine import polynomial, records, taylor
 from chaosdrill.engine.jit import compiled
-from chaosdrill.engine.lane_code import chosen, larger, magnitude, row_of
+from chaosdrill.engine.lane_code import chosen, larger, magnitude, row_of, table_of
 from chaosdrill.engine.lanes import LANES, aligned
-from chaosdrill.engine.layout import COLUMNS, WIDTH
+from chaosdrill.engine.layout import COLUMNS, SETTINGS, WIDTH
 
 matrix = float64[:, ::1]
 
@@ -59,6 +59,66 @@ def test_larger_magnitude_and_choice():
     np.testing.assert_array_equal(applied(numba.njit(lambda v: magnitude(-v)), x), np.abs(x))
     choice = applied(numba.njit(lambda v: chosen(v > 0.0, v, -1.0 * v)), x)
     np.testing.assert_array_equal(choice, np.abs(x))
+
+
+@numba.njit(error_model="numpy")
+def over(a, b, size):
+    return a / size, b / size
+
+
+def told(settings, series, scale, weights, metric, out, bounds, row):
+    """A step of two states and a tangent, which stand in rows 0 to 3, of one run or of eight."""
+    h = taylor.length(over, series, 2, 1, 2, settings, out[0], scale, weights, metric, row)
+    taylor.follow(series, 2, scale, h)
+    sure = taylor._has_no_gap(series, 2, settings.order, h / settings.reach, weights)
+    out[0] = h
+    out[1] = chosen(sure, 1.0, 0.0)
+    out[2] = chosen(records.within(scale, 2, bounds), 1.0, 0.0)
+
+
+tell = numba.njit(told, error_model="numpy")
+
+
+def of_one(settings, series, numbers, bounds, row):
+    tell(settings[0], series, numbers[0], numbers[1], numbers[2], numbers[3], bounds, row)
+
+
+def of_eight(settings, series, scale, weights, metric, out, bounds, row):
+    rows = row_of(scale), row_of(weights), row_of(metric), row_of(out)
+    tell(settings[0], table_of(series), rows[0], rows[1], rows[2], rows[3], bounds, row)
+
+
+def test_a_step_of_eight_is_the_step_of_each():
+    """Length, sizes, gaps and bounds of eight runs are those of each by itself, to the bit, whatever it meets."""
+    random = np.random.default_rng(3)
+    records_type, cube = Array(RecordOf(SETTINGS), 1), float64[:, :, ::1]
+    one = compiled(void(records_type, matrix, matrix, matrix, float64[::1]))(of_one)
+    eight = compiled(void(records_type, cube, *[matrix] * 5, float64[::1]))(of_eight)
+    settings, row = np.zeros(1, SETTINGS), np.zeros(COLUMNS)
+    settings["order"], settings["tolerance"], settings["reach"] = 19, 1e-10, 0.25
+    bounds = np.array([[-1.0, -1.0], [3.0, 3.0]])
+    gaps, beyond = set(), set()
+    for _ in range(40):
+        series = aligned(4, COLUMNS, LANES)
+        falls = 0.6 ** np.arange(20)[:, None] * random.choice([1.0, 1e-9], (4, 20, LANES), p=[0.8, 0.2])
+        series[:, :20] = random.normal(size=(4, 20, LANES)) * falls
+        # states at rest, in motion from rest, and of which a term is no number
+        series[0, :, 1] = series[1, 1:, 2] = series[1, 0, 3] = 0.0
+        series[1, 19, 4], series[0, 19, 5] = np.nan, np.inf
+        found = [aligned(2, LANES), aligned(2, LANES), aligned(2, LANES), aligned(3, LANES)]
+        found[0][:] = random.choice([0.0, 1.0, 4.0], (2, LANES))
+        found[3][0] = 2.0
+        alone = np.zeros((LANES, 4, 3))
+        for lane in range(LANES):
+            alone[lane, 0, :2], alone[lane, 3, 0] = found[0][:, lane], 2.0
+            one(settings, np.ascontiguousarray(series[:, :, lane]), alone[lane], bounds, row)
+        eight(settings, series, *found, bounds, row)
+        for i, numbers in enumerate(found):
+            np.testing.assert_array_equal(numbers, alone[:, i, : len(numbers)].T)
+        assert np.isnan(found[3][0]).tolist() == [False] * 4 + [True] * 2 + [False] * 2
+        gaps |= set(found[3][1])
+        beyond |= set(found[3][2])
+    assert gaps == beyond == {0.0, 1.0}
 
 
 def test_eight_coefficients_of_a_row_at_once():
