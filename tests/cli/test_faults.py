@@ -268,31 +268,46 @@ def motion_of_names():
     return cd.trajectory(cd.build("impact-oscillator"), periods=2, samples=10)
 
 
+# one process for all commands of a locale: arguments and streams are those of the process, as of a single command
+COMMANDS = """
+import sys
+from chaosdrill.cli import main
+given = sys.argv[1:]
+while given:
+    end = given.index(";")
+    code = main([*given[:end], "--json"])
+    given = given[end + 1:]
+    print("\\0", flush=True)
+    if code:
+        sys.exit(code)
+"""
+
+
 @pytest.mark.parametrize(("locale", "name", "text"), CASES)
 def test_every_command_takes_files_of_any_name_in_any_locale(tmp_path, locale, name, text):
     folder = os.path.join(os.fsencode(tmp_path), name)
     os.mkdir(folder)
-
-    def call(*arguments):
-        command = [sys.executable, "-m", "chaosdrill", *arguments, "--json"]
-        done = subprocess.run(command, cwd=folder, capture_output=True, env=os.environ | locale, check=False)
-        assert (done.returncode, b"Traceback" in done.stderr) == (0, False), done.stderr[-2000:]
-        return json.loads(done.stdout)
-
     scene, archive = name + b".toml", name + b".nc"
     with open(os.path.join(folder, scene), "w") as file:
         file.write(SCENE)
-    set_title = ["--set", f"title={text}"]
-    assert call("check", scene, *set_title)["title"] == text
-    # the folder of finished parts, the archive, and a name of the whole path
-    call("run", os.path.join(folder, scene), "-o", os.path.join(folder, archive))
-    described = call("info", archive)
-    assert described["title"] == text
+    commands = (
+        ("check", scene, "--set", f"title={text}"),
+        # the folder of finished parts, the archive, and a name of the whole path
+        ("run", os.path.join(folder, scene), "-o", os.path.join(folder, archive)),
+        ("info", archive),
+        ("cite", archive),
+        ("verify", archive),
+        ("plot", archive, "-o", name + b".svg"),
+        ("report", archive),
+    )
+    process = [sys.executable, "-c", COMMANDS, *(part for command in commands for part in (*command, ";"))]
+    done = subprocess.run(process, cwd=folder, capture_output=True, env=os.environ | locale, check=False)
+    assert (done.returncode, b"Traceback" in done.stderr) == (0, False), done.stderr[-2000:]
+    checked, _, described, _, verified, drawn, _ = (json.loads(told) for told in done.stdout.split(b"\0\n")[:-1])
+    assert checked["title"] == described["title"] == text
     assert f"run {text}.toml -o " in described["history"].replace("'", "")
-    call("cite", archive)
-    assert call("verify", archive)["equal"]
-    assert len(call("plot", archive, "-o", name + b".svg")["pictures"]) == 2
-    call("report", archive)
+    assert verified["equal"]
+    assert len(drawn["pictures"]) == 2
     with open(os.path.join(folder, name + b".html"), encoding="utf-8") as page:
         assert f"{text}.nc" in page.read()
 

@@ -159,8 +159,12 @@ def test_attractors(model, section):
     if not model.parameters:
         pytest.skip("no parameter to sweep")
     starts = [{}, {model.state_names[0]: model.initial[model.state_names[0]] + 1e-3}]
+    sweep = ways(model, 1)
+    if model.name == "drill-string":
+        # its motions are told apart by a thousand turns each, at each value and from each to the next
+        sweep = {name: values[:1] for name, values in sweep.items()}
     found = cd.attractors(
-        model, ways(model, 1), initial=starts, periods=6, transient=5, max_period=2, max_extension=0, **section
+        model, sweep, initial=starts, periods=6, transient=5, max_period=2, max_extension=0, **section
     )
     assert words(found) <= SOUND
     share = found["fraction"].sum("attractor") + found["fraction_none"]

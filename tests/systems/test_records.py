@@ -23,69 +23,95 @@ from chaosdrill.model import system as model
 PACKAGE = Path(cd.__file__).parent
 CHOSEN = ("lorenz", "impact-oscillator", "percussive-drill")
 
-SPECTRUM = """
+RESULTS = """
 import json, sys
 import chaosdrill as cd
-system = cd.build(sys.argv[1])
-length = {"periods": 20} if system.forced else {"duration": 20.0}
-ds = cd.lyapunov_spectrum(system, **length)
-text = {name: value for name, value in ds.attrs.items() if name not in ("history", "date_created")}
-bits = {name: ds[name].values.tobytes().hex() for name in ds.variables if ds[name].dtype.kind in "fiu"}
-print(json.dumps([[name for name in ("sympy", "numba") if name in sys.modules], text, bits]))
+
+def spectrum(name):
+    system = cd.build(name)
+    length = {"periods": 20} if system.forced else {"duration": 20.0}
+    return cd.lyapunov_spectrum(system, **length)
+
+ASKED = {
+    "orbit": lambda: cd.periodic_orbit(cd.build("impact-oscillator"), derivatives=["e"]),
+    "branch": lambda: cd.continue_orbit(cd.build("impact-oscillator"), {"omega": (2.5, 2.52)}, max_points=5),
+}
+results = {}
+for name in sys.argv[1:]:
+    ds = ASKED[name]() if name in ASKED else spectrum(name)
+    text = {name: value for name, value in ds.attrs.items() if name not in ("history", "date_created")}
+    bits = {name: ds[name].values.tobytes().hex() for name in ds.variables if ds[name].dtype.kind in "fiu"}
+    results[name] = [text, bits]
+print(json.dumps([[name for name in ("sympy", "numba", "dask") if sys.modules.get(name)], results]))
 """
 
 
-def process(folder, name, package=PACKAGE, script=SPECTRUM):
-    """What a new process says of a spectrum: modules that it has loaded, attributes, bits; and its warnings."""
+def process(folder, *names, package=PACKAGE):
+    """What a new process says: modules that it has loaded, attributes and bits of each result; and its warnings."""
     environment = {**os.environ, "CHAOSDRILL_CACHE_DIR": str(folder), "PYTHONPATH": str(package.parent)}
-    command = [sys.executable, "-P", "-c", script, name]
+    command = [sys.executable, "-P", "-c", RESULTS, *names]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True, timeout=300)
     return (*json.loads(done.stdout), done.stderr)
 
 
-def file_of(folder):
-    (found,) = (folder / "kernels").glob(f"*{cache.RECORD}")
-    return found
-
-
 @pytest.fixture(scope="module")
 def first(tmp_path_factory):
-    """The folder of each system's cache, and what the process says that filled it."""
-    folders = {name: tmp_path_factory.mktemp(name) for name in CHOSEN}
-    return {name: (folder, process(folder, name)) for name, folder in folders.items()}
+    """The folder of a cache, and what the process says that filled it."""
+    folder = tmp_path_factory.mktemp("first")
+    return folder, process(folder, *CHOSEN, "orbit", "branch")
 
 
-@pytest.mark.parametrize("name", CHOSEN)
-def test_the_second_process_needs_no_sympy_and_gives_the_same_bits(first, name):
-    folder, (loaded, *derived, _) = first[name]
+def test_the_second_process_needs_no_sympy_and_gives_the_same_bits(first):
+    """Of spectra, of an orbit with its derivatives, and of a branch."""
+    folder, (loaded, derived, _) = first
     assert "sympy" in loaded
-    again, *read, told = process(folder, name)
+    again, read, told = process(folder, *CHOSEN, "orbit", "branch")
     assert again == []
     assert read == derived
     assert told == ""
 
 
-@pytest.mark.parametrize("place", [0, -1])
-def test_a_damaged_record_changes_nothing(first, tmp_path, place):
-    folder, (_, *derived, _) = first["lorenz"]
-    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
-    content = bytearray(file_of(tmp_path).read_bytes())
-    content[place] ^= 1
-    file_of(tmp_path).write_bytes(content)
-    loaded, *found, told = process(tmp_path, "lorenz")
-    assert "sympy" in loaded
-    assert found == derived
-    assert "is damaged" in told
-    # it is kept anew
-    assert process(tmp_path, "lorenz")[0] == []
-
-
 @pytest.fixture
 def shared(first, monkeypatch):
     """An empty place for what is known of Lorenz's model, and the file of its record."""
-    folder, _ = first["lorenz"]
+    folder, _ = first
     monkeypatch.setattr(record, "cache_folder", lambda: folder)
     return model.Shared(("lorenz",)), record.place(("lorenz",))
+
+
+@pytest.fixture
+def own(shared, tmp_path):
+    """A cache that has the same, and the file of Lorenz's record in it."""
+    _, path = shared
+    folder = path.parent.parent
+    shutil.copytree(folder, tmp_path / "cache")
+    return tmp_path / "cache", tmp_path / "cache" / path.relative_to(folder)
+
+
+def test_a_damaged_record_changes_nothing(first, own):
+    folder, file = own
+    _, (_, derived, _) = first
+    content = bytearray(file.read_bytes())
+    content[-1] ^= 1
+    file.write_bytes(content)
+    loaded, found, told = process(folder, "lorenz")
+    assert "sympy" in loaded
+    assert found["lorenz"] == derived["lorenz"]
+    assert "is damaged" in told
+    # it is kept anew
+    assert process(folder, "lorenz")[0] == []
+
+
+@pytest.mark.parametrize("place", [0, -1])
+def test_damage_is_told_wherever_it_is(shared, own, monkeypatch, place):
+    known, _ = shared
+    folder, file = own
+    monkeypatch.setattr(record, "cache_folder", lambda: folder)
+    content = bytearray(file.read_bytes())
+    content[place] ^= 1
+    file.write_bytes(content)
+    with pytest.warns(UserWarning, match="is damaged"):
+        assert not record.recall(known)
 
 
 def _elsewhere(key, held):
@@ -128,12 +154,12 @@ def test_a_record_that_others_can_write_is_not_read(shared):
         path.chmod(0o600)
 
 
-def test_a_record_without_its_code_is_compiled_anew(first, tmp_path):
-    folder, (_, *derived, _) = first["lorenz"]
-    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
-    for code in (tmp_path / "kernels").glob(f"*{cache.SUFFIX}"):
+def test_a_record_without_its_code_is_compiled_anew(first, own):
+    folder, _ = own
+    _, (_, derived, _) = first
+    for code in (folder / "kernels").glob(f"*{cache.SUFFIX}"):
         code.unlink()
-    assert process(tmp_path, "lorenz")[1:3] == tuple(derived)
+    assert process(folder, "lorenz")[1]["lorenz"] == derived["lorenz"]
 
 
 def test_no_record_is_larger_than_it_may_be(tmp_path, monkeypatch):
@@ -147,10 +173,9 @@ def test_no_record_is_larger_than_it_may_be(tmp_path, monkeypatch):
         assert len(list(tmp_path.rglob(f"*{cache.RECORD}"))) == expected
 
 
-def test_another_definition_is_never_answered_by_an_old_record(first, tmp_path):
+def test_another_definition_is_never_answered_by_an_old_record(own, tmp_path):
     """The exponents of Lorenz's model sum up to its divergence, -(sigma + 1 + beta), which the change makes less."""
-    folder, _ = first["lorenz"]
-    shutil.copytree(folder, tmp_path / "cache", dirs_exist_ok=True)
+    folder, _ = own
     package = tmp_path / "chaosdrill"
     shutil.copytree(PACKAGE, package, ignore=shutil.ignore_patterns("*.pyc"))
     file = package / "systems" / "lorenz.py"
@@ -158,9 +183,9 @@ def test_another_definition_is_never_answered_by_an_old_record(first, tmp_path):
     assert "sigma*(y - x)" in text
 
     def divergence(loaded):
-        found, _, bits, _ = process(tmp_path / "cache", "lorenz", package)
+        found, results, _ = process(folder, "lorenz", package=package)
         assert found == loaded
-        return float(np.frombuffer(bytes.fromhex(bits["lyapunov_exponent"])).sum())
+        return float(np.frombuffer(bytes.fromhex(results["lorenz"][1]["lyapunov_exponent"])).sum())
 
     sigma, beta = 10.0, 8.0 / 3.0
     assert math.isclose(divergence([]), -(sigma + 1.0 + beta), rel_tol=1e-9)
@@ -237,29 +262,6 @@ def test_a_period_is_the_number_that_its_expression_gives():
         assert forcing_periods(system, {"b": np.array([0.3, 0.3])}, 2) == pytest.approx([expected] * 2, rel=4e-16)
 
 
-ORBITS = """
-import json, sys
-import chaosdrill as cd
-if sys.argv[1] == "orbit":
-    ds = cd.periodic_orbit(cd.build("impact-oscillator"), derivatives=["e"])
-else:
-    ds = cd.continue_orbit(cd.build("impact-oscillator"), {"omega": (2.5, 2.52)}, max_points=5)
-text = {name: value for name, value in ds.attrs.items() if name not in ("history", "date_created")}
-bits = {name: ds[name].values.tobytes().hex() for name in ds.variables if ds[name].dtype.kind in "fiu"}
-print(json.dumps([[name for name in ("sympy", "numba", "dask") if sys.modules.get(name)], text, bits]))
-"""
-
-
-@pytest.mark.parametrize("kind", ["orbit", "branch"])
-def test_orbits_of_a_second_process_need_no_sympy_and_have_the_same_bits(tmp_path, kind):
-    loaded, *derived, _ = process(tmp_path, kind, script=ORBITS)
-    assert "sympy" in loaded
-    again, *read, told = process(tmp_path, kind, script=ORBITS)
-    assert again == []
-    assert read == derived
-    assert told == ""
-
-
 SCENE = """
 [system.definition]
 name = "belt-and-wall"
@@ -306,80 +308,7 @@ periods = 10
 max_extension = 0
 """
 
-RUN = """
-import json, sys
-import chaosdrill as cd
-from chaosdrill.cli import main
-code = main(["run", *sys.argv[1:], "-o", "out.nc"])
-loaded = [name for name in ("sympy", "numba") if name in sys.modules]
-bits = {}
-if code == 0:
-    for node in cd.open("out.nc").subtree:
-        kinds = {name: one for name, one in node.variables.items() if one.dtype.kind in "fiu"}
-        bits |= {f"{node.path}/{name}": one.values.tobytes().hex() for name, one in kinds.items()}
-print(json.dumps([code, loaded, bits]))
-"""
-
-
-def scene_process(folder, text, *changes):
-    """What a new process makes of a scene: its exit code, modules that it has loaded, bits, and what it says."""
-    (folder / "scene.toml").write_text(text)
-    environment = {**os.environ, "CHAOSDRILL_CACHE_DIR": str(folder / "cache"), "PYTHONPATH": str(PACKAGE.parent)}
-    sets = [part for change in changes for part in ("--set", change)]
-    command = [sys.executable, "-P", "-c", RUN, "scene.toml", *sets]
-    done = subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True, timeout=300)
-    return (*json.loads(done.stdout.splitlines()[-1]), done.stderr)
-
-
-@pytest.fixture(scope="module")
-def scene(tmp_path_factory):
-    """A folder with the record of a scene, and what the process says that kept it."""
-    folder = tmp_path_factory.mktemp("scene")
-    return folder, scene_process(folder, SCENE)
-
-
-def test_the_second_run_of_a_scene_needs_no_sympy_and_gives_the_same_bits(scene):
-    folder, (code, loaded, bits, _) = scene
-    assert (code, "sympy" in loaded) == (0, True)
-    assert len(bits) > 10
-    assert scene_process(folder, SCENE)[:3] == (0, [], bits)
-
-
-def test_a_scene_that_starts_elsewhere_has_the_same_record(scene):
-    folder, _ = scene
-    elsewhere = SCENE.replace("x = 0.4", "x = 0.1")
-    code, loaded, bits, _ = scene_process(folder, elsewhere)
-    assert (code, loaded) == (0, [])
-    system = cd.parse_scene(elsewhere).system
-    assert system.initial == {"mode": "free", "x": 0.1, "v": 0.0}
-    expected = cd.lyapunov_spectrum(system, transient=2, periods=10)["lyapunov_exponent"].values
-    assert bits["/spectrum/lyapunov_exponent"] == expected.tobytes().hex()
-
-
-@pytest.mark.parametrize(
-    ("change", "fault"),
-    [
-        (("x < 0.3", "x < wall"), "unknown name 'wall'"),
-        (("k = 4.0", "k = 4.0\nlost = 1.0"), "not used in the definition"),
-        (("[system.initial]", "[system.drives.k]\npieces = 'square'\n[system.initial]"), None),
-    ],
-    ids=["unknown name", "unused parameter", "a drive"],
-)
-def test_a_record_hides_no_fault_of_another_scene(scene, change, fault):
-    folder, _ = scene
-    code, loaded, _, told = scene_process(folder, SCENE.replace(*change))
-    assert "sympy" in loaded
-    assert (code == 2 and fault in told) if fault else code == 0, told
-
-
-def test_scenes_of_the_same_equations_have_a_record_each(tmp_path, monkeypatch):
-    monkeypatch.setattr(record, "cache_folder", lambda: tmp_path)
-    monkeypatch.setattr(model, "_listed", type(model._listed)())
-    for text in (SCENE, SCENE.replace("k = 4.0", "k = 5.0")):
-        system = cd.parse_scene(text).system
-        kernels_of(system)
-        record.remember(system)
-    assert len(list(tmp_path.rglob(f"*{cache.RECORD}"))) == 2
+ELSEWHERE = SCENE.replace("x = 0.4", "x = 0.1")
 
 
 SPECTRUM_OF = """
@@ -451,25 +380,96 @@ pieces = { "0" = "0.3", "0.5" = "0.2" }
 }
 
 
-@pytest.mark.parametrize("text", OTHERS.values(), ids=OTHERS)
-def test_maps_sliding_modes_and_drives_are_not_derived_again(tmp_path, text):
-    code, loaded, bits, told = scene_process(tmp_path, text + SPECTRUM_OF)
-    assert (code, "sympy" in loaded) == (0, True), told
+SCENES = {"modes": SCENE, "modes that start elsewhere": ELSEWHERE}
+SCENES |= {name: text + SPECTRUM_OF for name, text in OTHERS.items()}
+
+RUN = """
+import json, sys
+import chaosdrill as cd
+from chaosdrill.cli import main
+results = []
+for path in sys.argv[1:]:
+    code = main(["run", path, "-o", path + ".nc"])
+    bits = {}
+    if code == 0:
+        for node in cd.open(path + ".nc").subtree:
+            kinds = {name: one for name, one in node.variables.items() if one.dtype.kind in "fiu"}
+            bits |= {f"{node.path}/{name}": one.values.tobytes().hex() for name, one in kinds.items()}
+    results.append([code, "sympy" in sys.modules or "numba" in sys.modules, bits])
+print(json.dumps(results))
+"""
+
+
+def scene_process(folder, *texts):
+    """What a new process makes of scenes: exit code, whether sympy or numba is loaded by then, bits; and its words."""
+    files = [folder / f"{number}.toml" for number in range(len(texts))]
+    for file, text in zip(files, texts, strict=True):
+        file.write_text(text)
+    environment = {**os.environ, "CHAOSDRILL_CACHE_DIR": str(folder / "cache"), "PYTHONPATH": str(PACKAGE.parent)}
+    command = [sys.executable, "-P", "-c", RUN, *(file.name for file in files)]
+    done = subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True, timeout=300)
+    return json.loads(done.stdout.splitlines()[-1]), done.stderr
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """A folder with the records of the scenes, and what two processes make of these, one after the other, by name.
+
+    The first does not run the one that starts elsewhere.
+    """
+    folder = tmp_path_factory.mktemp("scenes")
+    names = [name for name in SCENES if SCENES[name] is not ELSEWHERE]
+    derived, _ = scene_process(folder, *(SCENES[name] for name in names))
+    read, _ = scene_process(folder, *SCENES.values())
+    return folder, dict(zip(names, derived, strict=True)), dict(zip(SCENES, read, strict=True))
+
+
+@pytest.mark.parametrize("name", ["modes", *OTHERS])
+def test_the_second_run_of_a_scene_needs_no_sympy_and_gives_the_same_bits(runs, name):
+    _, derived, read = runs
+    code, loaded, bits = derived[name]
+    assert (code, loaded) == (0, True)
     assert len(bits) > 5
-    assert scene_process(tmp_path, text + SPECTRUM_OF)[:3] == (0, [], bits)
+    assert read[name] == [0, False, bits]
 
 
-@pytest.mark.parametrize(
-    ("name", "change", "fault"),
-    [
-        ("a map", ("a*Min", "b*Min"), "unknown name 'b'"),
-        ("two fields", ("mu = 0.7", "mu = 0.7\nlost = 1.0"), "not used in the"),
-        ("a drive", ('"square"', '"circle"'), "circle"),
-    ],
-)
-def test_what_is_kept_of_these_hides_no_fault_of_another_scene(tmp_path, name, change, fault):
-    text = OTHERS[name] + SPECTRUM_OF
-    assert scene_process(tmp_path, text)[0] == 0
-    code, _, _, told = scene_process(tmp_path, text.replace(*change))
-    assert code == 2
-    assert fault in told
+def test_a_scene_that_starts_elsewhere_has_the_same_record(runs):
+    code, loaded, bits = runs[2]["modes that start elsewhere"]
+    assert (code, loaded) == (0, False)
+    system = cd.parse_scene(ELSEWHERE).system
+    assert system.initial == {"mode": "free", "x": 0.1, "v": 0.0}
+    expected = cd.lyapunov_spectrum(system, transient=2, periods=10)["lyapunov_exponent"].values
+    assert bits["/spectrum/lyapunov_exponent"] == expected.tobytes().hex()
+
+
+WRONG = {
+    "unknown name": ("modes", ("x < 0.3", "x < wall"), "unknown name 'wall'"),
+    "unused parameter": ("modes", ("k = 4.0", "k = 4.0\nlost = 1.0"), "not used in the definition"),
+    "unknown name of a map": ("a map", ("a*Min", "b*Min"), "unknown name 'b'"),
+    "unused parameter of two fields": ("two fields", ("mu = 0.7", "mu = 0.7\nlost = 1.0"), "not used in the"),
+    "unknown shape of a drive": ("a drive", ('"square"', '"circle"'), "circle"),
+}
+
+
+def test_a_record_hides_no_fault_of_another_scene(runs):
+    """Each is met by a process that has read the records, but for a drive that is added, which is no fault."""
+    folder, _, _ = runs
+    changed = [SCENES[name].replace(*change) for name, change, _ in WRONG.values()]
+    added = SCENE.replace("[system.initial]", "[system.drives.k]\npieces = 'square'\n[system.initial]")
+    results, told = scene_process(folder, SCENE, *changed, added)
+    assert [code for code, *_ in results] == [0, *[2] * len(WRONG), 0], told
+    lines = told.splitlines()
+    for number, (_, _, fault) in enumerate(WRONG.values(), start=1):
+        assert any(line.startswith(f"{number}.toml:") and fault in line for line in lines), told
+    assert [loaded for _, loaded, _ in results] == [False, *[True] * (len(WRONG) + 1)]
+    assert results[-1][2] != results[0][2]
+
+
+def test_scenes_of_the_same_equations_have_a_record_each(tmp_path, monkeypatch):
+    monkeypatch.setattr(record, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(model, "_listed", type(model._listed)())
+    for text in (SCENE, SCENE.replace("k = 4.0", "k = 5.0")):
+        system = cd.parse_scene(text).system
+        kernels_of(system)
+        record.remember(system)
+    assert len(list(tmp_path.rglob(f"*{cache.RECORD}"))) == 2
