@@ -1,5 +1,6 @@
 """Settings that every test shares."""
 
+import gc
 import os
 import signal
 import subprocess
@@ -19,6 +20,10 @@ from hypothesis import settings
 settings.register_profile("chaosdrill", deadline=None, derandomize=True, print_blob=True)
 settings.load_profile("chaosdrill")
 
+# expressions are many small objects that live long: with Python's own thresholds a sixth of what it takes to derive and
+# compile a system goes into looking for garbage among them
+gc.set_threshold(100_000, 20, 20)
+
 COMPILE = "import chaosdrill as cd; cd.lyapunov_spectrum(cd.drill(), periods=2, transient=1)"
 
 
@@ -26,6 +31,12 @@ def pytest_configure(config):
     """Compile the engine once before several workers start, each of which would compile it, at the others' expense."""
     if getattr(config.option, "numprocesses", None) and not hasattr(config, "workerinput"):
         subprocess.run([sys.executable, "-c", COMPILE], check=True)
+
+
+def pytest_collection_finish():
+    """What has been imported and collected by now stays, and is not looked through for garbage again."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture

@@ -262,12 +262,6 @@ NAME = "a\udcff"
 CASES = [(UTF8, b"a\xff", r"a\xff"), (ASCII, "ö".encode(), "ö"), (ASCII, b"a\xff", r"a\xff")]
 
 
-@pytest.fixture
-def motion_of_names():
-    """A short trajectory."""
-    return cd.trajectory(cd.build("impact-oscillator"), periods=2, samples=10)
-
-
 # one process for all commands of a locale: arguments and streams are those of the process, as of a single command
 COMMANDS = """
 import sys
@@ -312,10 +306,10 @@ def test_every_command_takes_files_of_any_name_in_any_locale(tmp_path, locale, n
         assert f"{text}.nc" in page.read()
 
 
-def test_an_archive_without_its_seal_is_tried_under_its_name(tmp_path, motion_of_names):
+def test_an_archive_without_its_seal_is_tried_under_its_name(tmp_path, motion):
     from chaosdrill.archive.digest import LENGTH
 
-    path = cd.save(motion_of_names, tmp_path / f"{NAME}.nc")
+    path = cd.save(motion, tmp_path / f"{NAME}.nc")
     os.truncate(path, path.stat().st_size - LENGTH)
     assert cd.open(path).attrs["kind"] == "trajectory"
 
@@ -338,26 +332,26 @@ def test_what_was_finished_is_found_again(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["\ud800.nc", "a/\ud800/b.nc"])
-def test_a_name_that_no_file_can_have(tmp_path, monkeypatch, motion_of_names, name):
+def test_a_name_that_no_file_can_have(tmp_path, monkeypatch, motion, name):
     monkeypatch.setattr("chaosdrill.workflow.run_scene.compute", lambda *_, **__: pytest.fail("it ran"))
     (tmp_path / "scene.toml").write_text(SCENE)
     with pytest.raises(cd.ArchiveError, match=r"letters that names of files do not have here \(utf-8\)"):
         cd.run(tmp_path / "scene.toml", tmp_path / name)
     with pytest.raises(cd.ArchiveError, match="letters that names of files do not have"):
-        cd.save(motion_of_names, tmp_path / name)
+        cd.save(motion, tmp_path / name)
     with pytest.raises(cd.ArchiveError, match="cannot read the archive"):
         cd.open(tmp_path / name)
     with pytest.raises(cd.SceneError, match="cannot read the scene"):
         cd.load_scene(tmp_path / name)
 
 
-def test_the_folder_of_a_links_target_is_tried(tmp_path, motion_of_names):
+def test_the_folder_of_a_links_target_is_tried(tmp_path, motion):
     link = tmp_path / "link.nc"
     link.symlink_to(tmp_path / "none" / "far.nc")
     with pytest.raises(cd.ArchiveError, match=r"the folder .*none does not exist; create it first"):
-        cd.save(motion_of_names, link)
+        cd.save(motion, link)
     link.unlink()
     link.symlink_to(link)
     with pytest.raises(cd.ArchiveError, match="a broken link"):
-        cd.save(motion_of_names, link)
+        cd.save(motion, link)
     assert link.is_symlink()

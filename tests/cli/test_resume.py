@@ -348,13 +348,10 @@ samples = 16
 """
 
 
-def command(folder, *options):
-    return [sys.executable, "-m", "chaosdrill", "run", str(folder / "scene.toml"), *map(str, options)]
-
-
 def run(folder, name, *options):
     """Run the scene to its end and return the archive's path."""
-    done = subprocess.run(command(folder, "-o", folder / name, *options), capture_output=True, text=True, timeout=600)
+    command = [sys.executable, "-m", "chaosdrill", "run", folder / "scene.toml", "-o", folder / name, *options]
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stderr
     assert not (folder / f"{name}.parts").exists()
     return folder / name
@@ -402,19 +399,62 @@ def test_two_processes_of_a_cluster_write_the_archive_of_one(folder, one):
         assert_same(run(folder, "cluster.nc", "--scheduler", cluster.scheduler_address), one)
 
 
-def test_ten_kills_at_random_moments(folder, one):
+# runs a command, and then each that it is told in a process of its own, which imports and compiles nothing again
+FORKS = """
+import json, os, signal, sys
+from chaosdrill.cli import main
+sys.stdout = open(os.devnull, "w")
+assert main(json.loads(sys.stdin.readline())) == 0
+signal.signal(signal.SIGCHLD, signal.SIG_IGN)
+for line in sys.stdin:
+    if process := os.fork():
+        print(process, file=sys.__stdout__, flush=True)
+    else:
+        os._exit(main(json.loads(line)))
+"""
+
+
+@pytest.fixture
+def begin(folder):
+    """Function that begins a run of the scene in a process of its own, of which it gives the number."""
+    (folder / "short.toml").write_text(SAME_SCENE[: SAME_SCENE.index("[analysis.hysteresis]")].replace("600", "2"))
+    streams = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL, "text": True}
+    with subprocess.Popen([sys.executable, "-c", FORKS], cwd=folder, **streams) as process:
+
+        def told(*arguments):
+            process.stdin.write(json.dumps(["run", *arguments]) + "\n")
+            process.stdin.flush()
+
+        def begun(*options):
+            told("scene.toml", *options)
+            return int(process.stdout.readline())
+
+        told("short.toml", "-o", "short.nc")
+        yield begun
+        process.stdin.close()
+
+
+def lives(process):
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def test_ten_kills_at_random_moments(folder, one, begin):
     chance = random.Random(20260401)
     parts = folder / "killed.nc.parts"
     kept = []
     # moments count in points, so that a slow machine is killed as far into the work as a fast one
     for moment in sorted(chance.uniform(0, 0.75) * POINTS for _ in range(KILLS)):
-        call = command(folder, "-o", folder / "killed.nc", "--resume", "--workers", chance.choice([1, 2]))
-        with subprocess.Popen(call, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
-            while process.poll() is None and points_in(parts) < moment:
-                time.sleep(0.005)
-            time.sleep(chance.uniform(0, 0.03))
-            assert process.poll() is None, process.stderr.read()
-            process.send_signal(signal.SIGKILL)
+        process = begin("-o", "killed.nc", "--resume", "--workers", str(chance.choice([1, 2])))
+        while lives(process) and points_in(parts) < moment:
+            time.sleep(0.005)
+        time.sleep(chance.uniform(0, 0.03))
+        os.kill(process, signal.SIGKILL)
+        while lives(process):
+            time.sleep(0.005)
         assert not (folder / "killed.nc").exists()
         kept.append(points_in(parts))
     assert kept == sorted(kept)
