@@ -85,7 +85,7 @@ def touches(problem: Problem, orbit: Orbit) -> Iterator[tuple[float, Touch, floa
         for j, event in enumerate(kernels_of(problem.system).events[mode]):
             if all(transitions[k].marks_only() for k in event.outcomes):
                 continue
-            values, _ = _guard(problem, orbit, i, j, instants, states)
+            values, _ = _guard(problem, orbit, i, j, instants, states, rates=False)
             side = event.direction or -int(np.sign(values[SETTINGS.guard_samples // 2]))
             heights = side * values
             # orbits without events have segments that end nowhere in particular
@@ -142,23 +142,31 @@ def taken(problem: Problem, orbit: Orbit, segment: int, guard: int, after: float
 
 
 def _guard(
-    problem: Problem, orbit: Orbit, segment: int, guard: int, instants: np.ndarray, states: np.ndarray
+    problem: Problem,
+    orbit: Orbit,
+    segment: int,
+    guard: int,
+    instants: np.ndarray,
+    states: np.ndarray,
+    *,
+    rates: bool = True,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Values and rates of a guard in states (K, d) at times since the start of an orbit."""
+    """Values and, if asked for, rates of a guard in states (K, d) at times since the start of an orbit."""
     system = problem.system
     field, evaluate = kernels_of(system).functions.field, kernels_of(system).functions.guard
     constants = kernels_of(system).constants(system.parameters)
     n, d = len(system.state_names), problem.states
     mode = int(orbit.segments[segment, at.SEGMENT_MODE])
     values, slopes = np.zeros(len(instants)), np.zeros(len(instants))
-    x, rates, gradient = np.zeros(n), np.zeros(n + len(system.quadratures)), np.zeros(n + 1)
+    x, motion, gradient = np.zeros(n), np.zeros(n + len(system.quadratures)), np.zeros(n + 1)
     x[d:] = orbit.starts[0, d:]
     for k, (instant, state) in enumerate(zip(instants, states, strict=True)):
         x[:d] = state
         time = orbit.phase + float(instant)
         values[k] = evaluate(mode, guard, time, constants, x, gradient)
-        field(mode, time, constants, x, rates)
-        slopes[k] = gradient[:n] @ rates[:n] + gradient[n]
+        if rates:
+            field(mode, time, constants, x, motion)
+            slopes[k] = gradient[:n] @ motion[:n] + gradient[n]
     return values, slopes
 
 

@@ -45,7 +45,7 @@ def difference(system, mode, x, run):
 def test_tangents_are_the_derivative_of_the_flow(contact):
     system = cd.drill(friction="stribeck-two-sided", contact=contact, r=0.3, a=1.3, b=0.2, k=1e4, eps=1.5)
     rng = np.random.default_rng(3)
-    errors, met = [], np.zeros(len(system.transitions), dtype=int)
+    errors, met = [], set()
     for way in (1, -1) * 75:
         x = np.zeros(len(system.states))
         x[:3] = rng.normal(size=3)
@@ -55,9 +55,10 @@ def test_tangents_are_the_derivative_of_the_flow(contact):
         if run is None or run.grazing.min() < 0.1 or (expected := difference(system, mode, x, run)) is None:
             continue
         errors.append(np.abs(expected - run.vectors[:3]).max() / max(1.0, np.abs(run.vectors).max()))
-        met += run.counts
-    names = {t.name for t, count in zip(system.transitions, met, strict=True) if count}
-    assert names >= MET[contact] | ROCK
+        met |= {t.name for t, count in zip(system.transitions, run.counts, strict=True) if count}
+        if len(errors) >= 20 and met >= MET[contact] | ROCK:
+            break
+    assert met >= MET[contact] | ROCK
     assert np.median(errors) < 1e-9
     # where events come close to grazing the flow is curved, and differences are less
     assert max(errors) < 1e-5
