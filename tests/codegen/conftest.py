@@ -10,10 +10,12 @@ RADIUS = mpmath.mpf("1e-4")
 
 
 def _cauchy(function, order):
-    """Coefficients 0 to order of a function at 0; the aliases are smaller by RADIUS^(order + 1)."""
+    """Coefficients 0 to order at 0 of a function that is real there; the aliases are smaller by RADIUS^(order + 1)."""
     count = order + 1
     turns = [mpmath.expjpi(mpmath.mpf(2 * j) / count) for j in range(count)]
-    values = [function(RADIUS * z) for z in turns]
+    values = [function(RADIUS * z) for z in turns[: count // 2 + 1]]
+    # at conjugate places they are conjugate
+    values += [mpmath.conj(values[count - j]) for j in range(count // 2 + 1, count)]
     found = []
     for k in range(count):
         total = mpmath.fsum(value * turns[(-j * k) % count] for j, value in enumerate(values))

@@ -160,7 +160,7 @@ def test_what_is_compared_is_of_every_kind_and_hits_doubles_and_follows(plain):
 
 
 @pytest.mark.parametrize("analysis", ANALYSES)
-@runs(max_examples=4)
+@runs(max_examples=2)
 @example(words=WORST)
 @given(words=names)
 def test_every_analysis_gives_the_same_bits_whatever_things_are_called(analysis, plain, words):

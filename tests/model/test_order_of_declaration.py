@@ -70,7 +70,6 @@ CALLS = {
     "work-precision": lambda s: cd.work_precision(s, periods=2, methods=["taylor"], tolerances=[1e-6], repeats=1),
 }
 SAME = {
-    "modes": {"modes": MODES[::-1]},
     "transitions": {"transitions": ("top", "touch", "leave")},
     "all of them": {"parameters": PARAMETERS[::-1], "modes": MODES[::-1], "transitions": TRANSITIONS[::-1]},
 }
