@@ -44,10 +44,8 @@ def warm(folder: str | None, as_json: bool) -> None:
 
     from chaosdrill.engine.warm import warm as warm_engine
 
-    elsewhere = ("blocks", "covariant", "matching", "recurrence", "tori")
-    made = warm_engine(
-        None if folder is None else Path(folder), tuple(f"chaosdrill.analysis.{one}" for one in elsewhere)
-    )
+    elsewhere = tuple(f"chaosdrill.analysis.{one}" for one in ("blocks", "covariant", "matching", "recurrence", "tori"))
+    made = warm_engine(None if folder is None else Path(folder), (*elsewhere, "chaosdrill.orbits.event_changes"))
     size = sum(file.stat().st_size for file in made if file.exists())
     where = sorted({str(file.parent) for file in made})
     if as_json:

@@ -14,10 +14,13 @@ from typing import NamedTuple
 import numpy as np
 
 from chaosdrill.codegen import kernels_of
-from chaosdrill.codegen.signatures import event_places
+from chaosdrill.codegen.kinds import int64, void
+from chaosdrill.codegen.signatures import event_places, matrix, vector
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import Special
 from chaosdrill.engine import shooting as at
+from chaosdrill.engine.jit import compiled
+from chaosdrill.engine.records import functions_type
 from chaosdrill.orbits.curve import Curve
 from chaosdrill.orbits.find import admissible, at_rest
 from chaosdrill.orbits.guess import eventless, own_path, standpoint
@@ -85,7 +88,7 @@ def touches(problem: Problem, orbit: Orbit) -> Iterator[tuple[float, Touch, floa
         for j, event in enumerate(kernels_of(problem.system).events[mode]):
             if all(transitions[k].marks_only() for k in event.outcomes):
                 continue
-            values, _ = _guard(problem, orbit, i, j, instants, states, rates=False)
+            values, _ = _guard(problem, orbit, i, j, instants, states)
             side = event.direction or -int(np.sign(values[SETTINGS.guard_samples // 2]))
             heights = side * values
             # orbits without events have segments that end nowhere in particular
@@ -142,32 +145,28 @@ def taken(problem: Problem, orbit: Orbit, segment: int, guard: int, after: float
 
 
 def _guard(
-    problem: Problem,
-    orbit: Orbit,
-    segment: int,
-    guard: int,
-    instants: np.ndarray,
-    states: np.ndarray,
-    *,
-    rates: bool = True,
+    problem: Problem, orbit: Orbit, segment: int, guard: int, instants: np.ndarray, states: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Values and, if asked for, rates of a guard in states (K, d) at times since the start of an orbit."""
-    system = problem.system
-    field, evaluate = kernels_of(system).functions.field, kernels_of(system).functions.guard
-    constants = kernels_of(system).constants(system.parameters)
+    """Values and rates of a guard in states (K, d) at times since the start of an orbit."""
+    system, count = problem.system, len(instants)
+    kernels = kernels_of(system)
     n, d = len(system.state_names), problem.states
+    x = np.empty((count, n))
+    x[:, :d], x[:, d:] = states, orbit.starts[0, d:]
+    values, gradients, rates = np.zeros(count), np.zeros((count, n + 1)), np.zeros((count, n + len(system.quadratures)))
     mode = int(orbit.segments[segment, at.SEGMENT_MODE])
-    values, slopes = np.zeros(len(instants)), np.zeros(len(instants))
-    x, motion, gradient = np.zeros(n), np.zeros(n + len(system.quadratures)), np.zeros(n + 1)
-    x[d:] = orbit.starts[0, d:]
-    for k, (instant, state) in enumerate(zip(instants, states, strict=True)):
-        x[:d] = state
-        time = orbit.phase + float(instant)
-        values[k] = evaluate(mode, guard, time, constants, x, gradient)
-        if rates:
-            field(mode, time, constants, x, motion)
-            slopes[k] = gradient[:n] @ motion[:n] + gradient[n]
-    return values, slopes
+    times, constants = orbit.phase + instants, kernels.constants(system.parameters)
+    _guard_along(kernels.functions, mode, guard, times, constants, x, values, gradients, rates)
+    slopes = [gradient[:n] @ rate[:n] + gradient[n] for gradient, rate in zip(gradients, rates, strict=True)]
+    return values, np.array(slopes)
+
+
+@compiled(void(functions_type, int64, int64, vector, vector, matrix, vector, matrix, matrix))
+def _guard_along(functions, mode, guard, times, c, states, values, gradients, rates):  # type: ignore[no-untyped-def]
+    """Values and gradients of a guard and rates of the states, one row a state."""
+    for k in range(times.size):
+        values[k] = functions.guard(mode, guard, times[k], c, states[k], gradients[k])
+        functions.field(mode, times[k], c, states[k], rates[k])
 
 
 @dataclass(frozen=True)
