@@ -162,7 +162,7 @@ def _guard(
 
 
 @compiled(void(functions_type, int64, int64, vector, vector, matrix, vector, matrix, matrix))
-def _guard_along(functions, mode, guard, times, c, states, values, gradients, rates):  # type: ignore[no-untyped-def]
+def _guard_along(functions, mode, guard, times, c, states, values, gradients, rates):
     """Values and gradients of a guard and rates of the states, one row a state."""
     for k in range(times.size):
         values[k] = functions.guard(mode, guard, times[k], c, states[k], gradients[k])
