@@ -162,7 +162,7 @@ def test_rebounds_are_completed():
 
 @njit
 def spline(u, edges, c):
-    k = min(int(u * (len(edges) - 1)), len(edges) - 2)
+    k = np.searchsorted(edges, u, "right") - 1
     s = u - edges[k]
     return ((c[0, k] * s + c[1, k]) * s + c[2, k]) * s + c[3, k]
 
