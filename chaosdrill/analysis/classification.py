@@ -35,7 +35,7 @@ DECAY = 1e-4
 amplitude meanwhile, at the required distance from the doubling."""
 
 NEUTRAL = 1e-6
-"""Logarithm of a multiplier that counts as zero."""
+"""Logarithm of a multiplier that counts as zero, and of an area that shrinks in a record."""
 
 HYPERBOLIC = 1e-5
 """Logarithm of a multiplier, averaged over whole cycles, below which a cycle is attracting."""
@@ -117,7 +117,7 @@ def evidence_of(
             # on a line nothing comes back
             found.flows &= n > 1 or structure.symmetries > 0 or not _smooth(system)
         if averages.complete and contracts(system):
-            found.torus_possible = ~(exponents.sum(axis=1) < 0)
+            found.torus_possible = ~(exponents.sum(axis=1) * length < -NEUTRAL)
     found.chaos_possible = np.full(points, _chaos_possible(system, n))
     # what grows where only a condition or a step sees it has no tangent that tells
     unseen = structure.symmetries > len(shifts.lines)
@@ -218,7 +218,8 @@ def _add_later(
     stays = np.flatnonzero(~e.cycle_reached[which] & ~leaving & ~settling)
     seen = examine(later[stays], known[stays], shifts, flow)
     e.torus_reached[which[stays]] = seen.ordered | seen.torus & seen.converges & ((flow is None) | seen.agrees)
-    e.cycle_reached[which[stays]] |= seen.curve & seen.converges
+    falls = e.late[which[stays]] < 0
+    e.cycle_reached[which[stays]] |= (seen.line | seen.curve & falls & ~e.unmoved[which[stays]]) & seen.converges
 
 
 def _chaos_possible(system: HybridSystem, n: int) -> bool:
@@ -394,7 +395,7 @@ def add_regularity(
     e.leaving[which], e.settling[which] = stationarity(aside(windows, shifts)[:, :, :-1], shifts.sizes(known))
     e.drifts[which], e.long_cycle[which] = seen.drifts, seen.long_cycle
     e.torus[which], e.converges[which], e.agrees[which] = seen.torus, seen.converges, seen.agrees
-    e.curve[which], e.ordered[which] = seen.curve, seen.ordered
+    e.curve[which], e.line[which], e.ordered[which], e.returns[which] = seen.curve, seen.line, seen.ordered, seen.returns
     if flow is not None:
         # instants of a short laminar phase may look like those of a torus
         e.torus[which] &= seen.agrees | e.unmoved[which]

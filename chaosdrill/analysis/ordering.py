@@ -35,17 +35,38 @@ LAST, BACK, STAYS = 16, 0.75, 0.5
 """Last points of which the nearest return is looked for, within such a part of all, and part of its distance that is
 left later on at least: a cycle of any length comes back, or is approached."""
 
+MOVES, EXPLAINED = 1e-7, 0.98
+"""Part of the extent by which a curve moves in the record at least, and part of what points of either half lack to the
+curve of the other that an even motion explains: of a curve that is only rough, or thinly covered, it explains little."""
+
+NODES, ALIKE = 8, 2.0
+"""Neighbours by angle through which the curve between them is drawn, and how much faster or slower it may seem to move
+where they are twice as far apart: what it lacks for their distance is hundreds of times more then."""
+
+WAVES = 2
+"""Waves along the curve of which that motion consists, as of a circle that shrinks, or moves on as it is."""
+
+LEFT, SLOWER = 0.02, 0.9
+"""Part of the extent by which a curve that moves ever slower may move on, and part of its pace in the first half that it
+has in the second at most: it settles on a torus then. A spiral goes on
+to its centre, a third of the extent away and more."""
+
 PARTS = 4
 """Parts of a turn in which a state may repeat itself, at most: the strongest line is then that of the parts."""
 
 
-def ordered(points: np.ndarray) -> bool:
-    """Whether points that are visited in turn lie on curves, in the order of one angle.
+def ordered(points: np.ndarray) -> tuple[bool, bool]:
+    """Whether points that are visited in turn lie on curves, in the order of one angle, and whether on a spiral.
 
     Parameters
     ----------
     points : ndarray, shape (W, n)
         States at a strobe or section; those that move.
+
+    Returns
+    -------
+    on_curves, on_a_spiral : bool
+        On curves that stay where they are and are no cycle; on curves that move evenly.
     """
     for curves in range(1, len(points) // FEWEST + 1):
         path = points[::curves]
@@ -58,8 +79,11 @@ def ordered(points: np.ndarray) -> bool:
                 continue
             best = min(turn + NEARBY / len(path) ** 2, key=lambda one: float(_way(told, one)[0]))
             if all(_follows(points[k::curves], best) for k in range(curves)):
-                return not _comes_back(points)
-    return False
+                # a spiral may seem wound up in fewer turns than it has
+                tried = (best, *frequencies(told[:, 0]))
+                moves = any(_moves_on(points[k::curves], turn) for turn in tried for k in range(curves))
+                return not moves and not comes_back(points), moves
+    return False, False
 
 
 def _turns(values: np.ndarray) -> list[float]:
@@ -77,15 +101,85 @@ def _follows(points: np.ndarray, turn: float) -> bool:
     return bool(np.diff(angle, append=angle[0] + 1.0).max() * RESOLVED * way.max() <= 1.0)
 
 
-def _comes_back(points: np.ndarray) -> bool:
-    """Whether points come back where they come nearest to the last ones, or come closer from turn to turn."""
+def comes_back(points: np.ndarray, stays: float = STAYS) -> bool:
+    """Whether points come back where they come nearest to the last ones, or come closer from turn to turn.
+
+    The latter, if no more than such a part of their distance ``stays``.
+    """
     windows = np.lib.stride_tricks.sliding_window_view(points, LAST, axis=0)
     beside = np.abs(windows[:-1] - windows[-1]).max(axis=(1, 2))[-int(BACK * len(points)) :]
     lag = len(beside) - int(beside.argmin())
     apart = (np.abs(points[lag:] - points[:-lag]) / np.ptp(points, axis=0)).max(axis=1)
     # where a jump lies between two points they are far apart
     before, after = (np.median(part) for part in np.array_split(apart, 2))
-    return bool(after <= max(STAYS * before, CLOSE))
+    return bool(after <= max(stays * before, CLOSE))
+
+
+def _moves_on(points: np.ndarray, turn: float) -> bool:
+    """Whether the curve along which points run moves evenly, as along a spiral, and will not have settled soon."""
+    angle, points = np.arange(len(points)) * turn % 1.0, points / np.ptp(points, axis=0)
+    middle, quarter = len(points) // 2, len(points) // 4
+    pace, explained = _pace(angle, points, slice(middle), slice(middle, None))
+    fewer, _ = _pace(angle, points, slice(middle), slice(middle, None), 2)
+    first, of_first = _pace(angle, points, slice(quarter), slice(quarter, middle))
+    last, of_last = _pace(angle, points, slice(middle, middle + quarter), slice(middle + quarter, None))
+    by_halves = explained > EXPLAINED and pace / ALIKE <= fewer <= ALIKE * pace
+    by_quarters = min(of_first, of_last) > EXPLAINED and first / ALIKE <= last <= ALIKE * first
+    if not ((by_halves or by_quarters) and (pace if by_halves else last) * len(points) > MOVES):
+        return False
+    return bool(last > SLOWER * first or last * middle / np.log(first / last) > LEFT)
+
+
+def _pace(angle: np.ndarray, points: np.ndarray, some: slice, others: slice, thin: int = 1) -> tuple[float, float]:
+    """How fast the curve along which points run moves between some of them and others, and what part that explains.
+
+    A polynomial through the neighbours of a point by angle, at other times, misses it by what the curve has moved
+    meanwhile. An error of the turn moves points along the curve, which says nothing. Of the others every ``thin`` one,
+    by angle, is taken.
+
+    Returns
+    -------
+    pace, explained : float
+        Extents a point, and part of the squares of what is missed; of the state that shows it best.
+    """
+    order, sought = np.argsort(angle[others], kind="stable")[::thin], angle[some]
+    most = NODES // 2
+    a, x, t = angle[others][order], points[others][order], np.arange(len(angle))[others][order]
+    a = np.concatenate([a[-most:] - 1, a, a[:most] + 1])
+    x, t = (np.concatenate([one[-most:], one, one[:most]]) for one in (x, t))
+    place = np.clip(np.searchsorted(a, sought), most, len(a) - most)
+    near = place[:, np.newaxis] + np.arange(-most, most)
+    nodes = a[near]
+    apart = nodes[:, :, np.newaxis] - nodes[:, np.newaxis]
+    apart[:, np.arange(NODES), np.arange(NODES)] = 1.0
+    if not apart.all():
+        return 0.0, 0.0
+    ratios = (sought[:, np.newaxis, np.newaxis] - nodes[:, np.newaxis]) / apart
+    ratios[:, np.arange(NODES), np.arange(NODES)] = 1.0
+    weight = ratios.prod(axis=2)
+    misses = np.einsum("wk,wki->wi", weight, x[near]) - points[some]
+    later = (weight * t[near]).sum(axis=1) - np.arange(len(angle))[some]
+    slope = (x[place] - x[place - 1]) / (a[place] - a[place - 1])[:, np.newaxis]
+    waves = 2 * np.pi * np.outer(sought, np.arange(WAVES + 1))
+    moves = np.concatenate([np.cos(waves), np.sin(waves[:, 1:])], axis=1)
+    size = np.abs(misses).max(axis=1)
+    # at a jump nothing is known
+    known = size <= 3 * np.median(size)
+    best = (0.0, 0.0)
+    for missed, rise in zip(misses.T, slope.T, strict=True):
+        along = (rise * later)[known, np.newaxis]
+        total = _rest(along, missed[known])[1]
+        columns = np.concatenate([along, moves[known] * later[known, np.newaxis]], axis=1)
+        found, rest = _rest(columns, missed[known])
+        if total > 0 and 1 - rest / total > best[1]:
+            best = float(np.sqrt(((moves @ found[1:]) ** 2).mean())), float(1 - rest / total)
+    return best
+
+
+def _rest(columns: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, float]:
+    """Least squares, and the squares that are left."""
+    found = np.linalg.lstsq(columns, values, rcond=None)[0]
+    return found, float(((values - columns @ found) ** 2).sum())
 
 
 def _way(points: np.ndarray, turn: float) -> np.ndarray:

@@ -82,6 +82,8 @@ def _of_full(points: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndar
 def departs(paths: np.ndarray, drifts: np.ndarray, growth: np.ndarray) -> np.ndarray:
     """Whether states that only grow do so at an exponential pace or faster, as from an unstable rest, not to infinity.
 
+    Or slow down at the pace at which tangents shrink, as towards a stable rest.
+
     Away from a neutral rest, as in a laminar phase, the logarithm of the pace grows ever faster, since such a growth
     would be over in a finite time; that of a power of time grows ever slower, but by ever less. On the way to what lies
     beside an unstable rest it grows slower by ever more, since what is lacking to an even growth grows itself.
@@ -113,7 +115,9 @@ def departs(paths: np.ndarray, drifts: np.ndarray, growth: np.ndarray) -> np.nda
         even &= (np.abs(mean - expected) <= LIKE * mean).any(axis=0)
         faster = (early > LEAST_STEP).all(axis=0)
         faster &= (np.diff(steps, axis=0) > 0).all(axis=0) | (np.diff(early, axis=0) > EVEN * mean).all(axis=0)
-        found[p] = (even | faster).any()
+        # what is slowing down as tangents shrink arrives, or passes a place where all is slow
+        slows = (steps.sum(axis=0) < -LEAST_STEP) & (np.abs(mean - expected) <= LIKE * np.abs(mean)).any(axis=0)
+        found[p] = (even | faster | slows).any()
     return found
 
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from chaosdrill.analysis.frequencies import incommensurate
 from chaosdrill.analysis.gaps import fills
-from chaosdrill.analysis.ordering import ordered
+from chaosdrill.analysis.ordering import comes_back, ordered
 from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence, sizes
 from chaosdrill.analysis.statistics import fading, in_blocks, standard_error
 from chaosdrill.codegen.kinds import void
@@ -72,6 +72,10 @@ FAR = 0.03
 
 ALONG, ACROSS = 0.1, 0.4
 """Part of the distance between neighbours that lies across the flow: at most on a closed curve, at least on a torus."""
+
+THIN = 1e-4
+"""Part of the distance between neighbours by which they lie beside a curve through them at most, where nothing says
+that motions come closer to it."""
 
 NEIGHBOURS = 8
 """Nearest instants of which one lies across the flow, on a torus. Equally spaced instants are a lattice on it, in which
@@ -137,21 +141,31 @@ def only_grows(
         path, first = points[here, :count], begin[here]
         net = path[:, -1] - path[:, 0]
         steps = np.diff(path, axis=1) * np.sign(net)[:, np.newaxis]
-        bounds = np.arange(PARTS + 1) * (count - 1) // PARTS
-        onward, way = (
-            np.add.reduceat(one, bounds[:-1], axis=1) / np.diff(bounds)[:, np.newaxis] for one in (steps, np.abs(steps))
-        )
+        # all parts of one length, so that an even pace is even to round-off
+        steps = steps[:, -((count - 1) // PARTS) * PARTS :]
+        parts = (len(here), PARTS, -1, steps.shape[2])
+        onward, way = (one.reshape(parts).mean(axis=2) for one in (steps, np.abs(steps)))
         pace = onward[:, :-1] + onward[:, 1:]
-        steady = pace[:, -1] >= STEADY * pace.max(axis=1)
+        steady = (pace[:, -1] >= STEADY * pace.max(axis=1)) & ~_turns_back(pace)
         size = np.maximum(sizes(path, known[here]), np.abs(first))
         far = np.sign(net) * (path[:, -1] - first) > FAR * size
-        inward = net * path[:, -1] < 0
+        # towards zero from further out than it ever was
+        inward = (net * path[:, -1] < 0) & (known[here] * BEYOND <= np.maximum(np.abs(first), np.abs(path[:, 0])))
         beyond = inward | (np.abs(path[:, -1]) >= BEYOND * known[here])
         found[here] = (onward > ONWARD * way).all(axis=1) & steady & far & beyond & ~bounded
     return found
 
 
-def agreement(windows: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _turns_back(pace: np.ndarray) -> np.ndarray:
+    """Whether a pace, shape (P, parts, n), falls by more and more, or rises like that of an arc, by less and less.
+
+    A power of time rises by less and less as well, but evens out.
+    """
+    first, second, third = (np.diff(pace, n, axis=1) for n in (1, 2, 3))
+    return np.asarray((second < 0).all(axis=1) & ((first[:, -1] < 0) | (third < 0).all(axis=1)))
+
+
+def agreement(windows: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Whether averages over both halves of sequences agree, ever better in longer parts, and as far as a run allows.
 
     In chaos on many narrow bands averages are close as well, in parts of the whole extent; twice as many points bring
@@ -164,7 +178,8 @@ def agreement(windows: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.nd
 
     Returns
     -------
-    smooth, converging, exact : ndarray of bool, shape (P,)
+    smooth, converging, exact, parting : ndarray of bool, shape (P,)
+        The last: whether they are further apart in longer parts, as along a spiral.
     """
     weight = _one_over_extent(windows, known)
     moves = (weight > 0).any(axis=1)
@@ -172,7 +187,7 @@ def agreement(windows: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.nd
     both = np.concatenate([off, off**2], axis=2)
     quarter, half, whole = (_apart(both, windows.shape[1] // parts) for parts in (4, 2, 1))
     converging = (half <= np.maximum(quarter / FASTER, EXACT)) & (whole <= np.maximum(quarter / FASTER**2, EXACT))
-    return (whole <= SMOOTH) & moves, converging & moves, (whole <= EXACT) & moves
+    return (whole <= SMOOTH) & moves, converging & moves, (whole <= EXACT) & moves, whole > np.maximum(half, EXACT)
 
 
 def _one_over_extent(windows: np.ndarray, known: np.ndarray) -> np.ndarray:
@@ -218,7 +233,7 @@ def smooth_means(sequences: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, 
     columns = sequences[:, :, np.newaxis]
     weight = fading(sequences.shape[1])
     means, apart = np.einsum("sw,w->s", sequences[:, 1:], weight), halves_apart(columns)[:, 0]
-    smooth, converges, _ = agreement(columns, known[:, np.newaxis])
+    smooth, converges, *_ = agreement(columns, known[:, np.newaxis])
     by_chance = standard_error(in_blocks(sequences.T, BLOCKS)) * np.sqrt(sequences.shape[1] * (weight**2).sum())
     return means, apart, np.where(smooth & converges, apart, np.fmax(apart, by_chance))
 
@@ -233,7 +248,9 @@ class Regularity:
     converges: np.ndarray  # averages converge faster than any power
     agrees: np.ndarray  # averages over both halves agree as far as a run allows
     curve: np.ndarray  # instants lie on a closed curve along the flow
+    line: np.ndarray  # even closely so
     ordered: np.ndarray  # in the order of an angle the points run along a curve
+    returns: np.ndarray  # they come back after so many that no shorter record shows it, or run along a spiral
 
 
 def examine(
@@ -263,18 +280,20 @@ def examine(
     states = paths[:, :, :-1]
     drifts = np.asarray(only_grows(states, known, bounded=shifts.bounded).any(axis=1))
     cycle = np.asarray(~drifts & _comes_back(paths, known))
-    smooth, converges, agrees, torus, curve, in_order = (np.zeros(len(windows), dtype=bool) for _ in range(6))
+    smooth, converges, agrees, parting, torus, curve, line, in_order, returns = np.zeros((9, len(windows)), dtype=bool)
     if windows.shape[1] >= LEAST:
-        smooth, converges, agrees = agreement(states, known)
+        smooth, converges, agrees, parting = agreement(states, known)
+        smooth &= ~parting
     weight = _one_over_extent(states, known)
     for k in np.flatnonzero(~drifts & ~cycle):
         moving = states[k][:, weight[k] > 0] * weight[k, weight[k] > 0]
         if flow is None:
-            in_order[k] = ordered(moving)
-            torus[k] = smooth[k] and _by_gaps(moving)
+            in_order[k], winds_up = ordered(moving)
+            returns[k] = winds_up or (moving.size > 0 and comes_back(moving, 0.0))
+            torus[k] = smooth[k] and not returns[k] and _by_gaps(moving)
         elif smooth[k]:
-            curve[k], torus[k] = _by_neighbours(windows[k], paths[k], known[k], flow, shifts)
-    return Regularity(drifts, cycle, torus, converges, agrees, curve, in_order)
+            curve[k], line[k], torus[k] = _by_neighbours(windows[k], paths[k], known[k], flow, shifts)
+    return Regularity(drifts, cycle, torus, converges, agrees, curve, line, in_order, returns)
 
 
 def closes(paths: np.ndarray, known: np.ndarray) -> np.ndarray:
@@ -412,12 +431,13 @@ def _by_neighbours(
     known: np.ndarray,
     flow: Callable[[np.ndarray, int], np.ndarray],
     shifts: Shifts,
-) -> tuple[bool, bool]:
-    """Whether instants of a regular motion lie on a closed curve, and whether on a torus.
+) -> tuple[bool, bool, bool]:
+    """Whether instants of a regular motion lie on a closed curve, whether even closely so, and whether on a torus.
 
     On a curve all near neighbours lie along the flow, on a torus some beside it, as far away late in the record as
     early. On the way to a cycle they come closer. Where a cycle goes round more often than instants can resolve, its
-    neighbours lie beside it as well, and the frequencies tell.
+    neighbours lie beside it as well, and the frequencies tell. A torus may be thin: on a curve what lies beside the flow
+    is that of its bend, but for a small part.
 
     Parameters
     ----------
@@ -431,21 +451,33 @@ def _by_neighbours(
     weight = _one_over_extent(path[np.newaxis, :, :-1], known[np.newaxis])[0]
     points = path[:, :-1] * weight
     near = len(path) // SUCCESSIVE
-    part, across = np.zeros(len(path)), np.zeros(len(path))
+    part, bent, across = np.zeros((3, len(path)))
+    rates = np.stack([shifts.rates(state[:-1], flow(state[:-1], int(state[-1]))) for state in window])
+    paces = np.abs(rates) / np.maximum(np.ptp(path[:, :-1], axis=0), sizes(path[np.newaxis, :, :-1], known)[0])
+    if (weight == 0).any() and paces[:, weight == 0].max() > CLOSE * paces[:, weight > 0].max():
+        # instants a whole number of turns apart are strobes
+        in_order, winds_up = ordered(points[:, weight > 0])
+        return False, False, in_order and not winds_up
     for k, (point, mode) in enumerate(zip(points, path[:, -1].astype(int), strict=True)):
         apart = points - point
         distance = np.linalg.norm(apart, axis=1)
         distance[path[:, -1] != mode] = np.inf
         distance[max(0, k - near) : k + near + 1] = np.inf
         nearest = np.argpartition(distance, NEIGHBOURS)[:NEIGHBOURS]
-        rate = shifts.rates(window[k, :-1], flow(window[k, :-1], mode)) * weight
+        rate = rates[k] * weight
         square = rate @ rate
         nearest = nearest[(distance[nearest] > CLOSE) & (distance[nearest] < np.inf)]
         if len(nearest) and square > 0:
-            beside = apart[nearest] - np.outer(apart[nearest] @ rate / square, rate)
+            along = apart[nearest] @ rate / square
+            beside = apart[nearest] - np.outer(along, rate)
             off = np.linalg.norm(beside, axis=1)
             across[k] = off.mean()
             part[k] = (off / distance[nearest]).max()
+            bend = along[:, np.newaxis] ** (2, 3)
+            left = beside - bend @ np.linalg.lstsq(bend, beside, rcond=None)[0]
+            bent[k] = (np.linalg.norm(left, axis=1) / distance[nearest]).max()
     early, late = (np.median(half) for half in np.array_split(across, 2))
     apart_for_good = bool(np.median(part) >= ACROSS and STAYS * early <= late <= early / STAYS)
-    return bool(np.median(part) <= ALONG), apart_for_good and incommensurate(points[:, weight > 0])
+    told = points[:, weight > 0]
+    torus = apart_for_good and (incommensurate(told) or ordered(told)[0])
+    return bool(np.median(part) <= ALONG), bool(np.median(bent) <= THIN), torus

@@ -66,7 +66,9 @@ class Evidence:
     converges: np.ndarray  # bool: averages converge faster than any power
     agrees: np.ndarray  # bool: averages over both halves of the record agree as far as a run allows
     curve: np.ndarray  # bool: instants lie on a closed curve along the flow
+    line: np.ndarray  # bool: even closely so
     ordered: np.ndarray  # bool: ordered by an angle that advances evenly, the points run along a curve
+    returns: np.ndarray  # bool: they come back after so many that a part does not show it, or run along a spiral
     cycle_reached: np.ndarray  # bool: the later half comes back to round-off, or its instants lie on a closed curve
     torus_reached: np.ndarray  # bool: the later half is that of a torus by all opinions but that of the exponent
     noisy: np.ndarray  # bool: what the motion is of is drawn at events, so that nothing ever repeats
@@ -127,7 +129,8 @@ class Evidence:
     @property
     def reached_torus(self) -> np.ndarray:
         """Whether the later half is on a torus, along which tangents do not grow."""
-        return self.torus_reached & self.torus_possible & ~self.recurs & (np.abs(self.late) * self.length <= 2 * STILL)
+        still = np.abs(self.late) * self.length <= 2 * STILL
+        return self.torus_reached & self.torus_possible & ~self.recurs & ~self.returns & still
 
     @property
     def falls_on(self) -> np.ndarray:
@@ -138,7 +141,8 @@ class Evidence:
     def regular(self) -> np.ndarray:
         """Whether it is a torus by all opinions: tangents do not grow, in themselves, not only against their error."""
         growth = np.abs(self.lead) * self.length
-        still = (growth <= STILL) | (self.converges & (growth <= BOUNDED))
+        settled = ~self.settling & ~self.leaving
+        still = (settled & (growth <= STILL)) | (self.converges & (growth <= BOUNDED))
         return self.torus & self.torus_possible & ~self.recurs & still
 
     @property
@@ -151,6 +155,11 @@ class Evidence:
     def unmoved(self) -> np.ndarray:
         """Whether tangents neither grow nor shrink."""
         return np.abs(self.lead) * self.length <= UNMOVED
+
+    @property
+    def stays(self) -> np.ndarray:
+        """Whether tangents do not grow, not even by less than can be told from chance."""
+        return self.lead * self.length <= UNMOVED
 
     @property
     def bounded(self) -> np.ndarray:
@@ -222,7 +231,7 @@ RULES = (
     Rule(
         Outcome.OPEN, lambda e: ~e.positive & e.drifts & ~e.departs, "a state only grows, beyond all its earlier values"
     ),
-    Rule(Outcome.PERIODIC, lambda e: ~e.positive & e.long_cycle, "a longer record comes back"),
+    Rule(Outcome.PERIODIC, lambda e: e.long_cycle & e.stays, "a longer record comes back, and tangents do not grow"),
     Rule(
         Outcome.QUASIPERIODIC,
         lambda e: ~e.positive & e.regular,
@@ -235,7 +244,7 @@ RULES = (
     ),
     Rule(
         Outcome.PERIODIC,
-        lambda e: ~e.positive & e.curve & e.bounded & (e.agrees | e.unmoved | e.falls_on),
+        lambda e: ~e.positive & e.curve & e.bounded & (e.falls_on | e.line & (e.agrees | e.unmoved)),
         "its instants lie on a closed curve, and nearby motions come closer, or stay, or averages agree to round-off",
     ),
     Rule(Outcome.TRANSIENT, lambda e: e.leaving, "it grows evenly away from where it began"),
