@@ -395,7 +395,12 @@ def add_regularity(
     e.leaving[which], e.settling[which] = stationarity(aside(windows, shifts)[:, :, :-1], shifts.sizes(known))
     e.drifts[which], e.long_cycle[which] = seen.drifts, seen.long_cycle
     e.torus[which], e.converges[which], e.agrees[which] = seen.torus, seen.converges, seen.agrees
-    e.curve[which], e.line[which], e.ordered[which], e.returns[which] = seen.curve, seen.line, seen.ordered, seen.returns
+    e.curve[which], e.line[which], e.ordered[which], e.returns[which] = (
+        seen.curve,
+        seen.line,
+        seen.ordered,
+        seen.returns,
+    )
     if flow is not None:
         # instants of a short laminar phase may look like those of a torus
         e.torus[which] &= seen.agrees | e.unmoved[which]

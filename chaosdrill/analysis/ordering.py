@@ -43,8 +43,11 @@ NODES, ALIKE = 8, 2.0
 """Neighbours by angle through which the curve between them is drawn, and how much faster or slower it may seem to move
 where they are twice as far apart: what it lacks for their distance is hundreds of times more then."""
 
+FAR, PASSES = 3.0, 4
+"""Times the median by which a point at a jump is missed, and steps in which the turn is refined."""
+
 WAVES = 2
-"""Waves along the curve of which that motion consists, as of a circle that shrinks, or moves on as it is."""
+"""Waves along a curve of which its motion consists, as of a circle that shrinks, or moves on as it is."""
 
 LEFT, SLOWER = 0.02, 0.9
 """Part of the extent by which a curve that moves ever slower may move on, and part of its pace in the first half that it
@@ -74,21 +77,24 @@ def ordered(points: np.ndarray) -> tuple[bool, bool]:
         if not fills.any():
             continue
         told = path[:, [fills.argmax()]]
-        for turn in _turns(told[:, 0]):
+        for turn, parts in _turns(told[:, 0]):
             if _way(told, turn) > LONGEST * np.ptp(told):
                 continue
             best = min(turn + NEARBY / len(path) ** 2, key=lambda one: float(_way(told, one)[0]))
             if all(_follows(points[k::curves], best) for k in range(curves)):
-                # a spiral may seem wound up in fewer turns than it has
-                tried = (best, *frequencies(told[:, 0]))
-                moves = any(_moves_on(points[k::curves], turn) for turn in tried for k in range(curves))
+                moves = any(_moves_on(points[k::curves], best, WAVES * parts) for k in range(curves))
                 return not moves and not comes_back(points), moves
     return False, False
 
 
-def _turns(values: np.ndarray) -> list[float]:
-    """Turns of which a sequence may be a function: its strongest lines, and parts of them."""
-    return [(line + k) / parts for line in frequencies(values) for parts in range(1, PARTS + 1) for k in range(parts)]
+def _turns(values: np.ndarray) -> list[tuple[float, int]]:
+    """Turns of which a sequence may be a function, its strongest lines and parts of them, and which parts."""
+    return [
+        ((line + k) / parts, parts)
+        for line in frequencies(values)
+        for parts in range(1, PARTS + 1)
+        for k in range(parts)
+    ]
 
 
 def _follows(points: np.ndarray, turn: float) -> bool:
@@ -115,65 +121,88 @@ def comes_back(points: np.ndarray, stays: float = STAYS) -> bool:
     return bool(after <= max(stays * before, CLOSE))
 
 
-def _moves_on(points: np.ndarray, turn: float) -> bool:
+def _moves_on(points: np.ndarray, turn: float, waves: int) -> bool:
     """Whether the curve along which points run moves evenly, as along a spiral, and will not have settled soon."""
-    angle, points = np.arange(len(points)) * turn % 1.0, points / np.ptp(points, axis=0)
+    points = points / np.ptp(points, axis=0)
     middle, quarter = len(points) // 2, len(points) // 4
-    pace, explained = _pace(angle, points, slice(middle), slice(middle, None))
-    fewer, _ = _pace(angle, points, slice(middle), slice(middle, None), 2)
-    first, of_first = _pace(angle, points, slice(quarter), slice(quarter, middle))
-    last, of_last = _pace(angle, points, slice(middle, middle + quarter), slice(middle + quarter, None))
+    halves = slice(middle), slice(middle, None)
+    turn = _refined(points, turn, *halves)
+    pace, explained = _pace(points, turn, waves, *halves)
+    fewer, _ = _pace(points, turn, waves, *halves, 2)
+    first, of_first = _pace(points, turn, waves, slice(quarter), slice(quarter, middle))
+    last, of_last = _pace(points, turn, waves, slice(middle, middle + quarter), slice(middle + quarter, None))
     by_halves = explained > EXPLAINED and pace / ALIKE <= fewer <= ALIKE * pace
     by_quarters = min(of_first, of_last) > EXPLAINED and first / ALIKE <= last <= ALIKE * first
     if not ((by_halves or by_quarters) and (pace if by_halves else last) * len(points) > MOVES):
         return False
-    return bool(last > SLOWER * first or last * middle / np.log(first / last) > LEFT)
+    # quarters of fewer points do not tell a pace so well
+    settles = quarter >= FEWEST and last <= SLOWER * first
+    return not (settles and last * middle / np.log(first / last) <= LEFT)
 
 
-def _pace(angle: np.ndarray, points: np.ndarray, some: slice, others: slice, thin: int = 1) -> tuple[float, float]:
+def _refined(points: np.ndarray, turn: float, some: slice, others: slice) -> float:
+    """The turn with which points lie on the curve through others, but for what no turn explains."""
+    for _ in range(PASSES):
+        misses, along, _, _ = _missed(points, turn, some, others)
+        if not (along**2).sum() > 0:
+            break
+        turn += float((along * misses).sum() / (along**2).sum())
+    return turn
+
+
+def _pace(
+    points: np.ndarray, turn: float, waves: int, some: slice, others: slice, thin: int = 1
+) -> tuple[float, float]:
     """How fast the curve along which points run moves between some of them and others, and what part that explains.
-
-    A polynomial through the neighbours of a point by angle, at other times, misses it by what the curve has moved
-    meanwhile. An error of the turn moves points along the curve, which says nothing. Of the others every ``thin`` one,
-    by angle, is taken.
 
     Returns
     -------
     pace, explained : float
         Extents a point, and part of the squares of what is missed; of the state that shows it best.
     """
-    order, sought = np.argsort(angle[others], kind="stable")[::thin], angle[some]
-    most = NODES // 2
-    a, x, t = angle[others][order], points[others][order], np.arange(len(angle))[others][order]
-    a = np.concatenate([a[-most:] - 1, a, a[:most] + 1])
-    x, t = (np.concatenate([one[-most:], one, one[:most]]) for one in (x, t))
-    place = np.clip(np.searchsorted(a, sought), most, len(a) - most)
-    near = place[:, np.newaxis] + np.arange(-most, most)
-    nodes = a[near]
-    apart = nodes[:, :, np.newaxis] - nodes[:, np.newaxis]
-    apart[:, np.arange(NODES), np.arange(NODES)] = 1.0
-    if not apart.all():
-        return 0.0, 0.0
-    ratios = (sought[:, np.newaxis, np.newaxis] - nodes[:, np.newaxis]) / apart
-    ratios[:, np.arange(NODES), np.arange(NODES)] = 1.0
-    weight = ratios.prod(axis=2)
-    misses = np.einsum("wk,wki->wi", weight, x[near]) - points[some]
-    later = (weight * t[near]).sum(axis=1) - np.arange(len(angle))[some]
-    slope = (x[place] - x[place - 1]) / (a[place] - a[place - 1])[:, np.newaxis]
-    waves = 2 * np.pi * np.outer(sought, np.arange(WAVES + 1))
-    moves = np.concatenate([np.cos(waves), np.sin(waves[:, 1:])], axis=1)
-    size = np.abs(misses).max(axis=1)
-    # at a jump nothing is known
-    known = size <= 3 * np.median(size)
+    misses, along, later, angle = _missed(points, turn, some, others, thin)
+    phases = 2 * np.pi * np.outer(angle, np.arange(waves + 1))
+    moves = np.concatenate([np.cos(phases), np.sin(phases[:, 1:])], axis=1)
     best = (0.0, 0.0)
-    for missed, rise in zip(misses.T, slope.T, strict=True):
-        along = (rise * later)[known, np.newaxis]
-        total = _rest(along, missed[known])[1]
-        columns = np.concatenate([along, moves[known] * later[known, np.newaxis]], axis=1)
-        found, rest = _rest(columns, missed[known])
+    for missed, slope in zip(misses.T, along.T, strict=True):
+        total = _rest(slope[:, np.newaxis], missed)[1]
+        found, rest = _rest(np.column_stack([slope, moves * later[:, np.newaxis]]), missed)
         if total > 0 and 1 - rest / total > best[1]:
             best = float(np.sqrt(((moves @ found[1:]) ** 2).mean())), float(1 - rest / total)
     return best
+
+
+def _missed(
+    points: np.ndarray, turn: float, some: slice, others: slice, thin: int = 1
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """By how much polynomials through other points, the neighbours of some points by angle, miss these.
+
+    The others are at other times, so that they miss by what the curve has moved meanwhile, and, if the turn is not
+    known, along the curve. Of the others every ``thin`` one by angle is taken; what lies at a jump is left out.
+
+    Returns
+    -------
+    misses, along, later, angle : ndarray, shapes (K, n), (K, n), (K,), (K,)
+        What is missed, what an error of one in the turn would make of it, how much later the others are, the angles.
+    """
+    angle, times = np.arange(len(points)) * turn % 1.0, np.arange(len(points))
+    order, sought, most = np.argsort(angle[others], kind="stable")[::thin], angle[some], NODES // 2
+    a, x, t = (one[others][order] for one in (angle, points, times))
+    a = np.concatenate([a[-most:] - 1, a, a[:most] + 1])
+    x, t = (np.concatenate([one[-most:], one, one[:most]]) for one in (x, t))
+    place = np.clip(np.searchsorted(a, sought), most, len(a) - most)
+    near, itself = place[:, np.newaxis] + np.arange(-most, most), np.arange(NODES)
+    apart = a[near][:, :, np.newaxis] - a[near][:, np.newaxis]
+    apart[:, itself, itself] = 1.0
+    ratios = (sought[:, np.newaxis] - a[near])[:, np.newaxis] / np.where(apart == 0, np.nan, apart)
+    ratios[:, itself, itself] = 1.0
+    weight = ratios.prod(axis=2)
+    misses = np.einsum("wk,wki->wi", weight, x[near]) - points[some]
+    later = (weight * t[near]).sum(axis=1) - times[some]
+    slope = (x[place] - x[place - 1]) / (a[place] - a[place - 1])[:, np.newaxis]
+    size = np.abs(misses).max(axis=1)
+    known = size <= FAR * np.nanmedian(size) if np.isfinite(size).any() else np.zeros(len(size), dtype=bool)
+    return misses[known], (slope * later[:, np.newaxis])[known], later[known], sought[known]
 
 
 def _rest(columns: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, float]:

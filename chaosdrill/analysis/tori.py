@@ -146,7 +146,7 @@ def only_grows(
         parts = (len(here), PARTS, -1, steps.shape[2])
         onward, way = (one.reshape(parts).mean(axis=2) for one in (steps, np.abs(steps)))
         pace = onward[:, :-1] + onward[:, 1:]
-        steady = (pace[:, -1] >= STEADY * pace.max(axis=1)) & ~_turns_back(pace)
+        steady = (pace[:, -1] >= STEADY * pace.max(axis=1)) & ~_is_passage(pace)
         size = np.maximum(sizes(path, known[here]), np.abs(first))
         far = np.sign(net) * (path[:, -1] - first) > FAR * size
         # towards zero from further out than it ever was
@@ -156,13 +156,15 @@ def only_grows(
     return found
 
 
-def _turns_back(pace: np.ndarray) -> np.ndarray:
-    """Whether a pace, shape (P, parts, n), falls by more and more, or rises like that of an arc, by less and less.
+def _is_passage(pace: np.ndarray) -> np.ndarray:
+    """Whether a pace, shape (P, parts, n), is that of an arc, which turns back, or of a slow place that is passed.
 
-    A power of time rises by less and less as well, but evens out.
+    On an arc it falls by more and more, or rises by less and less; a power of time does so as well, but evens out. In a
+    slow place it falls first and rises then.
     """
     first, second, third = (np.diff(pace, n, axis=1) for n in (1, 2, 3))
-    return np.asarray((second < 0).all(axis=1) & ((first[:, -1] < 0) | (third < 0).all(axis=1)))
+    arc = (second < 0).all(axis=1) & ((first[:, -1] < 0) | (third < 0).all(axis=1))
+    return np.asarray(arc | ((second > 0).all(axis=1) & (first[:, 0] < 0) & (first[:, -1] > 0)))
 
 
 def agreement(windows: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -283,15 +285,15 @@ def examine(
     smooth, converges, agrees, parting, torus, curve, line, in_order, returns = np.zeros((9, len(windows)), dtype=bool)
     if windows.shape[1] >= LEAST:
         smooth, converges, agrees, parting = agreement(states, known)
-        smooth &= ~parting
     weight = _one_over_extent(states, known)
     for k in np.flatnonzero(~drifts & ~cycle):
         moving = states[k][:, weight[k] > 0] * weight[k, weight[k] > 0]
         if flow is None:
             in_order[k], winds_up = ordered(moving)
             returns[k] = winds_up or (moving.size > 0 and comes_back(moving, 0.0))
-            torus[k] = smooth[k] and not returns[k] and _by_gaps(moving)
-        elif smooth[k]:
+            # on a torus that settles averages part for a while, but its points are in order
+            torus[k] = smooth[k] and (in_order[k] or not parting[k]) and not returns[k] and _by_gaps(moving)
+        elif smooth[k] and not parting[k]:
             curve[k], line[k], torus[k] = _by_neighbours(windows[k], paths[k], known[k], flow, shifts)
     return Regularity(drifts, cycle, torus, converges, agrees, curve, line, in_order, returns)
 

@@ -8,6 +8,7 @@ word in 1,000 is wrong at every length.
 """
 
 import argparse
+import json
 import sys
 import time
 from collections import Counter
@@ -85,7 +86,20 @@ def main():
     parser.add_argument("--records", type=int, default=6000, help="records of all families and lengths together")
     parser.add_argument("--runs", type=int, default=15, help="runs of each family and length that spectra call")
     parser.add_argument("--seed", type=int, default=SEED, help="from which they are made")
+    parser.add_argument("--keep", type=Path, help="file of the words found so far, from which a run goes on")
     given = parser.parse_args()
+    kept = json.loads(given.keep.read_text()) if given.keep and given.keep.exists() else {}
+
+    def found(name, length, work):
+        """Words and which records are too short, from the file or by work."""
+        key = f"{name}, {length} of seed {given.seed}, {given.records} and {given.runs}"
+        if key not in kept:
+            said, too_short = work()
+            kept[key] = list(said), [bool(one) for one in too_short]
+            if given.keep:
+                given.keep.write_text(json.dumps(kept))
+        return [np.array(one) for one in kept[key]]
+
     each = max(1, -(-given.records // (len(FAMILIES) * len(LENGTHS))))
     rows, began = [], time.perf_counter()
     wrong, open_, total, short, open_short = (Counter() for _ in range(5))
@@ -101,18 +115,25 @@ def main():
         open_short[length] += (unsaid & too_short).sum() if right else 0
         rows.append((name, length, right or "none", found, false))
 
-    for name, (family, right) in FAMILIES.items():
+    def of_records(name, length):
+        """Words for synthetic records of a family."""
+        family, right = FAMILIES[name]
+        rng = np.random.default_rng([given.seed, length, *name.encode()])
+        states, growth, *excused = family(rng, each, length)
+        units = 10 ** rng.uniform(-9, 9, (each, 1, states.shape[2]))
+        return called(states * units, growth), excused[0] if excused else np.full(each, not right)
+
+    def of_runs(name, length):
+        """Words that spectra give runs of a family."""
+        rng = np.random.default_rng([given.seed, length, *name.encode()])
+        return called_by_spectra(RUNS[name][0], rng, given.runs, length)
+
+    for name, (_, right) in FAMILIES.items():
         for length in LENGTHS:
-            rng = np.random.default_rng([given.seed, length, *name.encode()])
-            states, growth, *excused = family(rng, each, length)
-            too_short = excused[0] if excused else np.full(each, not right)
-            units = 10 ** rng.uniform(-9, 9, (each, 1, states.shape[2]))
-            enter(name, length, right, np.array(called(states * units, growth)), too_short)
-    for name, (family, right) in RUNS.items():
+            enter(name, length, right, *found(name, length, lambda name=name, length=length: of_records(name, length)))
+    for name, (_, right) in RUNS.items():
         for length in LENGTHS_OF_RUNS:
-            rng = np.random.default_rng([given.seed, length, *name.encode()])
-            said, too_short = called_by_spectra(family, rng, given.runs, length)
-            enter(name, length, right, np.array(said), too_short)
+            enter(name, length, right, *found(name, length, lambda name=name, length=length: of_runs(name, length)))
     listed = ("periodic", "quasiperiodic", "chaotic", "open", "equilibrium", "transient", "undecided")
     lines = [f"| records | length | right | {' | '.join(listed)} | wrong |", "|---|" + "---:|" * (len(listed) + 3)]
     lines += [

@@ -159,6 +159,43 @@ def spirals(rng, P, L):
     return states, growth, np.linalg.norm(states[:, L // 2], axis=1) < OVER * np.sqrt(mu / (1 + mu))
 
 
+def windings(rng, P, L):
+    """Spirals into a fixed point at any slow rate, down to that of a power of time at a bifurcation.
+
+    Too short are records in half of which they do not cover nine tenths of the way.
+    """
+    k, turn = np.arange(L), rng.uniform(0.05, 3, (P, 1))
+    rate, begin = 10 ** rng.uniform(-8, -2, (P, 1)), 10 ** rng.uniform(1, 6, (P, 1))
+    power = rng.random((P, 1)) < 0.5
+    size = np.where(power, np.sqrt(begin / (begin + k)), np.exp(-rate * k))
+    pace = np.where(power, -0.5 / (begin + k), -rate + 0 * k)
+    states = np.stack([0.7 + size * np.cos(turn * k), size * np.sin(turn * k)], axis=-1)
+    return seen(states), np.stack([pace, np.where(power, 3, 1) * pace], axis=-1), size[:, L // 2] > 1 - OVER
+
+
+def narrow(rng, P, L):
+    """Tents so flat that their chaos is in many narrow bands, and too short where tangents hardly grow."""
+    growth = 10 ** rng.uniform(-3.5, -0.5, P)
+    step = of_line(lambda x: (1 - np.exp(growth) * np.abs(x), np.exp(growth) + 0 * x))
+    return *iterate(step, start_of_line(rng.uniform(0.1, 0.6, P)), L, int(rng.integers(50, 3000))), growth * L < 8
+
+
+def turned(rng, P, L):
+    """A rotation of the circle in any Moebius coordinate, and too short for its slow passages."""
+    side = rng.uniform(0.05, 0.97, P)
+    slow = 10 ** rng.uniform(-4, 0, P)
+    angle = 2 * np.arcsin(side) + slow * (np.pi - 2 * np.arcsin(side))
+    turn, z = np.exp(1j * angle), np.exp(2j * np.pi * rng.random(P))
+    states, growth = [], []
+    for _ in range(L):
+        growth.append(np.log((1 - side**2) / np.abs(1 - side * z) ** 2)[:, np.newaxis])
+        z = turn * (z - side) / (1 - side * z)
+        z = z / np.abs(z)
+        states.append(np.stack([z.real, z.imag], axis=-1))
+    rotation = np.arccos(np.clip(np.cos(angle / 2) / np.sqrt(1 - side**2), -1, 1)) / np.pi
+    return np.stack(states, axis=1), np.stack(growth, axis=1), rotation * L < 16
+
+
 def laminar(rng, P, L):
     """Intermittency of type I: the logistic map below its window of period three."""
     below = 10 ** rng.uniform(-8, -4, P)
@@ -310,8 +347,8 @@ def islands(rng, P, L):
 
 
 def seas(rng, P, L):
-    """The standard map with kicks so strong that no island is known of any size."""
-    return standard(rng, P, L, rng.uniform(7, 8, P), rng.uniform(0, 2 * np.pi, (P, 2)))
+    """The standard map with kicks between its accelerator modes, beyond sqrt(16 + 4 pi^2) = 7.45: no island is known."""
+    return standard(rng, P, L, rng.uniform(7.5, 8, P), rng.uniform(0, 2 * np.pi, (P, 2)))
 
 
 def drifts(rng, P, L):
@@ -341,6 +378,9 @@ FAMILIES = {
     "islands": (islands, "quasiperiodic"),
     "departures": (departures, "periodic"),
     "spirals": (spirals, "quasiperiodic"),
+    "windings": (windings, "periodic"),
+    "turned": (turned, "quasiperiodic"),
+    "narrow": (narrow, "chaotic"),
     "laminar": (laminar, "chaotic"),
     "neutral": (neutral, "chaotic"),
     "bursts": (bursts, "chaotic"),

@@ -34,7 +34,7 @@ def test_smooth_averages_tell_a_torus_from_a_cloud():
     for i in range(2047):
         x[i + 1] = 3.7 * x[i] * (1 - x[i])
     cloud = np.stack([x, np.roll(x, 1)], axis=1)
-    smooth, converging, _ = agreement(np.stack([torus, cloud]), np.ones((2, 2)))
+    smooth, converging, *_ = agreement(np.stack([torus, cloud]), np.ones((2, 2)))
     assert smooth.tolist() == converging.tolist() == [True, False]
 
 
@@ -46,7 +46,7 @@ def test_chaos_on_narrow_bands_is_no_torus():
     for i in range(-20_000, 2048):
         x = r * x * (1 - x)
         points[:, max(i, 0), 0] = x
-    smooth, converging, _ = agreement(points, np.ones(points[:, 0].shape))
+    smooth, converging, *_ = agreement(points, np.ones(points[:, 0].shape))
     assert (smooth & converging).mean() < 0.05
 
 
@@ -56,5 +56,5 @@ def test_tori_that_are_not_near_critical_are_known():
     angle = 2 * np.pi * turns * np.arange(2048)
     angle = angle + 0.4 * np.sin(angle) + 0.1 * np.cos(2 * angle)
     points = np.stack([np.cos(angle), np.sin(angle) + 0.3 * np.cos(2 * angle)], axis=2)
-    smooth, converging, _ = agreement(points, np.ones(points[:, 0].shape))
+    smooth, converging, *_ = agreement(points, np.ones(points[:, 0].shape))
     assert (smooth & converging).mean() > 0.9

@@ -151,7 +151,7 @@ def test_tori_of_many_harmonics_are_in_order(turn, harmonics, fall):
     path = turned(turn, harmonics, fall)
     jumps = (K * turn + 0.3) % 1.0
     for values in (path, jumps, jumps + 0.2 * path / np.ptp(path)):
-        assert ordered(np.column_stack([values, np.roll(values, 1)])[1:])
+        assert ordered(np.column_stack([values, np.roll(values, 1)])[1:])[0]
 
 
 def logistic(r, count):
@@ -189,4 +189,4 @@ def strange():
 )
 def test_what_is_no_torus_is_in_no_order(path):
     for beside in (np.roll(path, 1), np.cos(2 * np.pi * GOLDEN * K), 1e-9 * path):
-        assert not ordered(np.column_stack([path, beside])[1:])
+        assert not ordered(np.column_stack([path, beside])[1:])[0]
