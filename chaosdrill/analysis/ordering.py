@@ -36,8 +36,8 @@ LAST, BACK, STAYS = 16, 0.75, 0.5
 left later on at least: a cycle of any length comes back, or is approached."""
 
 MOVES, EXPLAINED = 1e-7, 0.98
-"""Part of the extent by which a curve moves in the record at least, and part of what points of either half lack to the
-curve of the other that an even motion explains: of a curve that is only rough, or thinly covered, it explains little."""
+"""Part of the extent by which a curve moves in the record at least, and part of what points of one half lack to the
+curve of the other that an even motion explains. Of a curve that is only rough, or thinly covered, it explains little."""
 
 NODES, ALIKE = 8, 2.0
 """Neighbours by angle through which the curve between them is drawn, and how much faster or slower it may seem to move
@@ -50,9 +50,9 @@ WAVES = 2
 """Waves along a curve of which its motion consists, as of a circle that shrinks, or moves on as it is."""
 
 LEFT, SLOWER = 0.02, 0.9
-"""Part of the extent by which a curve that moves ever slower may move on, and part of its pace in the first half that it
-has in the second at most: it settles on a torus then. A spiral goes on
-to its centre, a third of the extent away and more."""
+"""Part of the extent by which a curve that moves ever slower may move on, and part of its pace in the first half of the
+record that it has in the second at most: it settles on a torus then. A spiral goes on to its centre, a third of the
+extent away and more."""
 
 PARTS = 4
 """Parts of a turn in which a state may repeat itself, at most: the strongest line is then that of the parts."""

@@ -158,8 +158,10 @@ class Evidence:
 
     @property
     def stays(self) -> np.ndarray:
-        """Whether tangents do not grow, not even by less than can be told from chance."""
-        return self.lead * self.length <= UNMOVED
+        """Whether tangents do not grow, not even by less than can be told from chance if they do so evenly."""
+        later, whole = self.late * self.length / 2, self.lead * self.length
+        even = (later > LATE * whole) & (whole - later > LATE * whole)
+        return (whole <= UNMOVED) | (~even & (whole <= STILL))
 
     @property
     def bounded(self) -> np.ndarray:
@@ -231,7 +233,11 @@ RULES = (
     Rule(
         Outcome.OPEN, lambda e: ~e.positive & e.drifts & ~e.departs, "a state only grows, beyond all its earlier values"
     ),
-    Rule(Outcome.PERIODIC, lambda e: e.long_cycle & e.stays, "a longer record comes back, and tangents do not grow"),
+    Rule(
+        Outcome.PERIODIC,
+        lambda e: ~e.positive & e.long_cycle & e.stays,
+        "a longer record comes back, and tangents do not grow",
+    ),
     Rule(
         Outcome.QUASIPERIODIC,
         lambda e: ~e.positive & e.regular,

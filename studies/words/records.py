@@ -347,7 +347,7 @@ def islands(rng, P, L):
 
 
 def seas(rng, P, L):
-    """The standard map with kicks between its accelerator modes, beyond sqrt(16 + 4 pi^2) = 7.45: no island is known."""
+    """The standard map with kicks beyond those of accelerator modes, sqrt(16 + 4 pi^2) = 7.45: no island is known."""
     return standard(rng, P, L, rng.uniform(7.5, 8, P), rng.uniform(0, 2 * np.pi, (P, 2)))
 
 

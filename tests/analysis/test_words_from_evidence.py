@@ -9,6 +9,7 @@ from maps import map_system
 
 import chaosdrill as cd
 from chaosdrill.analysis.classification import contracts
+from chaosdrill.analysis.ordering import ordered
 from chaosdrill.analysis.stationarity import departs
 from chaosdrill.analysis.tori import only_grows
 from chaosdrill.analysis.words import BOUNDED, RULES, Evidence
@@ -205,6 +206,82 @@ def test_what_leaves_every_bound_is_on_no_attractor(states, field, start):
 def test_a_focus_is_no_cycle(duration):
     focus = flow("x v", {"x": "v", "v": "1 - x - 3*v/10"}, {"x": 1.5})
     assert words(cd.lyapunov_spectrum(focus, duration=duration))[0] in {"transient", "equilibrium"}
+
+
+@pytest.mark.parametrize("rate", [1e-8, 1e-6, -1e-7, -1e-5, None])
+@pytest.mark.parametrize("turn", [0.7, 2.3])
+def test_a_spiral_is_in_no_order(rate, turn):
+    """It grows or fades by 1e-5 of its size in 1,024 points, or by a power of time, as at a Neimark-Sacker point."""
+    k = np.arange(1024)
+    size = np.exp(rate * k) if rate else 1 / np.sqrt(1 + k / 1e5)
+    points = size[:, np.newaxis] * np.column_stack([np.cos(turn * k), np.sin(turn * k)])
+    points[:, 0] += 0.3 * np.tanh(points[:, 1])
+    assert ordered(points) == (False, True)
+    still = points / size[:, np.newaxis]
+    assert ordered(still) == (True, False)
+
+
+def test_a_slow_focus_of_a_map_is_no_torus():
+    """Multipliers of modulus 1 - 1e-7: it fades by 1e-4 in the record. At 1 it goes round on its circle."""
+    turn = {X: "a*(cos(r)*x - sin(r)*y)", Y: "a*(sin(r)*x + cos(r)*y)"}
+    focus = map_system("focus", (X, Y), {"a": 1 - 1e-7, "r": 0.7}, turn, {X: 1.0, Y: 0.0})
+    assert words(cd.lyapunov_spectrum(focus, periods=1024))[0] in {"undecided", "transient", "periodic"}
+    assert words(cd.lyapunov_spectrum(focus.with_parameters(a=1.0), periods=1024)) == ["quasiperiodic"]
+
+
+@pytest.mark.parametrize(("start", "word"), [(0.3, "quasiperiodic"), (0.5, "periodic")])
+def test_a_torus_needs_no_area_that_shrinks(start, word):
+    """An oscillator without damping beside its forcing; the exponents sum to zero but for round-off."""
+    field = {"x": "v", "v": "cos(t) - 3*x"}
+    free = flow("x v", field, {"x": start, "v": 0.0}, period="2*pi")
+    assert words(cd.lyapunov_spectrum(free, periods=512)) == [word]
+
+
+@pytest.mark.parametrize(
+    ("field", "duration", "right"),
+    [
+        ({"x": "v", "v": "-x - 2e-7*v"}, 300.0, {"undecided", "transient"}),
+        ({"x": "v", "v": "-x"}, 300.0, {"periodic"}),
+        ({"x": "y", "y": "-x - y*z", "z": "y**2 - 1"}, 1000.0, {"undecided", "quasiperiodic"}),
+    ],
+    ids=["fades", "goes round", "thin torus"],
+)
+def test_only_what_lies_closely_on_a_curve_is_a_neutral_cycle(field, duration, right):
+    """An oscillator whose amplitude falls by 3e-5, and Nose and Hoover's torus around (0, 1.55), 1e-3 of its size."""
+    start = {"x": 1.0} if len(field) == 2 else {"y": 1.55}
+    found = cd.lyapunov_spectrum(flow(" ".join(field), field, start), duration=duration)
+    assert words(found)[0] in right
+
+
+def test_instants_a_turn_apart_are_strobes_of_a_torus():
+    """2,048 instants in 4,096 pi: the first of two angles does not move from one to the next."""
+
+    def circle(x, y, w):
+        return {x: f"{x}*(1 - {x}**2 - {y}**2) - {w}*{y}", y: f"{y}*(1 - {x}**2 - {y}**2) + {w}*{x}"}
+
+    two = flow("a b c d", circle("a", "b", 1) | circle("c", "d", "sqrt(2)"), {"a": 1.0, "c": 1.0})
+    for instants in (2048, 4096):
+        found = cd.lyapunov_spectrum(two, duration=np.pi * instants, transient=20.0)
+        assert words(found)[0] in {"quasiperiodic", "undecided"}
+
+
+def test_an_arc_and_a_slow_place_are_not_open():
+    """An angle on its way up to a turning point, a narrow passage, and states that grow by laws without an end."""
+    time = np.linspace(0.0, 1.0, 257)[:, np.newaxis]
+    arcs = [np.sin(begin + 0.3 * time) for begin in np.linspace(-0.6, 0.1, 8)]
+    passages = [np.tan(begin + time) for begin in np.linspace(-0.7, -0.3, 5)]
+    grow = [2 + time, (1 + time) ** 1.5, (1 + time) ** 3, 5 - 2 * time**0 - 9 * time]
+    found = [
+        only_grows(path[np.newaxis], np.abs(path).max(axis=0)[np.newaxis]).item() for path in arcs + passages + grow
+    ]
+    assert found == [False] * (len(arcs) + len(passages)) + [True] * len(grow)
+
+
+@pytest.mark.parametrize("rate", [2.1e-3, 3.2e-3, 8e-3])
+def test_narrow_bands_are_no_cycle(rate):
+    """A tent of slope exp(rate) is chaotic on bands narrower than 1e-6, with this exponent."""
+    tent = map_system("tent", (X,), {"a": np.exp(rate)}, {X: "1 - a*Abs(x)"}, {X: 0.31})
+    assert words(cd.lyapunov_spectrum(tent, periods=64, transient=2000))[0] in {"undecided", "transient", "chaotic"}
 
 
 def test_the_documentation_has_all_rules():
