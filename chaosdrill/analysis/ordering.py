@@ -37,7 +37,7 @@ left later on at least: a cycle of any length comes back, or is approached."""
 
 MOVES, EXPLAINED = 1e-7, 0.98
 """Part of the extent by which a curve moves in the record at least, and part of what points of one half lack to the
-curve of the other that an even motion explains. Of a curve that is only rough, or thinly covered, it explains little."""
+curve of the other that an even motion explains. Of a curve that is rough, or thinly covered, it explains little."""
 
 NODES, ALIKE = 8, 2.0
 """Neighbours by angle through which the curve between them is drawn, and how much faster or slower it may seem to move

@@ -438,8 +438,8 @@ def _by_neighbours(
 
     On a curve all near neighbours lie along the flow, on a torus some beside it, as far away late in the record as
     early. On the way to a cycle they come closer. Where a cycle goes round more often than instants can resolve, its
-    neighbours lie beside it as well, and the frequencies tell. A torus may be thin: on a curve neighbours lie beside the
-    flow as it bends, but for a small part.
+    neighbours lie beside it as well, and the frequencies tell. A torus may be thin: on a curve neighbours lie beside
+    the flow as it bends, but for a small part.
 
     Parameters
     ----------

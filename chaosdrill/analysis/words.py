@@ -28,6 +28,10 @@ one has no more of it; tangents that grow so far in both halves of a bounded rec
 UNMOVED = 1e-3
 """Logarithm by which they do so at most where they do not at all, as those of phases that run evenly."""
 
+EVEN = 0.4
+"""Part of the growth of a record that either half has at least where it is even, as in chaos on bands too narrow to be
+seen; that along a neutral cycle comes and goes."""
+
 BOUNDED, STILL = 10.0, 2.0
 """Logarithm by which tangents grow or shrink in a record of a torus at most. It stays bounded there but for shear, in
 which it is that of the length. Where averages do not converge faster than any power, as on a torus that has just been
@@ -160,7 +164,7 @@ class Evidence:
     def stays(self) -> np.ndarray:
         """Whether tangents do not grow, not even by less than can be told from chance if they do so evenly."""
         later, whole = self.late * self.length / 2, self.lead * self.length
-        even = (later > LATE * whole) & (whole - later > LATE * whole)
+        even = (later > EVEN * whole) & (whole - later > EVEN * whole)
         return (whole <= UNMOVED) | (~even & (whole <= STILL))
 
     @property

@@ -229,10 +229,10 @@ def test_a_slow_focus_of_a_map_is_no_torus():
     assert words(cd.lyapunov_spectrum(focus.with_parameters(a=1.0), periods=1024)) == ["quasiperiodic"]
 
 
-@pytest.mark.parametrize(("start", "word"), [(0.3, "quasiperiodic"), (0.5, "periodic")])
+@pytest.mark.parametrize(("start", "word"), [(0.3, "quasiperiodic"), (1.0, "periodic")])
 def test_a_torus_needs_no_area_that_shrinks(start, word):
     """An oscillator without damping beside its forcing; the exponents sum to zero but for round-off."""
-    field = {"x": "v", "v": "cos(t) - 3*x"}
+    field = {"x": "v", "v": "cos(t) - 2*x"}
     free = flow("x v", field, {"x": start, "v": 0.0}, period="2*pi")
     assert words(cd.lyapunov_spectrum(free, periods=512)) == [word]
 
