@@ -126,7 +126,10 @@ def _moves_on(points: np.ndarray, turn: float, waves: int) -> bool:
     points = points / np.ptp(points, axis=0)
     middle, quarter = len(points) // 2, len(points) // 4
     halves = slice(middle), slice(middle, None)
-    turn = _refined(points, turn, *halves)
+    turn, missed = _refined(points, turn, *halves)
+    # less than of a curve that moves enough
+    if missed <= MOVES / 4:
+        return False
     pace, explained = _pace(points, turn, waves, *halves)
     fewer, _ = _pace(points, turn, waves, *halves, 2)
     first, of_first = _pace(points, turn, waves, slice(quarter), slice(quarter, middle))
@@ -140,14 +143,16 @@ def _moves_on(points: np.ndarray, turn: float, waves: int) -> bool:
     return not (settles and last * middle / np.log(first / last) <= LEFT)
 
 
-def _refined(points: np.ndarray, turn: float, some: slice, others: slice) -> float:
-    """The turn with which points lie on the curve through others, but for what no turn explains."""
+def _refined(points: np.ndarray, turn: float, some: slice, others: slice) -> tuple[float, float]:
+    """The turn with which points lie on the curve through others, and by how much they miss it all the same."""
+    missed = 0.0
     for _ in range(PASSES):
         misses, along, _, _ = _missed(points, turn, some, others)
-        if not (along**2).sum() > 0:
+        missed = float(np.median(np.abs(misses).max(axis=1))) if len(misses) else 0.0
+        if missed <= MOVES / 4 or not (along**2).sum() > 0:
             break
         turn += float((along * misses).sum() / (along**2).sum())
-    return turn
+    return turn, missed
 
 
 def _pace(
