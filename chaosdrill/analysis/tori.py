@@ -481,5 +481,5 @@ def _by_neighbours(
     early, late = (np.median(half) for half in np.array_split(across, 2))
     apart_for_good = bool(np.median(part) >= ACROSS and STAYS * early <= late <= early / STAYS)
     told = points[:, weight > 0]
-    torus = apart_for_good and (incommensurate(told) or ordered(told)[0])
+    torus = apart_for_good and incommensurate(told)
     return bool(np.median(part) <= ALONG), bool(np.median(bent) <= THIN), torus
