@@ -21,7 +21,6 @@ from chaosdrill.codegen.signatures import LANES, POINTWISE
 from chaosdrill.codegen.steep import Steep, steep_operations
 from chaosdrill.codegen.tables import InTables
 from chaosdrill.model.held import held_surfaces
-from chaosdrill.model.python import sources
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -59,7 +58,7 @@ def write(system: "HybridSystem") -> Written:
     modes = tuple(
         _series_of(Mode(system, m, [e.guard for e in ev], [s.argument for s in watched], constants))
         for m, ev, watched in zip(system.modes, events, steep, strict=True)
-        if not sources(system)
+        if not system.sources
     )
     filled = len(system.states) + len(system.quadratures) + max(map(len, events))
     held = tuple(held_surfaces(system).values())

@@ -8,10 +8,9 @@ import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from chaosdrill.model.system import HybridSystem
+from chaosdrill.model.values import System
 
 _OPERATIONS: Mapping[str, Callable[..., Any]] = {
     "Add": operator.add,
@@ -29,12 +28,12 @@ _FUNCTIONS = (
 _PARAMETER, _CONSTANT = "parameter", "constant"
 
 
-def period(system: "HybridSystem", numbers: Sequence[Any], functions: ModuleType) -> Any:
+def period(system: System, numbers: Sequence[Any], functions: ModuleType) -> Any:
     """The period of a forced system at numbers of its parameters.
 
     Parameters
     ----------
-    system : HybridSystem
+    system : System
     numbers : sequence
         Values of all parameters, in order.
     functions : module
@@ -42,14 +41,14 @@ def period(system: "HybridSystem", numbers: Sequence[Any], functions: ModuleType
     """
     name = f"period by {functions.__name__}"
     if name not in system.shared:
-        placed = system.placed
-        plain = written(placed.period, tuple(placed.parameters), of_arrays=functions is not math)
+        from chaosdrill.model.places import parameter, placed
+
+        form = placed(system)
+        plain = written(form.period, tuple(form.parameters), of_arrays=functions is not math)
         if plain is None:
             from sympy import lambdify
 
-            from chaosdrill.model.places import parameter
-
-            plain = lambdify([parameter(one) for one in placed.parameters], placed.period, functions.__name__)
+            plain = lambdify([parameter(one) for one in form.parameters], form.period, functions.__name__)
         system.shared[name] = plain
     found = system.shared[name]
     return found(*numbers) if callable(found) else value(found, numbers, functions)

@@ -6,8 +6,8 @@ from typing import Any
 import sympy
 from sympy.solvers.solveset import NonlinearError
 
-from chaosdrill.model.reading import Transition
 from chaosdrill.model.system import HybridSystem
+from chaosdrill.model.transition import Transition
 
 
 def backward(system: HybridSystem) -> HybridSystem | None:

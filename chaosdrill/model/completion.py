@@ -1,19 +1,19 @@
-"""Tests whether the rebounds that a transition completes can be an infinite series that ends in a finite time.
+"""Whether a transition can complete rebounds: an infinite series of them that ends in a finite time.
 
 Refused here is only a series that ends for no values of the parameters; the run decides about all others.
 """
 
 from collections.abc import Mapping
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
+from chaosdrill.model.crossings import crossings
 from chaosdrill.model.derive import rate, reset_map
 from chaosdrill.model.held import Trial
-
-if TYPE_CHECKING:
-    from chaosdrill.model.reading import Definition, Transition
+from chaosdrill.model.transition import Transition
+from chaosdrill.model.values import Definition
 
 _REMEDY = (
     "leave completes out, and end what does accumulate by a guard of its own that is zero when all is over, such as "
@@ -21,7 +21,25 @@ _REMEDY = (
 )
 
 
-def never_completed(found: "Definition", parameters: Mapping[str, Any], rebound: "Transition") -> str | None:
+def wrong_completion(found: Definition, parameters: Mapping[str, Any], transition: Transition) -> str | None:
+    """Why a transition cannot complete the one that it names; parameters as for `never_completed`."""
+    rebound = next(t for t in found.transitions if t.name == transition.completes)
+    rivals = [t for t in found.transitions if t.completes == transition.completes and t is not transition]
+    where = f"completes {transition.completes!r:.60}"
+    if any(set(t.source) & set(transition.source) for t in rivals) or rebound.completes is not None:
+        return f"{where}: only one transition may complete a rebound, and it cannot be a rebound itself; leave one out"
+    own, its = crossings((transition, rebound))
+    if own != its or rebound.direction == 0:
+        return f"{where}: both must have the same guard and the same direction, +1 or -1"
+    if not set(transition.source) <= set(rebound.source):
+        return f"{where}: that one must start from the mode {transition.source[0]!r:.60} too"
+    if transition.target in transition.source:
+        return f"{where}: its target must be another mode, one that holds the contact"
+    told = never_completed(found, parameters, rebound)
+    return f"completes {rebound.name!r:.60}: {told}" if told else None
+
+
+def never_completed(found: Definition, parameters: Mapping[str, Any], rebound: Transition) -> str | None:
     """Say why a transition starts no series of rebounds, or none that ends; None if it may.
 
     A series needs a way back: a transition on the surface of the guard in a mode to which the rebound leads. It needs
@@ -71,7 +89,7 @@ def never_completed(found: "Definition", parameters: Mapping[str, Any], rebound:
     return None
 
 
-def _way_back(found: "Definition", rebound: "Transition", zero: Any) -> "list[Transition] | None":
+def _way_back(found: Definition, rebound: Transition, zero: Any) -> list[Transition] | None:
     """The transitions from a rebound to the next one on its surface, in order; None without a way back."""
     usual = [t for t in found.transitions if t.completes is None and not t.marks_only()]
     ways: dict[str, list[Transition]] = {rebound.target: []}

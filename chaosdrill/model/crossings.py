@@ -6,14 +6,13 @@ functions, sums of these. Whatever else vanishes together is seen when a run cro
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import sympy
 
-if TYPE_CHECKING:
-    from chaosdrill.model.reading import Transition
+from chaosdrill.model.transition import Transition
 
 INCREASING = (sympy.sinh, sympy.tanh, sympy.atan, sympy.asinh, sympy.asin, sympy.erf)
 """Functions that grow with their argument and vanish with it."""
@@ -33,7 +32,7 @@ class Crossing(NamedTuple):
     """+1 where the expression grows, -1 where it falls, 0 for both"""
 
 
-def crossings(transitions: "Sequence[Transition]") -> tuple[Crossing, ...]:
+def crossings(transitions: Sequence[Transition]) -> tuple[Crossing, ...]:
     """The surface and direction of each transition, independent of how its guard is written.
 
     Of guards that differ by a constant factor the simplest one stands for all.
@@ -68,6 +67,22 @@ def _crossings(events: tuple[tuple[Any, int], ...]) -> tuple[Crossing, ...]:
 def _simplicity(core: Any) -> Any:
     turned = sum(1 for term, number in core.as_coefficients_dict().items() if number < 0 and not term.is_number)
     return sympy.count_ops(core), turned, sympy.default_sort_key(core)
+
+
+def hidden(transitions: Sequence[Transition]) -> Iterator[tuple[int, str]]:
+    """Outcomes that can never be taken, by number, and what stands before each."""
+    first: dict[Any, str] = {}
+    for place, (transition, crossing) in enumerate(zip(transitions, crossings(transitions), strict=True)):
+        # one that completes another is taken in its place, wherever it stands
+        if transition.completes is not None:
+            continue
+        events = [(mode, *crossing) for mode in transition.source]
+        before = [first[event] for event in events if event in first]
+        if len(before) == len(events):
+            yield place, before[0]
+        for event in events:
+            if transition.conditions.get(event[0], sympy.true) == sympy.true:
+                first.setdefault(event, transition.name)
 
 
 def stripped(guard: Any) -> tuple[Any, int]:

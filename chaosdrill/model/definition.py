@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from chaosdrill.errors import ModelError
-from chaosdrill.model.python import sources
-from chaosdrill.model.reading import DEFAULT_BOUND, Definition, Reader, Transition
+from chaosdrill.model.reading import DEFAULT_BOUND, Reader
 from chaosdrill.model.text import write_text
+from chaosdrill.model.transition import Transition
+from chaosdrill.model.values import Definition
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -100,7 +101,7 @@ def reader_of(definition: Mapping[str, Any], parameters: Any) -> Reader:
 
 
 def _written(system: "HybridSystem") -> dict[str, Any]:
-    if functions := sources(system):
+    if functions := system.sources:
         told = (
             f"{place} is the Python function {one.name!r:.60}, content {one.digest}" for place, one in functions.items()
         )

@@ -7,12 +7,11 @@ import sympy
 
 from chaosdrill.model.python import HIGHEST, Along, Called
 from chaosdrill.model.special import SPECIAL
+from chaosdrill.model.transition import Transition
+from chaosdrill.model.values import Definition, System
 
 if TYPE_CHECKING:
     import numpy as np
-
-    from chaosdrill.model.reading import Definition, Transition
-    from chaosdrill.model.system import HybridSystem
 
 
 class _Floor(sympy.Function):
@@ -33,12 +32,12 @@ def differentiate(expression: Any, symbol: Any) -> Any:
 _STEPS = (sympy.sign, sympy.Heaviside, sympy.floor, sympy.ceiling, sympy.Mod)
 
 
-def jacobian_entries(system: "HybridSystem", mode: str) -> dict[tuple[int, int], Any]:
+def jacobian_entries(system: System, mode: str) -> dict[tuple[int, int], Any]:
     """Derivatives of the field of one mode by the states, without those that are zero everywhere."""
     return _entries(system, [system.modes[mode][s] for s in system.states])
 
 
-def _entries(system: "HybridSystem", expressions: list[Any]) -> dict[tuple[int, int], Any]:
+def _entries(system: System, expressions: list[Any]) -> dict[tuple[int, int], Any]:
     """Derivatives of expressions by the states, without those that are zero everywhere."""
     column = {x: j for j, x in enumerate(system.states)}
     known: dict[Any, dict[Any, Any]] = {}
@@ -76,7 +75,7 @@ def _slopes(e: Any, states: Set[Any], known: dict[Any, dict[Any, Any]]) -> dict[
     return known[e]
 
 
-def jacobian(system: "HybridSystem", mode: str) -> sympy.Matrix:
+def jacobian(system: System, mode: str) -> sympy.Matrix:
     """Derivative of the field of one mode, shape (n, n)."""
     n = len(system.states)
     return sympy.SparseMatrix(n, n, jacobian_entries(system, mode)).as_mutable()
@@ -92,24 +91,24 @@ def derivative_along(expression: Any, direction: Mapping[Any, Any]) -> Any:
     )
 
 
-def time_derivative(system: "HybridSystem", expression: Any) -> Any:
+def time_derivative(system: System, expression: Any) -> Any:
     """Explicit derivative with respect to time."""
     return sympy.Integer(0) if system.time is None else differentiate(expression, system.time)
 
 
-def guard_gradient(system: "HybridSystem", guard: Any) -> list[Any]:
+def guard_gradient(system: System, guard: Any) -> list[Any]:
     """Derivatives of a guard with respect to the states and, last, to time: n + 1 expressions."""
     known = sympy.sympify(guard).free_symbols
     zero = sympy.Integer(0)
     return [*(differentiate(guard, x) if x in known else zero for x in system.states), time_derivative(system, guard)]
 
 
-def reset_map(system: "HybridSystem", transition: "Transition") -> list[Any]:
+def reset_map(system: System, transition: Transition) -> list[Any]:
     """The n states after the event as expressions of those before it."""
     return [transition.reset.get(x, x) for x in system.states]
 
 
-def reset_entries(system: "HybridSystem", transition: "Transition") -> dict[tuple[int, int], Any]:
+def reset_entries(system: System, transition: Transition) -> dict[tuple[int, int], Any]:
     """Derivatives of the reset map by states and, in column n, by time, where they are not those of the identity."""
     n, image = len(system.states), reset_map(system, transition)
     reset = [i for i, x in enumerate(system.states) if image[i] != x]
@@ -118,7 +117,7 @@ def reset_entries(system: "HybridSystem", transition: "Transition") -> dict[tupl
     return {(i, i): sympy.Integer(0) for i in reset} | found
 
 
-def reset_jacobian(system: "HybridSystem", transition: "Transition") -> list[list[Any]]:
+def reset_jacobian(system: System, transition: Transition) -> list[list[Any]]:
     """Derivatives of the reset map, n rows of n + 1 expressions (the last by time)."""
     return [
         [*(differentiate(r, x) for x in system.states), time_derivative(system, r)]
@@ -126,14 +125,14 @@ def reset_jacobian(system: "HybridSystem", transition: "Transition") -> list[lis
     ]
 
 
-def rate(system: "HybridSystem", mode: str, expression: Any) -> Any:
+def rate(system: System, mode: str, expression: Any) -> Any:
     """Time derivative of an expression along the flow of a mode."""
     moving = [x for x in system.states if x in expression.free_symbols]
     along = sum((differentiate(expression, x) * system.modes[mode][x] for x in moving), sympy.Integer(0))
     return along + time_derivative(system, expression)
 
 
-def throw(system: "HybridSystem", transition: "Transition", surface: Any) -> tuple[Any, Any, Any]:
+def throw(system: System, transition: Transition, surface: Any) -> tuple[Any, Any, Any]:
     """Speed, acceleration and its rate with which a transition leaves a surface, as functions of the state before it.
 
     They are derivatives of the surface's expression along the motion after the transition. The rate counts
@@ -148,7 +147,7 @@ def throw(system: "HybridSystem", transition: "Transition", surface: Any) -> tup
     return speed.xreplace(image), pull.xreplace(image), jerk.xreplace(image)
 
 
-def saltation(system: "HybridSystem", transition: "Transition", source: str | None = None) -> sympy.Matrix:
+def saltation(system: System, transition: Transition, source: str | None = None) -> sympy.Matrix:
     """Saltation matrix of a transition as an expression of the state before it, shape (n, n).
 
     S = DR + (F+ - DR F- - dR/dt) n^T / (n.F- + dh/dt), with R the reset, h the guard and n its gradient (Aizerman and
@@ -177,7 +176,7 @@ Sparse = dict[int, Any]
 """Entries of a row that are not zero everywhere, by column."""
 
 
-def shift_directions(system: "HybridSystem", *, decides: bool = False) -> list[list[float]]:
+def shift_directions(system: System, *, decides: bool = False) -> list[list[float]]:
     """Directions along which a shift of the state changes nothing, for all parameters: independent n-vectors.
 
     They are the common null space of all Jacobians, guard gradients, reset Jacobians (less the identity), which is all
@@ -197,7 +196,7 @@ def shift_directions(system: "HybridSystem", *, decides: bool = False) -> list[l
     return _null_directions(rows, n)
 
 
-def _deciding(system: "HybridSystem") -> list[sympy.Expr]:
+def _deciding(system: System) -> list[sympy.Expr]:
     """Of all relations, in conditions and elsewhere, one side less the other, and arguments of functions with steps."""
     told = [e for field in system.modes.values() for e in field.values()]
     for transition in system.transitions:
@@ -209,12 +208,12 @@ def _deciding(system: "HybridSystem") -> list[sympy.Expr]:
     return list(found)
 
 
-def deciding_states(system: "HybridSystem") -> set[int]:
+def deciding_states(system: System) -> set[int]:
     """Numbers of the states that relations and steps see."""
     return {i for e in _deciding(system) for i, x in enumerate(system.states) if x in e.free_symbols}
 
 
-def turns(system: "HybridSystem") -> "list[tuple[sympy.Expr, list[int]]]":
+def turns(system: System) -> "list[tuple[sympy.Expr, list[int]]]":
     """Shifts by which nothing ever changes though the states enter sines or cosines: lengths, and the states shifted.
 
     An angle may be shifted by its period where fields and guards come back, and the resets to what is shifted as well;
@@ -259,7 +258,7 @@ def turns(system: "HybridSystem") -> "list[tuple[sympy.Expr, list[int]]]":
     return found
 
 
-def conserved_combinations(system: "HybridSystem") -> list[list[float]]:
+def conserved_combinations(system: System) -> list[list[float]]:
     """Linear combinations of the states whose tangents nothing ever changes: n numbers each, linearly independent.
 
     They are the common null space, from the left, of all Jacobians, of all reset Jacobians (less the identity), and of
@@ -283,7 +282,7 @@ def conserved_combinations(system: "HybridSystem") -> list[list[float]]:
     return _null_directions(rows, n)
 
 
-def conserved_by(system: "HybridSystem", mode: str, states: list[int]) -> list[list[float]]:
+def conserved_by(system: System, mode: str, states: list[int]) -> list[list[float]]:
     """Linear combinations of some states that the flow of one mode changes evenly or not at all: n numbers each."""
     lines: dict[int, Sparse] = {}
     for (i, j), e in jacobian_entries(system, mode).items():
@@ -298,7 +297,7 @@ def conserved_by(system: "HybridSystem", mode: str, states: list[int]) -> list[l
     return found
 
 
-def _moved(system: "HybridSystem", transition: "Transition") -> dict[tuple[int, int], Any]:
+def _moved(system: System, transition: Transition) -> dict[tuple[int, int], Any]:
     """The reset's derivatives by the states, less the identity, without those that are zero everywhere."""
     n = len(system.states)
     found = {(i, j): e - int(i == j) for (i, j), e in reset_entries(system, transition).items() if j < n}
@@ -361,13 +360,13 @@ def _samples(rows: list[Sparse], n: int) -> "list[np.ndarray]":
     return found
 
 
-def frozen_states(system: "HybridSystem | Definition") -> list[Any]:
+def frozen_states(system: System | Definition) -> list[Any]:
     """States that never change: no mode moves them and no transition resets them."""
     reset = {x for t in system.transitions for x in t.reset}
     return [x for x in system.states if x not in reset and all(f[x] == 0 for f in system.modes.values())]
 
 
-def pinned_states(system: "HybridSystem", mode: str, known: Set[Any] = frozenset()) -> tuple[int, ...]:
+def pinned_states(system: System, mode: str, known: Set[Any] = frozenset()) -> tuple[int, ...]:
     """States that a mode holds at a constant or leads along a function of time.
 
     Every way in resets them to a number, or to a function of time whose derivative is their rate there, so that they
@@ -378,7 +377,7 @@ def pinned_states(system: "HybridSystem", mode: str, known: Set[Any] = frozenset
     ways_in = [t for t in system.transitions if t.target == mode and set(t.source) != {mode}]
     within = [t for t in system.transitions if t.target == mode and t not in ways_in]
 
-    def follows(x: Any, t: "Transition") -> bool:
+    def follows(x: Any, t: Transition) -> bool:
         value = t.reset.get(x)
         if value is None or value.free_symbols & unknown:
             return False
@@ -394,7 +393,7 @@ def pinned_states(system: "HybridSystem", mode: str, known: Set[Any] = frozenset
     )
 
 
-def pinned_values(system: "HybridSystem", mode: str) -> dict[int, Any]:
+def pinned_values(system: System, mode: str) -> dict[int, Any]:
     """Values at which a mode pins states, as functions of time; states whose entries differ are left out."""
     ways_in = [t for t in system.transitions if t.target == mode and set(t.source) != {mode}]
     values = {i: {t.reset[system.states[i]] for t in ways_in} for i in pinned_states(system, mode)}

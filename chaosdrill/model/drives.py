@@ -10,9 +10,10 @@ import sympy
 from chaosdrill.errors import ModelError
 from chaosdrill.model.crossings import crossings
 from chaosdrill.model.derive import pinned_values
+from chaosdrill.model.parts import read_expression, read_symbol
 from chaosdrill.model.period import value_of
 from chaosdrill.model.places import parameter
-from chaosdrill.model.reading import Transition, read_expression, read_symbol
+from chaosdrill.model.transition import Transition
 from chaosdrill.names import remedy
 from chaosdrill.typed import TEXT, refuse
 

@@ -5,19 +5,16 @@ a system is therefore generated for the whole numbers that its exponents have.
 """
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
-from chaosdrill.model.places import parameter, rewritten
+from chaosdrill.model.places import S, parameter, rewritten
 from chaosdrill.model.special import positive_power
-
-if TYPE_CHECKING:
-    from chaosdrill.model.reading import Definition
-    from chaosdrill.model.system import HybridSystem
+from chaosdrill.model.values import Definition, System
 
 
-def exponent_parameters(system: "HybridSystem") -> tuple[str, ...]:
+def exponent_parameters(system: System) -> tuple[str, ...]:
     """Names of the parameters in exponents of what moves, in the order of the system's parameters."""
     symbols = {parameter(name): name for name in system.parameters}
     found = set()
@@ -29,7 +26,7 @@ def exponent_parameters(system: "HybridSystem") -> tuple[str, ...]:
     return tuple(name for name in system.parameters if name in found)
 
 
-def specialise(system: "HybridSystem", values: Mapping[str, int]) -> "HybridSystem":
+def specialise(system: S, values: Mapping[str, int]) -> S:
     """The system with these numbers in place of the parameters in exponents, and nowhere else."""
     numbers = {parameter(name): sympy.Integer(value) for name, value in values.items()}
 
@@ -42,14 +39,14 @@ def specialise(system: "HybridSystem", values: Mapping[str, int]) -> "HybridSyst
     return rewritten(system, put)
 
 
-def expressions(system: "HybridSystem | Definition") -> Iterator[Any]:
+def expressions(system: System | Definition) -> Iterator[Any]:
     """Rates, quadratures, guards, resets and conditions."""
     yield from motion(system)
     for rates in system.quadratures.values():
         yield from rates.values()
 
 
-def motion(system: "HybridSystem | Definition") -> Iterator[Any]:
+def motion(system: System | Definition) -> Iterator[Any]:
     """All expressions that determine the motion: rates, guards, resets and conditions."""
     for rates in system.modes.values():
         yield from rates.values()
@@ -57,7 +54,7 @@ def motion(system: "HybridSystem | Definition") -> Iterator[Any]:
         yield from (transition.guard, *transition.reset.values(), *transition.conditions.values())
 
 
-def differences(system: "HybridSystem | Definition") -> Iterator[Any]:
+def differences(system: System | Definition) -> Iterator[Any]:
     """The same with conditions as numbers: the differences of what they compare."""
     for expression in expressions(system):
         relations = expression.atoms(sympy.core.relational.Relational)

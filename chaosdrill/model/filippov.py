@@ -17,9 +17,10 @@ import sympy
 from chaosdrill.errors import ModelError
 from chaosdrill.model.crossings import crossings
 from chaosdrill.model.derive import differentiate
+from chaosdrill.model.parts import read_expression, read_symbol, read_table
 from chaosdrill.model.places import parameter
-from chaosdrill.model.reading import Transition, read_expression, read_symbol, read_table
 from chaosdrill.model.regions import ROUNDING
+from chaosdrill.model.transition import Transition
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem

@@ -10,8 +10,9 @@ import sympy
 
 from chaosdrill.errors import ModelError, SettingsError
 from chaosdrill.model.crossings import same_surface
+from chaosdrill.model.parts import read_expression, read_table
 from chaosdrill.model.places import parameter
-from chaosdrill.model.reading import Transition, read_expression, read_table
+from chaosdrill.model.transition import Transition
 from chaosdrill.names import remedy, shown
 
 if TYPE_CHECKING:

@@ -11,14 +11,12 @@ import sympy
 
 from chaosdrill.model.derive import differentiate, frozen_states, pinned_states, rate
 from chaosdrill.model.places import TIME, parameter
-from chaosdrill.model.python import Called
-from chaosdrill.model.special import SPECIAL
+from chaosdrill.model.python import opaque
+from chaosdrill.model.transition import Transition
+from chaosdrill.model.values import System
 
 if TYPE_CHECKING:
     import numpy as np
-
-    from chaosdrill.model.reading import Transition
-    from chaosdrill.model.system import HybridSystem
 
 _SAMPLES = 12
 _NEWTON = 25
@@ -33,7 +31,7 @@ _ON = 1e-13
 """Part of its terms that is left of a surface where a sample lies on it."""
 
 
-def held_surfaces(system: "HybridSystem") -> dict[str, tuple[Any, ...]]:
+def held_surfaces(system: System) -> dict[str, tuple[Any, ...]]:
     """Expressions of states and time that each mode holds at zero, without those of pinned states alone.
 
     They are guards of the transitions that lead there, or say what these reset, x - R(x). A mode also holds what the
@@ -65,21 +63,21 @@ def held_surfaces(system: "HybridSystem") -> dict[str, tuple[Any, ...]]:
     return {mode: tuple(surfaces) for mode, surfaces in held.items()}
 
 
-def _established(t: "Transition", zero: Callable[..., bool], moving: set[Any]) -> list[Any]:
+def _established(t: Transition, zero: Callable[..., bool], moving: set[Any]) -> list[Any]:
     """Surfaces on which an event ends: its guard, and x - R(x), unless its reset leads away from them."""
     found = [t.guard, *(sympy.numer(sympy.cancel(x - image)) for x, image in t.reset.items() if not opaque(image))]
     return _after(t, zero, [surface for surface in found if surface.free_symbols & moving])
 
 
-def _after(t: "Transition", zero: Callable[..., bool], surfaces: Iterable[Any], on: Iterable[Any] = ()) -> list[Any]:
+def _after(t: Transition, zero: Callable[..., bool], surfaces: Iterable[Any], on: Iterable[Any] = ()) -> list[Any]:
     """Those of some surfaces on which an event ends that happens on others."""
     return [surface for surface in surfaces if zero(surface.xreplace(dict(t.reset)), (t.guard, *on))]
 
 
 def _modes_on(
-    system: "HybridSystem",
+    system: System,
     group: tuple[Any, ...],
-    ways: list[tuple[str, "Transition"]],
+    ways: list[tuple[str, Transition]],
     held: dict[str, list[Any]],
     zero: Callable[..., bool],
 ) -> list[str]:
@@ -117,7 +115,7 @@ class Trial:
     They are tried at random numbers; what a special or a Python function gives is a number of its own.
     """
 
-    def __init__(self, system: "HybridSystem") -> None:
+    def __init__(self, system: System) -> None:
         self.states = system.states
         self.moving = set(system.states) - set(frozen_states(system))
         self.symbols = [system.time or TIME, *system.states, *map(parameter, system.parameters)]
@@ -199,8 +197,3 @@ def _small(on: Iterable[Iterable[float]], off: Iterable[Iterable[float]]) -> boo
     good = np.isfinite(sizes)
     zero = np.abs(here.sum(axis=1)) <= _ROUNDING * sizes
     return bool(zero[good].all() and (good.sum() >= _FEWEST or len(good) == 1))
-
-
-def opaque(expression: Any) -> set[Any]:
-    """Calls of functions that numpy does not know."""
-    return {f for f in expression.atoms(sympy.Function) if isinstance(f, Called) or type(f).__name__ in SPECIAL}

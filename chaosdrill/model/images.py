@@ -7,12 +7,15 @@ from typing import Any
 
 import sympy
 
+from chaosdrill.model.parts import Path
 from chaosdrill.model.python import Called, is_python
-from chaosdrill.model.reading import Definition, Path, Reader, Transition
+from chaosdrill.model.reading import Reader
 from chaosdrill.model.rules import refused
 from chaosdrill.model.special import CONDITION, RESET
 from chaosdrill.model.tables import UNNAMED_MAP
 from chaosdrill.model.text import INSTEAD
+from chaosdrill.model.transition import Transition
+from chaosdrill.model.values import Definition
 from chaosdrill.names import shown
 
 KEYS = ("name", "description", "states", "images", "bounds", "labels", "noise")

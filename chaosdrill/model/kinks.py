@@ -9,8 +9,9 @@ import sympy
 
 from chaosdrill.errors import ModelError
 from chaosdrill.model.filippov import SLIDING, Field, More, TwoSided, Written, several, vanishes
-from chaosdrill.model.reading import Transition, read_table
+from chaosdrill.model.parts import read_table
 from chaosdrill.model.touching import unfolded
+from chaosdrill.model.transition import Transition
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem

@@ -8,9 +8,9 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Unpack
 
 from chaosdrill.errors import ModelError
-from chaosdrill.model.outline import LATE
 from chaosdrill.model.system import HybridSystem, Words, arguments_of
 from chaosdrill.model.tables import UNNAMED_MAP
+from chaosdrill.model.values import LATE
 from chaosdrill.typed import meant
 
 if TYPE_CHECKING:

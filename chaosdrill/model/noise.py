@@ -10,22 +10,22 @@ from dataclasses import dataclass, fields, replace
 from math import fsum, inf, isfinite, log, nextafter
 from numbers import Integral
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import sympy
 
-from chaosdrill.errors import ModelError, SettingsError
+from chaosdrill.errors import SettingsError
 from chaosdrill.limits import NOT_NEGATIVE, POSITIVE, Limit
 from chaosdrill.model.places import parameter
-from chaosdrill.model.reading import OF_NOISE, Transition
+from chaosdrill.model.reading import OF_NOISE
 from chaosdrill.model.special import random_uniform
 from chaosdrill.model.tables import finite
+from chaosdrill.model.transition import Transition
+from chaosdrill.model.values import System
 from chaosdrill.names import remedy, shown
 
 if TYPE_CHECKING:
     import numpy as np
-
-    from chaosdrill.model.system import HybridSystem
 
 PERIOD = "period"
 """The event name that stands for a draw once a forcing period."""
@@ -309,7 +309,7 @@ def added_limits(distributions: Mapping[str, Distribution], limits: Mapping[str,
 
 
 def seeds_of_starts(
-    system: "HybridSystem", starts: "np.ndarray", parameters: "Mapping[str, np.ndarray]" = MappingProxyType({})
+    system: System, starts: "np.ndarray", parameters: "Mapping[str, np.ndarray]" = MappingProxyType({})
 ) -> "dict[str, np.ndarray]":
     """Parameters of runs from some of many starts, each with noise of its own: that of the seed plus its place.
 
@@ -326,8 +326,17 @@ def seeds_of_starts(
     return given
 
 
-def noisy(system: "HybridSystem", distributions: Any, at: Any, seed: int) -> "HybridSystem":
-    """The system with some of its parameters drawn anew at events; see `HybridSystem.with_noise`."""
+class Noisy(NamedTuple):
+    """What makes a system with noise."""
+
+    definition: dict[str, Any]
+    parameters: dict[str, float]
+    initial: dict[str, Any]
+    limits: dict[str, Limit]
+
+
+def noisy(system: System, distributions: Any, at: Any, seed: int) -> Noisy:
+    """The system with some of its parameters drawn anew at events, as given; see `HybridSystem.with_noise`."""
     _check(system, distributions, seed)
     # their order in the mapping must not say which numbers a parameter gets
     distributions = {name: distributions[name] for name in sorted(distributions)}
@@ -371,7 +380,12 @@ def noisy(system: "HybridSystem", distributions: Any, at: Any, seed: int) -> "Hy
             "regions": {mode: _put(region, put) for mode, region in whole.regions.items()},
             "transitions": [*_resets(whole, put, events, drawn), *_clocks(whole, events, drawn)],
         }
-    return _built(system, given, distributions, seed)
+    return Noisy(
+        definition=given,
+        parameters=_parameters(system, distributions, seed),
+        initial={**system.start, **{names_of(name)[0]: one.at_first() for name, one in distributions.items()}},
+        limits={**system.limits, **added_limits(distributions, system.limits)},
+    )
 
 
 class _Drawn:
@@ -409,7 +423,7 @@ def _put(expression: Any, put: Mapping[Any, Any]) -> Any:
     return sympy.sympify(expression).xreplace(put)
 
 
-def _labels(system: "HybridSystem", distributions: Mapping[str, Distribution]) -> dict[str, str]:
+def _labels(system: System, distributions: Mapping[str, Distribution]) -> dict[str, str]:
     found = {SEED: "seed of the noise"}
     for name, one in distributions.items():
         label = system.labels.get(name, name)
@@ -419,7 +433,7 @@ def _labels(system: "HybridSystem", distributions: Mapping[str, Distribution]) -
     return found
 
 
-def _told(system: "HybridSystem", name: str, at: Any) -> tuple[str, ...]:
+def _told(system: System, name: str, at: Any) -> tuple[str, ...]:
     """The names of events at which a parameter is drawn."""
     default = tuple(str(t.kind) for t in system.transitions[:1]) if system.discrete else None
     of_one = at.get(name) if isinstance(at, Mapping) else at
@@ -434,14 +448,14 @@ def _told(system: "HybridSystem", name: str, at: Any) -> tuple[str, ...]:
     return tuple(listed)
 
 
-def _known(system: "HybridSystem") -> str:
+def _known(system: System) -> str:
     events = list(dict.fromkeys(name for t in system.transitions for name in (t.name, str(t.kind))))
     if system.forced and not system.discrete:
         events.append(PERIOD)
     return ", ".join(map(repr, events)) or "no events"
 
 
-def _events(system: "HybridSystem", name: str, at: Any) -> tuple[frozenset[str], bool]:
+def _events(system: System, name: str, at: Any) -> tuple[frozenset[str], bool]:
     """Names of the transitions at which a parameter is drawn, and whether it is drawn once a period."""
     found: set[str] = set()
     clock = False
@@ -461,7 +475,7 @@ def _events(system: "HybridSystem", name: str, at: Any) -> tuple[frozenset[str],
 
 
 def _resets(
-    system: "HybridSystem", put: Mapping[Any, Any], events: Mapping[str, tuple[frozenset[str], bool]], drawn: _Drawn
+    system: System, put: Mapping[Any, Any], events: Mapping[str, tuple[frozenset[str], bool]], drawn: _Drawn
 ) -> Iterator[Transition]:
     """The transitions of the system, with the draws that they make."""
     for t in system.transitions:
@@ -474,9 +488,7 @@ def _resets(
         )
 
 
-def _clocks(
-    system: "HybridSystem", events: Mapping[str, tuple[frozenset[str], bool]], drawn: _Drawn
-) -> Iterator[Transition]:
+def _clocks(system: System, events: Mapping[str, tuple[frozenset[str], bool]], drawn: _Drawn) -> Iterator[Transition]:
     """The event once a period, a quarter of a period after the strobe, in every mode."""
     more = {k: v for name, (_, clock) in events.items() if clock for k, v in drawn.reset(name).items()}
     if not more:
@@ -491,25 +503,17 @@ def _clocks(
         yield Transition(name, mode, mode, guard, 1, reset=more, kind=CLOCK)
 
 
-def _built(
-    system: "HybridSystem", given: Mapping[str, Any], distributions: Mapping[str, Distribution], seed: int
-) -> "HybridSystem":
+def _parameters(system: System, distributions: Mapping[str, Distribution], seed: int) -> dict[str, float]:
     added = added_parameters(distributions, seed)
     # the first parameter of a distribution has the place of the one that is drawn, since rounding depends on places
     first = {name: f"{name}_{next(iter(one.parameters()))}" for name, one in distributions.items()}
     kept = {first.get(key, key): value for key, value in system.parameters.items()}
     if taken := next((key for key in added if key in system.parameters), None):
         raise SettingsError(f"{system.name}: it has a parameter {taken!r} already, of which noise makes one; rename it")
-    reader = system.reader({**kept, **added})
-    found = reader.read(given)
-    if found is None:
-        raise ModelError(reader.told(f"{system.name} with noise"))
-    variates = {names_of(name)[0]: one.at_first() for name, one in distributions.items()}
-    made = type(system).of(found, reader.parameters, {**system.start, **variates})
-    return made.limited({**system.limits, **added_limits(distributions, system.limits)})
+    return {**kept, **added}
 
 
-def _check(system: "HybridSystem", distributions: Any, seed: Any) -> None:
+def _check(system: System, distributions: Any, seed: Any) -> None:
     if system.noise:
         raise SettingsError(f"{system.name}: it has noise already; give all of it in one call, to the system without")
     if system.sources:

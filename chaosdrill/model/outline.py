@@ -6,36 +6,24 @@ system, which is built when somebody asks for them.
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from threading import RLock
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from chaosdrill.model.tables import Entries
 from chaosdrill.model.transition import Transition
-
-if TYPE_CHECKING:
-    from chaosdrill.model.system import HybridSystem
-
-EXPRESSIONS = ("time", "period")
-"""Attributes that are expressions, or None."""
-
-LATE = ("states", *EXPRESSIONS)
-"""Attributes that come with the whole system."""
+from chaosdrill.model.values import EXPRESSIONS, System, deriving
 
 _TABLES = ("modes", "regions", "quadratures")
 _PLAIN = ("name", "description", "labels", "noise", "parameters", "initial", "names_mode")
-
-deriving = RLock()
-"""Several threads may ask for one thing of one system at once, and each would derive it."""
 
 
 class Whole:
     """Builds a system on first use, once."""
 
-    def __init__(self, make: "Callable[[], HybridSystem]") -> None:
+    def __init__(self, make: Callable[[], System]) -> None:
         self._make = make
-        self._made: HybridSystem | None = None
+        self._made: System | None = None
 
-    def __call__(self) -> "HybridSystem":
+    def __call__(self) -> System:
         with deriving:
             if self._made is None:
                 self._made = self._make()
@@ -53,7 +41,7 @@ class Whole:
         return self().transitions[number]
 
 
-def outline(system: "HybridSystem") -> dict[str, Any]:
+def outline(system: System) -> dict[str, Any]:
     """All of a system but its expressions."""
     return {
         **{name: getattr(system, name) for name in _PLAIN},

@@ -6,10 +6,9 @@ A definition is looked at by its expressions, at a few places; a run by its comp
 import math
 import random
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from chaosdrill.model.reading import Definition
+from chaosdrill.model.values import Definition
 
 _TOLERANCE = 1e-6
 """Part of what a value moves within a period by which it may differ after one: the period and phases are rounded."""
@@ -70,7 +69,7 @@ def _nudge(rng: random.Random) -> float:
     return 1.0 + rng.randint(-8, 8) * 2.0**-52
 
 
-def wrong_period(found: "Definition", numbers: Mapping[str, Any]) -> str | None:
+def wrong_period(found: Definition, numbers: Mapping[str, Any]) -> str | None:
     """Say why the declared period is wrong: not positive, or not a period of an expression that depends on time.
 
     One that also names a state which never changes (a parameter among the states) is left to the run, which knows it.

@@ -7,26 +7,40 @@ sums are added up, which sympy takes from names.
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
 import sympy
 
 from chaosdrill.model.crossings import crossings
+from chaosdrill.model.values import Shared, System, deriving
 
-if TYPE_CHECKING:
-    from chaosdrill.model.system import HybridSystem
+S = TypeVar("S", bound=System)
 
 TIME = sympy.Symbol("t", real=True)
 
 
-def places_of(system: "HybridSystem") -> dict[Any, Any]:
+def places_of(system: System) -> dict[Any, Any]:
     """The symbol of the place of every symbol of a system."""
     places = {x: sympy.Symbol(f"x_{i}", real=True) for i, x in enumerate(system.states)}
     places |= {parameter(name): sympy.Symbol(f"p_{i}", real=True) for i, name in enumerate(system.parameters)}
     return places if system.time is None else {**places, system.time: TIME}
 
 
-def in_places(system: "HybridSystem") -> "HybridSystem":
+def placed(system: S) -> S:
+    """A system in places; what is derived of it is kept with it."""
+    with deriving:
+        form = system.shared.get("placed")
+        if form is None:
+            form = system.shared["placed"] = _in_places(system)
+    starts = (system.initial[name] for name in system.state_names)
+    found: S = form.changed(
+        parameters=dict(zip(form.parameters, system.parameters.values(), strict=True)),
+        initial={"mode": system.initial["mode"], **dict(zip(form.state_names, starts, strict=True))},
+    )
+    return found
+
+
+def _in_places(system: S) -> S:
     """The same system with states, parameters and time called by their places; modes and transitions keep names.
 
     Its guards are the surfaces on which those of the system vanish, however they are written.
@@ -37,7 +51,7 @@ def in_places(system: "HybridSystem") -> "HybridSystem":
         return sympy.sympify(expression).xreplace(places)
 
     names = {symbol.name: place.name for symbol, place in places.items() if symbol != system.time}
-    other, shared = rewritten(system, put, places), type(system.shared)()
+    other, shared = rewritten(system, put, places), Shared()
     if (held := system.told_held) is not None:
         shared["held"] = {mode: tuple(map(put, surfaces)) for mode, surfaces in held.items()}
     return other.changed(
@@ -57,9 +71,7 @@ def in_places(system: "HybridSystem") -> "HybridSystem":
     )
 
 
-def rewritten(
-    system: "HybridSystem", put: Callable[[Any], Any], states: Mapping[Any, Any] | None = None
-) -> "HybridSystem":
+def rewritten(system: S, put: Callable[[Any], Any], states: Mapping[Any, Any] | None = None) -> S:
     """A copy with other expressions, and other symbols of its ``states`` before their rates and resets.
 
     The period stays as it is.
@@ -89,7 +101,7 @@ def rewritten(
     )
 
 
-def arguments(placed: "HybridSystem") -> list[Any]:
+def arguments(placed: System) -> list[Any]:
     """Time, states and parameters of a system in places, as the arguments of functions made of its expressions."""
     return [TIME, *placed.states, *map(parameter, placed.parameters)]
 

@@ -9,13 +9,12 @@ import hashlib
 import inspect
 import types
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from uuid import uuid4
 
 import sympy
 
-if TYPE_CHECKING:
-    from chaosdrill.model.system import HybridSystem
+from chaosdrill.model.special import SPECIAL
 
 LIBRARIES = ("builtins", "math", "numpy", "numba", "cmath", "operator")
 """Modules whose names stand for what they hold."""
@@ -203,26 +202,9 @@ def called(source: Source, numbers: Sequence[Any]) -> list[Called]:
     return [Called(source, sympy.Integer(i), sympy.Tuple(), *numbers) for i in range(max(source.count, 1))]
 
 
-def sources(system: "HybridSystem") -> dict[str, Source]:
-    """The Python functions of a system by where they stand; empty for a system of expressions."""
-    if "sources" not in system.shared:
-        system.shared["sources"] = dict(_sources(system))
-    found: dict[str, Source] = system.shared["sources"]
-    return found
-
-
-def _sources(system: "HybridSystem") -> Iterator[tuple[str, Source]]:
-    places: list[tuple[str, list[Any]]] = [
-        *((f"modes.{mode}", list(rates.values())) for mode, rates in system.modes.items()),
-        *((f"quadratures.{name}", list(rates.values())) for name, rates in system.quadratures.items()),
-    ]
-    for t in system.transitions:
-        parts = {"guard": [t.guard], "reset": list(t.reset.values()), "condition": list(t.conditions.values())}
-        places += [(f"transitions.{t.name}.{key}", found) for key, found in parts.items()]
-    for place, expressions in places:
-        for expression in expressions:
-            for one in expression.atoms(Source):
-                yield place, one
+def opaque(expression: Any) -> set[Any]:
+    """Calls of functions that numpy does not know."""
+    return {f for f in expression.atoms(sympy.Function) if isinstance(f, Called) or type(f).__name__ in SPECIAL}
 
 
 def _content(value: Any, seen: list[Any]) -> Iterator[str]:

@@ -5,11 +5,10 @@ from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import SettingsError
 from chaosdrill.model import arithmetic
+from chaosdrill.model.values import System
 
 if TYPE_CHECKING:
     import numpy as np
-
-    from chaosdrill.model.system import HybridSystem
 
 ROUNDING = 1e-15
 """Part of the terms of a comparison below which its sides count as equal."""
@@ -18,19 +17,19 @@ UNTOLD = -1
 """Number of the mode of a start that names none, until its region tells it; and of one that is in no region."""
 
 
-def own_mode(system: "HybridSystem") -> int:
+def own_mode(system: System) -> int:
     """Number of the initial mode of a system, `UNTOLD` if the region of its state tells it."""
     return system.mode_names.index(system.initial["mode"]) if system.names_mode else UNTOLD
 
 
 def modes_at(
-    system: "HybridSystem", parameters: Mapping[str, "np.ndarray"], states: "np.ndarray"
+    system: System, parameters: Mapping[str, "np.ndarray"], states: "np.ndarray"
 ) -> "tuple[np.ndarray, np.ndarray]":
     """The modes in whose regions starts are, and whether any start is possible at the parameters.
 
     Parameters
     ----------
-    system : HybridSystem
+    system : System
         One with regions.
     parameters : mapping of str to ndarray, shape (P,)
         Those that differ from the system's own.
@@ -55,7 +54,7 @@ def modes_at(
     return modes, np.all([np.full(count, True), *(_holds(one, held, count) for one in plain["common"])], axis=0)
 
 
-def check_parameters(system: "HybridSystem") -> None:
+def check_parameters(system: System) -> None:
     """Raise SettingsError if no start is possible at the parameters of a system."""
     import numpy as np
 
@@ -68,7 +67,7 @@ def check_parameters(system: "HybridSystem") -> None:
     raise SettingsError(f"{system.name}: the parameters {values} are out of range; expected {expected}")
 
 
-def _common(system: "HybridSystem") -> set[Any]:
+def _common(system: System) -> set[Any]:
     """Conditions on parameters alone that all regions share."""
     import sympy
 
@@ -76,29 +75,31 @@ def _common(system: "HybridSystem") -> set[Any]:
     return {one for one in set.intersection(*parts) if one.free_symbols and not one.free_symbols & set(system.states)}
 
 
-def _plain(system: "HybridSystem") -> dict[str, Any]:
+def _plain(system: System) -> dict[str, Any]:
     """The regions as plain data, which need no sympy.
 
     ``relations`` are comparisons, each with the terms of the difference of its sides; ``regions`` the number of each
     mode with its condition, and ``common`` what all conditions ask of parameters alone.
     """
     if "regions" not in system.shared:
-        placed = system.placed
-        relations = _relations(placed)
-        names = (*placed.state_names, *placed.parameters)
+        from chaosdrill.model.places import placed
+
+        form = placed(system)
+        relations = _relations(form)
+        names = (*form.state_names, *form.parameters)
         terms = ([arithmetic.written(term, names, of_arrays=True) for term in _terms(one)] for one in relations)
         system.shared["regions"] = {
             "relations": [
                 [one.rel_op, None if None in parts else parts] for one, parts in zip(relations, terms, strict=True)
             ],
-            "regions": [[placed.mode_names.index(m), _form(one, relations)] for m, one in placed.regions.items()],
-            "common": [_form(one, relations) for one in _common(placed)],
+            "regions": [[form.mode_names.index(m), _form(one, relations)] for m, one in form.regions.items()],
+            "common": [_form(one, relations) for one in _common(form)],
         }
     found: dict[str, Any] = system.shared["regions"]
     return found
 
 
-def _relations(placed: "HybridSystem") -> list[Any]:
+def _relations(placed: System) -> list[Any]:
     """The comparisons in the conditions of all regions."""
     import sympy
 
@@ -111,7 +112,7 @@ def _terms(relation: Any) -> list[Any]:
     """Terms of the difference of the sides; what numpy cannot calculate is known nowhere."""
     import sympy
 
-    from chaosdrill.model.held import opaque
+    from chaosdrill.model.python import opaque
 
     terms = sympy.Add.make_args(relation.lhs - relation.rhs)
     return [term.xreplace(dict.fromkeys(opaque(term), sympy.nan)) for term in terms]
@@ -129,7 +130,7 @@ def _form(condition: Any, relations: list[Any]) -> Any:
     return [name, *(_form(part, relations) for part in condition.args)]
 
 
-def _compared(system: "HybridSystem", number: int, values: "list[np.ndarray]", count: int) -> "np.ndarray":
+def _compared(system: System, number: int, values: "list[np.ndarray]", count: int) -> "np.ndarray":
     """Where a comparison holds; one without a value does so nowhere."""
     import numpy as np
 
@@ -145,16 +146,15 @@ def _compared(system: "HybridSystem", number: int, values: "list[np.ndarray]", c
     return np.asarray(_OF_SIGN[operation](sign))
 
 
-def _more_than_arithmetic(system: "HybridSystem", number: int) -> Callable[..., Any]:
+def _more_than_arithmetic(system: System, number: int) -> Callable[..., Any]:
     """Evaluates comparisons with functions beyond arithmetic."""
     if ("terms", number) not in system.shared:
         import sympy
 
-        from chaosdrill.model.places import parameter
+        from chaosdrill.model.places import arguments, placed
 
-        placed = system.placed
-        symbols = [*placed.states, *map(parameter, placed.parameters)]
-        terms = _terms(_relations(placed)[number])
+        _, *symbols = arguments(form := placed(system))
+        terms = _terms(_relations(form)[number])
         system.shared["terms", number] = sympy.lambdify(symbols, terms, modules="numpy")
     found: Callable[..., Any] = system.shared["terms", number]
     return found

@@ -1,20 +1,16 @@
-"""Rules about expressions and outcomes that go beyond the type of each entry."""
+"""Rules about expressions that go beyond the type of each entry."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import Any
 
 import sympy
 from sympy.core.function import Application
 from sympy.core.relational import Relational
 
-from chaosdrill.model.crossings import crossings
 from chaosdrill.model.python import Called
 from chaosdrill.model.special import CONDITION, FLOW, RESET, SPECIAL
 from chaosdrill.model.text import SMOOTH, level_of, no_function, unknown_function
 from chaosdrill.model.touching import find_fold
-
-if TYPE_CHECKING:
-    from chaosdrill.model.reading import Transition
 
 _BOUNDED = ("Max", "Min", "Piecewise", "sign")
 """Functions without a derivative whose rounding has a bound, so that guards and rates may hold them of parameters."""
@@ -96,36 +92,3 @@ def _modes_instead(name: str, part: Any) -> str:
             f"write its branches as modes with a guard between them, such as {' or '.join(edges[:3])}; {_TAKEN_APART}"
         )
     return f"rates, guards and quadratures may hold {', '.join(SMOOTH)} and powers"
-
-
-def hidden(transitions: "Sequence[Transition]") -> Iterator[tuple[int, str]]:
-    """Outcomes that can never be taken, by number, and what stands before each."""
-    first: dict[Any, str] = {}
-    for place, (transition, crossing) in enumerate(zip(transitions, crossings(transitions), strict=True)):
-        # one that completes another is taken in its place, wherever it stands
-        if transition.completes is not None:
-            continue
-        events = [(mode, *crossing) for mode in transition.source]
-        before = [first[event] for event in events if event in first]
-        if len(before) == len(events):
-            yield place, before[0]
-        for event in events:
-            if transition.conditions.get(event[0], sympy.true) == sympy.true:
-                first.setdefault(event, transition.name)
-
-
-def wrong_completion(transition: "Transition", transitions: "Sequence[Transition]") -> str | None:
-    """Why a transition cannot complete the one that it names."""
-    rebound = next(t for t in transitions if t.name == transition.completes)
-    rivals = [t for t in transitions if t.completes == transition.completes and t is not transition]
-    where = f"completes {transition.completes!r:.60}"
-    if any(set(t.source) & set(transition.source) for t in rivals) or rebound.completes is not None:
-        return f"{where}: only one transition may complete a rebound, and it cannot be a rebound itself; leave one out"
-    own, its = crossings((transition, rebound))
-    if own != its or rebound.direction == 0:
-        return f"{where}: both must have the same guard and the same direction, +1 or -1"
-    if not set(transition.source) <= set(rebound.source):
-        return f"{where}: that one must start from the mode {transition.source[0]!r:.60} too"
-    if transition.target in transition.source:
-        return f"{where}: its target must be another mode, one that holds the contact"
-    return None

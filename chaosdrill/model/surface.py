@@ -3,11 +3,11 @@
 from chaosdrill.model.crossings import crossings
 from chaosdrill.model.grammar import ExpressionError
 from chaosdrill.model.places import parameter
-from chaosdrill.model.reading import Transition
 from chaosdrill.model.rules import folded, refused
 from chaosdrill.model.special import FLOW
 from chaosdrill.model.system import HybridSystem
 from chaosdrill.model.text import read_text
+from chaosdrill.model.transition import Transition
 
 
 def surface(system: HybridSystem, at: str) -> tuple[HybridSystem, frozenset[int]]:

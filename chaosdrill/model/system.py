@@ -6,21 +6,21 @@ from collections.abc import Callable, Iterable, Mapping
 from copy import copy
 from dataclasses import fields
 from inspect import Parameter, signature
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
-from chaosdrill.declared import DISPLAYS, KEPT
+from chaosdrill.declared import KEPT
 from chaosdrill.errors import ModelError, SettingsError
 from chaosdrill.limits import Limit
 from chaosdrill.model import arithmetic
-from chaosdrill.model.outline import LATE, Whole, attributes, deriving, outline
-from chaosdrill.model.tables import ANOTHER, UNNAMED, finite, read_only
+from chaosdrill.model.outline import Whole, attributes, outline
+from chaosdrill.model.tables import UNNAMED, finite
 from chaosdrill.model.transition import Transition
+from chaosdrill.model.values import Definition, Shared, System, deriving
 from chaosdrill.names import remedy, shown
 from chaosdrill.typed import meant
 
 if TYPE_CHECKING:
-    from chaosdrill.model.reading import Definition, Reader
+    from chaosdrill.model.reading import Reader
 
 _LATELY = 32
 """Number of recent systems whose derived code is kept for others with the same equations."""
@@ -28,44 +28,11 @@ _LATELY = 32
 RELATED = "related"
 """Under which `Shared` has the systems that were derived from one, by what tells them apart."""
 
-PUBLIC = (
-    *("name", "description", "labels", "states", "time", "period", "modes", "transitions", "regions", "quadratures"),
-    *("bounds", "parameters", "initial", "state_names", "mode_names", "forcing_period"),
-    *("with_parameters", "with_initial", "with_noise", "augmented"),
-)
-"""What users look for in a system, and find by completion."""
-
 _derived: "OrderedDict[Any, Shared]" = OrderedDict()
 
 
 _listed: "OrderedDict[Any, HybridSystem]" = OrderedDict()
 """Systems of the library of late, by their keys."""
-
-
-class Shared(dict[Any, Any]):
-    """Compiled kernels and derived expressions that systems with the same equations share.
-
-    In another process, to which systems are sent, it starts empty; copies sent together share it again.
-
-    Parameters
-    ----------
-    key : tuple of str, optional
-        Identifies a system of the library; its derived code is kept on the disk under this key.
-    """
-
-    outline: Any = None
-    """Outline of the system of the library, as `chaosdrill.model.outline` has it."""
-    held: Mapping[Any, Any] = MappingProxyType({})
-    """Kernels that an earlier process has compiled, by the key under which they are to stand here."""
-    recalled: frozenset[Any] = frozenset()
-    """Names of what the disk holds already."""
-
-    def __init__(self, key: tuple[str, ...] | None = None) -> None:
-        super().__init__()
-        self.key = key
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return Shared, (self.key,)
 
 
 class Words(TypedDict, total=False):
@@ -81,7 +48,7 @@ def arguments_of(kind: type) -> list[str]:
     return [*named, *Words.__annotations__]
 
 
-class HybridSystem:
+class HybridSystem(System):
     """States that flow in modes and jump at guards.
 
     Expressions are text, numbers or sympy: ``"-x - 2*zeta*v + cos(omega*t)"``. Text is read by the grammar of scenes
@@ -131,28 +98,6 @@ class HybridSystem:
         If a parameter or an initial value is no finite number; if a system is changed after it was made.
     """
 
-    name: str
-    description: str
-    labels: Mapping[str, str]
-    states: tuple[Any, ...]
-    time: Any
-    period: Any
-    modes: Mapping[str, Mapping[Any, Any]]
-    transitions: tuple[Transition, ...]
-    regions: Mapping[str, Any]
-    quadratures: Mapping[str, Mapping[str, Any]]
-    bounds: Mapping[str, tuple[float, float]]
-    noise: Mapping[str, Mapping[str, Any]] = MappingProxyType({})
-    """Distribution and events of each drawn parameter, by its original name; see `with_noise`."""
-    parameters: dict[str, float]
-    initial: Mapping[str, Any]
-    names_mode: bool
-    limits: Mapping[str, Limit]
-    exponent_parameters: tuple[str, ...]
-    shared: Shared
-    discrete: ClassVar[bool] = False
-    """Whether it is a map, whose period is an iterate."""
-    late: ClassVar[tuple[str, ...]] = LATE
     """Attributes that an outline leaves to the whole system."""
 
     def __init__(
@@ -193,9 +138,7 @@ class HybridSystem:
         return Reader(parameters)
 
     @classmethod
-    def of(
-        cls, found: "Definition", parameters: Mapping[Any, Any], initial: Mapping[Any, Any] | None
-    ) -> "HybridSystem":
+    def of(cls, found: Definition, parameters: Mapping[Any, Any], initial: Mapping[Any, Any] | None) -> "HybridSystem":
         """The system of a definition that was read with these parameters."""
         system = cls.__new__(cls)
         system._become(found, parameters, initial)
@@ -263,13 +206,6 @@ class HybridSystem:
         found: HybridSystem = related[how]
         return found
 
-    @property
-    def told_held(self) -> Mapping[str, Any] | None:
-        """Surfaces that its modes hold, if known from the system that it was derived from."""
-        whole = vars(self)["whole"]() if "whole" in vars(self) else self
-        found: Mapping[str, Any] | None = self.shared.get("held", whole.shared.get("held"))
-        return found
-
     @staticmethod
     def _list(key: tuple[str, ...], system: "HybridSystem") -> None:
         _listed[key] = system
@@ -277,7 +213,7 @@ class HybridSystem:
         while len(_listed) > _LATELY:
             _listed.popitem(last=False)
 
-    def _become(self, found: "Definition", parameters: Mapping[Any, Any], initial: Mapping[Any, Any] | None) -> None:
+    def _become(self, found: Definition, parameters: Mapping[Any, Any], initial: Mapping[Any, Any] | None) -> None:
         self._put(
             **{one.name: getattr(found, one.name) for one in fields(found)},
             parameters={str(key): _number(found.name, "parameter", key, value) for key, value in parameters.items()},
@@ -303,46 +239,6 @@ class HybridSystem:
         self._put(initial=start, names_mode=not self.regions)
         self._set_initial(initial)
 
-    def _put(self, **values: Any) -> None:
-        for name, value in values.items():
-            super().__setattr__(name, value if name == "shared" else read_only(value))
-
-    def changed(self, **values: Any) -> "HybridSystem":
-        """A copy with other values of these attributes, which are not checked; what was derived is shared."""
-        other = copy(self)
-        other._put(**values)
-        return other
-
-    # else any name would be an attribute to who checks types
-    if not TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> Any:
-            # what an outline leaves out
-            if "whole" not in vars(self) or name not in type(self).late:
-                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}{self._instead(name)}")
-            self._put(**{name: vars(self)["whole"].part(name)})
-            return vars(self)[name]
-
-    def __dir__(self) -> list[str]:
-        return [*PUBLIC, *(name for name in super().__dir__() if name.startswith("__"))]
-
-    def _instead(self, name: str) -> str:
-        """Where to find what is no attribute."""
-        for table in ("parameters", "initial"):
-            if name in vars(self).get(table, ()):
-                return f"; its value is system.{table}[{name!r}]"
-        if name.startswith("_"):
-            return ""
-        near = remedy(name, PUBLIC)
-        way = near if near.startswith("did") else "analyses are functions, as in chaosdrill.trajectory(system)"
-        return f"; {way}"
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        raise SettingsError(f"{self.name}: a system is not changed, {name!r} stays as it is; {ANOTHER}")
-
-    def __delattr__(self, name: str) -> None:
-        self.__setattr__(name, None)
-
     def _shared_with_others(self) -> Shared:
         """The `Shared` of a recent system with the same equations; else a new one."""
         key = (type(self), *self._content())
@@ -352,50 +248,6 @@ class HybridSystem:
             while len(_derived) > _LATELY:
                 _derived.popitem(last=False)
         return shared
-
-    def _content(self) -> tuple[Any, ...]:
-        """Hashable content of the system without its numbers."""
-        return (
-            *(self.name, self.description, repr(self.labels), self.states, self.time, tuple(self.parameters)),
-            tuple((name, tuple(rates.items())) for name, rates in self.modes.items()),
-            tuple(t.content() for t in self.transitions),
-            tuple((name, tuple(rates.items())) for name, rates in self.quadratures.items()),
-            tuple(self.regions.items()),
-            *(self.period, repr(self.bounds), repr(self.noise)),
-        )
-
-    @property
-    def built(self) -> "HybridSystem":
-        """The same with all of its expressions at hand."""
-        if "whole" not in vars(self):
-            return self
-        whole: HybridSystem = vars(self)["whole"]()
-        return whole.changed(
-            **{name: vars(self)[name] for name in ("parameters", "initial", "names_mode", "limits", "shared")}
-        )
-
-    @property
-    def state_names(self) -> tuple[str, ...]:
-        """Names of the states, in order."""
-        if "states" in vars(self):
-            return tuple(s.name for s in self.states)
-        names: tuple[str, ...] = vars(self)["outlined_states"]
-        return names
-
-    @property
-    def start(self) -> dict[str, Any]:
-        """The initial state, and the mode unless its region tells it."""
-        return {name: value for name, value in self.initial.items() if name != "mode" or self.names_mode}
-
-    @property
-    def free(self) -> int:
-        """States that a perturbation can move: all but those that noise is made of, which are the last ones."""
-        return len(self.state_names) - 2 * len(self.noise)
-
-    @property
-    def draws(self) -> bool:
-        """Whether any event draws a parameter anew, so that nothing repeats."""
-        return any(one["at"] for one in self.noise.values())
 
     @property
     def autonomous(self) -> bool:
@@ -411,43 +263,11 @@ class HybridSystem:
         return bool(self.shared["autonomous"])
 
     @property
-    def forced(self) -> bool:
-        """Whether it has a period."""
-        return "period" not in vars(self) or self.period is not None
-
-    @property
-    def sources(self) -> Mapping[str, Any]:
-        """Its Python functions by where they stand."""
-        if "sources" not in self.shared:
-            from chaosdrill.model.python import sources
-
-            return sources(self)
-        found: Mapping[str, Any] = self.shared["sources"]
-        return found
-
-    @property
-    def mode_names(self) -> tuple[str, ...]:
-        """Names of the modes, in order."""
-        return tuple(self.modes)
-
-    def integrands(self, mode: str) -> list[Any]:
-        """Integrands in a mode, in the order of the quadratures."""
-        return [rates[mode] for rates in self.quadratures.values()]
-
-    @property
     def placed(self) -> "HybridSystem":
         """This system with its symbols named by their places, see `chaosdrill.model.places`."""
-        from chaosdrill.model.places import in_places
+        from chaosdrill.model.places import placed
 
-        with deriving:
-            form = self.shared.get("placed")
-            if form is None:
-                form = self.shared["placed"] = in_places(self)
-        starts = (self.initial[name] for name in self.state_names)
-        return form.changed(
-            parameters=dict(zip(form.parameters, self.parameters.values(), strict=True)),
-            initial={"mode": self.initial["mode"], **dict(zip(form.state_names, starts, strict=True))},
-        )
+        return placed(self)
 
     def forcing_period(self) -> float | None:
         """The period of the forcing at the present parameters.
@@ -599,11 +419,12 @@ class HybridSystem:
         """
         from chaosdrill.model.noise import noisy
 
-        return noisy(self, distributions, at, seed)
-
-    def limited(self, limits: Mapping[str, Limit]) -> "HybridSystem":
-        """A copy whose parameters, and those of its own copies, must stay within limits."""
-        return self.changed(limits={name: one for name, one in limits.items() if name in self.parameters})
+        given = noisy(self, distributions, at, seed)
+        reader = self.reader(given.parameters)
+        found = reader.read(given.definition)
+        if found is None:
+            raise ModelError(reader.told(f"{self.name} with noise"))
+        return self.of(found, reader.parameters, given.initial).limited(given.limits)
 
     def augmented(self, *, time: bool = False, parameters: Iterable[str] = ()) -> "HybridSystem":
         """The same system with time (rate 1) and parameters (rate 0) among its states.
@@ -685,18 +506,6 @@ class HybridSystem:
         ((mode,), _) = modes_at(self, {}, np.array([[self.initial[name] for name in self.state_names]]))
         if mode != UNTOLD:
             self._put(initial={**self.initial, "mode": self.mode_names[mode]})
-
-    def _repr_html_(self) -> str | None:
-        return DISPLAYS["html"](self)
-
-    def _repr_latex_(self) -> str | None:
-        return DISPLAYS["latex"](self)
-
-    def __repr__(self) -> str:
-        return (
-            f"HybridSystem({self.name!r}, states={self.state_names}, modes={self.mode_names}, "
-            f"transitions={tuple(t.name for t in self.transitions)})"
-        )
 
 
 def _number(system: str, what: str, key: Any, value: Any) -> float:

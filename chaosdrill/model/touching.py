@@ -21,7 +21,7 @@ import sympy
 from sympy.polys.polyerrors import BasePolynomialError
 from sympy.simplify.fu import TR8
 
-from chaosdrill.model.held import opaque
+from chaosdrill.model.python import opaque
 from chaosdrill.model.special import positive_power
 
 MOST_PARTS = 200

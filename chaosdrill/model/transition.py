@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ModelError
@@ -70,8 +69,9 @@ class Transition:
     def __post_init__(self) -> None:
         given = {one.name: getattr(self, one.name) for one in fields(self) if one.init}
         given = {key: value for key, value in given.items() if value is not None or key not in _MAY_BE_NONE}
-        # what reads it knows transitions, too
-        reader = import_module("chaosdrill.model.reading").Reader()
+        from chaosdrill.model.parts import PartReader
+
+        reader = PartReader()
         read = reader.transition((), given)
         if reader.faults:
             raise ModelError(reader.told(f"transition {self.name!r:.60}"))

@@ -75,7 +75,8 @@ def filippov_system(table: Mapping[str, Any], parameters: Mapping[str, float], i
         If the system cannot be built, with the reason.
     """
     from chaosdrill.model.filippov import filippov
-    from chaosdrill.model.reading import TIME, UNNAMED
+    from chaosdrill.model.parts import TIME
+    from chaosdrill.model.tables import UNNAMED
 
     given: dict[str, Any] = {"name": UNNAMED, **table, "parameters": parameters, "initial": initial}
     if "time" not in given and TIME not in parameters and _names_time(table):
@@ -85,7 +86,7 @@ def filippov_system(table: Mapping[str, Any], parameters: Mapping[str, float], i
 
 def _names_time(table: Mapping[str, Any]) -> bool:
     """Whether an expression uses the name of time, if nothing else has this name."""
-    from chaosdrill.model.reading import TIME
+    from chaosdrill.model.parts import TIME
 
     texts = _texts({key: table[key] for key in ("surface", *SIDES, "quadratures") if key in table})
     return TIME not in _states(table) and any(TIME in _symbols(text) for text in texts)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import chaosdrill as cd
-from chaosdrill.model.reading import read_expression
+from chaosdrill.model.parts import read_expression
 from chaosdrill.model.touching import find_fold, unfolded
 
 X, Y, T, A, N = sympy.symbols("x y t a n", real=True)

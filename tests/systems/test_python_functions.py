@@ -15,7 +15,6 @@ from numba import carray, cfunc, njit, types
 import chaosdrill as cd
 from chaosdrill import ChaosdrillError
 from chaosdrill.codegen import kernels_of, python
-from chaosdrill.model.python import sources
 from tests.support.closed_autonomous import belt
 
 METHOD = {"method": "dop853"}
@@ -84,7 +83,7 @@ def test_cfuncs_are_taken_by_their_code():
     system = impact(modes={"free": {"x": "v", "v": acceleration}}, transitions=[stop])
     orbit = cd.periodic_orbit(system, **METHOD)
     np.testing.assert_allclose(np.sort(orbit["multiplier_real"]), closed_multipliers(2.8, 0.8), rtol=1e-9)
-    assert sources(pickle.loads(pickle.dumps(system))) == sources(system)
+    assert pickle.loads(pickle.dumps(system)).sources == system.sources
 
 
 def test_a_smooth_flow_contracts_as_its_divergence_says():
@@ -217,7 +216,7 @@ def marked():
 def one_guard():
     system = marked()
     kernels_of(system)
-    return next(iter(sources(system).values()))
+    return next(iter(system.sources.values()))
 
 
 POINTS = [(0.3, 0.7, 1.3, 2.3), (1.1, -0.4, 0.6, 2.3), (0.2, 2.9, 0.05, 1.7)]
@@ -305,8 +304,8 @@ def test_what_a_function_reads_is_that_of_its_definition():
 def test_a_name_of_the_module_that_is_a_parameter_too_is_not_read(monkeypatch):
     system = impact()
     monkeypatch.setitem(globals(), "omega", 1.0)
-    assert all(source.is_what_it_was() for source in sources(system).values())
-    assert sources(impact()) == sources(system)
+    assert all(source.is_what_it_was() for source in system.sources.values())
+    assert impact().sources == system.sources
 
 
 def test_an_exception_ends_the_run():
@@ -323,7 +322,7 @@ def test_an_exception_ends_the_run():
 def test_an_archive_says_that_it_cannot_be_run_again(tmp_path):
     system = decay(1.0)
     run = cd.trajectory(system, duration=1.0, **METHOD)
-    (source,) = sources(system).values()
+    (source,) = system.sources.values()
     assert run.attrs["derivatives"].startswith("of Python functions by dual numbers")
     assert f"modes.one is the Python function '<lambda>', content {source.digest}" in run.attrs["definition_missing"]
     assert "definition" not in run.attrs

@@ -140,9 +140,8 @@ def work_precision(system: "HybridSystem", given: WorkPrecision, job: "Job") -> 
     from chaosdrill.analysis.precision import UNITS, compare
     from chaosdrill.analysis.precision_start import TIGHT
     from chaosdrill.engine.numerics import Numerics
-    from chaosdrill.model.python import sources
 
-    for place, one in sources(system).items():
+    for place, one in system.sources.items():
         raise SettingsError(
             f"{system.name} has a Python function, {one.name!r:.60} at {place:.200}, of which no reference of more "
             "digits can be computed; write it as expressions, or compare runs of several tolerances"
