@@ -23,20 +23,13 @@ from types import FrameType
 from typing import Any
 from uuid import getnode, uuid4
 
+from chaosdrill.tuning import TUNING
+
 netcdf = RLock()
 """Held for every call into the NetCDF library, which threads that call it at once bring down."""
 
 # a process that is forked while another thread writes would find the locks of the libraries held for ever
 os.register_at_fork(before=netcdf.acquire, after_in_parent=netcdf.release, after_in_child=netcdf.release)
-
-DAY_S = 86400.0
-
-OLD_S = 30 * DAY_S
-"""Seconds after which an untouched draft counts as abandoned, on whichever machine it began."""
-
-MOST_JSON_BYTES = 2**26
-MOST_JSON_DEPTH = 64
-"""Of a file that a stranger may have written."""
 
 
 @contextmanager
@@ -122,7 +115,7 @@ def _is_left(draft: Path) -> bool:
             pass
         if _has_ended(number) or (owner[1] != _started(number) and "" not in (owner[1], _started(number))):
             return True
-    return time.time() - draft.lstat().st_mtime > OLD_S
+    return time.time() - draft.lstat().st_mtime > TUNING.old_s
 
 
 @cache
@@ -207,13 +200,13 @@ def read_json(path: Path) -> Any:
     ValueError
         If it is no JSON, or nested too deeply.
     """
-    with open_ordinary(path, MOST_JSON_BYTES) as file:
+    with open_ordinary(path, TUNING.json_bytes) as file:
         try:
             found = json.load(file)
         except RecursionError:
             raise ValueError(f"{path}: nested too deeply") from None
     level = [found]
-    for _ in range(MOST_JSON_DEPTH):
+    for _ in range(TUNING.json_depth):
         level = [
             inner
             for part in level

@@ -4,34 +4,29 @@ import re
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-LONGEST = 100
-MOST_SHOWN = 100
-"""What a message shows of names: at most this many letters of each, and this many names."""
-
-LEAST_PART = 4
-MOST_MEANT = 5
-"""A word of this many letters suggests the names that contain it, if they are no more than these."""
+from chaosdrill.tuning import TUNING
 
 
 def remedy(word: str, known: Iterable[str]) -> str:
     """The likely fix of an unknown name: the nearest known one, or all of them."""
     known = list(known)
     lowered = {name.lower(): name for name in known}
-    close = get_close_matches(word[:LONGEST].lower(), lowered, n=1)
+    close = get_close_matches(word[: TUNING.letters].lower(), lowered, n=1)
     if close:
         return f"did you mean {shortened(lowered[close[0]])!r}?"
-    longer = [name for name in known if len(word) >= LEAST_PART and word[:LONGEST].lower() in name.lower()]
-    if 0 < len(longer) <= MOST_MEANT:
+    part = word[: TUNING.letters].lower()
+    longer = [name for name in known if len(word) >= TUNING.least_part and part in name.lower()]
+    if 0 < len(longer) <= TUNING.most_meant:
         *others, last = (repr(shortened(name)) for name in longer)
         return f"did you mean {', '.join(others)}{' or ' if others else ''}{last}?"
-    shown = [shortened(name) for name in known[:MOST_SHOWN]]
+    shown = [shortened(name) for name in known[: TUNING.names_shown]]
     more = len(known) - len(shown)
     return f"known here: {', '.join(shown)}{f' and {more} more' if more else ''}" if known else "there are none here"
 
 
 def shortened(name: str) -> str:
     """A name as a message shows it."""
-    return name if len(name) <= LONGEST else f"{name[:LONGEST]}..."
+    return name if len(name) <= TUNING.letters else f"{name[: TUNING.letters]}..."
 
 
 _UNSEEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ufff9-\ufffb]")

@@ -18,6 +18,7 @@ from time import monotonic
 from typing import Any, ParamSpec, Self, TextIO, TypeVar
 
 from chaosdrill.names import visible
+from chaosdrill.tuning import TUNING
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -25,18 +26,8 @@ R = TypeVar("R")
 Progress = Callable[[int, int, dict[str, int] | None], None]
 """Called with (done, total, counts by outcome so far)."""
 
-REDRAW_S = 0.1
-LINE_S = 10.0
-WINDOW_S = 10.0
-"""Seconds of which the rate is taken, but for the last line, which has the mean of all its time."""
-
-DELAY_S = 1.0
-"""Seconds after which work is shown without being asked for."""
 
 BAR = "{{desc}}: {{percentage:3.0f}} %|{}| {{n_fmt}}/{{total_fmt}}{{postfix}}"
-
-WORTH_S = 1.0
-"""Seconds of compilation that are worth a word in the last line."""
 
 
 COLD = (
@@ -202,9 +193,9 @@ class _Meter:
         if self._begun is None:
             self._begun = worked, done
         # until the first piece of it is done, the others' needs are loaded
-        elif done > self._begun[1] and (not self._seen or worked - self._seen[-1][0] >= REDRAW_S):
+        elif done > self._begun[1] and (not self._seen or worked - self._seen[-1][0] >= TUNING.redraw_s):
             self._seen.append((worked, done))
-            while self._seen[0][0] < worked - WINDOW_S and len(self._seen) > 2:
+            while self._seen[0][0] < worked - TUNING.window_s and len(self._seen) > 2:
                 self._seen.popleft()
         self.done, self.total, self._outcomes = done, total, outcomes or {}
         now = monotonic()
@@ -239,7 +230,7 @@ class _Meter:
         if over:
             compiled = COMPILATION.seconds() - self._compiled_before
             words.append(f"took {clock(monotonic() - self._start)}")
-            if compiled >= WORTH_S:
+            if compiled >= TUNING.worth_s:
                 words.append(f"{clock(compiled)} of it compiling")
         if counts := ", ".join(f"{outcome} {count}" for outcome, count in self._outcomes.items() if count):
             words.append(counts)
@@ -249,7 +240,7 @@ class _Meter:
 class _Lines:
     """A line now and then, as suits a file."""
 
-    every_s = LINE_S
+    every_s = TUNING.line_s
     tells_compilation = False
 
     def __init__(self, name: str, stream: "_Patient") -> None:
@@ -272,7 +263,7 @@ class _Lines:
 class _Bars:
     """A bar that is redrawn; the name alone while the amount of work is unknown."""
 
-    every_s = REDRAW_S
+    every_s = TUNING.redraw_s
     tells_compilation = True
 
     def __init__(self, name: str, stream: "_Patient", notebook: bool) -> None:
@@ -374,7 +365,7 @@ def teller(progress: Progress | bool | None) -> Progress | None:
     display = Display(
         notebook=notebook and find_spec("ipywidgets") is not None,
         live=notebook or terminal,
-        delay=DELAY_S if progress is None else 0.0,
+        delay=TUNING.delay_s if progress is None else 0.0,
     )
     return stack.enter_context(display).report(name)
 

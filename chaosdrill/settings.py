@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Self, cast
 from chaosdrill.errors import SettingsError
 from chaosdrill.limits import Limit
 from chaosdrill.names import brief, remedy
+from chaosdrill.tuning import TUNING
 
 Path = tuple[int | str, ...]
 
@@ -18,10 +19,6 @@ Faults = Iterator[tuple[Path, str]]
 
 LONGEST = 10**10
 """Largest count: what is longer would not end; it is a slip of the pen."""
-
-
-MOST_LISTED = 10**8
-"""Entries of an array that is given for a list."""
 
 
 @dataclass
@@ -433,9 +430,9 @@ def long(value: Any, least: int, most: int) -> Faults:
 def too_long(value: Any) -> str:
     """Why an array is not listed, however little memory it takes; empty for what can be."""
     size = getattr(value, "size", 0)
-    if not isinstance(size, int) or size <= MOST_LISTED:
+    if not isinstance(size, int) or size <= TUNING.listed:
         return ""
-    return f"has {size:.4g} entries, and at most {MOST_LISTED} are taken"
+    return f"has {size:.4g} entries, and at most {TUNING.listed} are taken"
 
 
 def listed(value: Any) -> Any:

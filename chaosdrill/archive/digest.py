@@ -14,6 +14,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
+from chaosdrill.archive.tuning import TUNING
 from chaosdrill.errors import ArchiveError, ChaosdrillError
 
 if TYPE_CHECKING:
@@ -22,12 +23,10 @@ if TYPE_CHECKING:
 DIGESTS = "digests"
 """Attribute of a group: JSON of the digest of each of its variables, and of its attributes under the empty name."""
 
-_BLOCK = 2**18
 _UNSEALED = (DIGESTS, "history")
 
 _MARK = b"\nchaosdrill sha256 "
 LENGTH = len(_MARK) + 64 + 1
-_BYTES = 2**20
 
 
 def with_digests(ds: "xr.Dataset") -> "xr.Dataset":
@@ -125,8 +124,8 @@ def _of_variable(variable: "xr.Variable") -> str:
         # of dates the file keeps no resolution
         kind = "<M8[ns]" if values.dtype.kind == "M" else values.dtype.newbyteorder("<").str
         flat = values.reshape(-1)
-        for start in range(0, flat.size, _BLOCK):
-            block = flat[start : start + _BLOCK].astype(kind)
+        for start in range(0, flat.size, TUNING.digest_entries):
+            block = flat[start : start + TUNING.digest_entries].astype(kind)
             if block.dtype.kind == "f":
                 # a NaN has many bit patterns, and readers may exchange one for another
                 block[np.isnan(block)] = np.nan
@@ -166,7 +165,7 @@ def _line(stream: BinaryIO, size: int) -> bytes:
     """The line that belongs after the first ``size`` bytes of a file, where the stream is left."""
     total = sha256()
     stream.seek(0)
-    while size > 0 and (block := stream.read(min(_BYTES, size))):
+    while size > 0 and (block := stream.read(min(TUNING.digest_bytes, size))):
         total.update(block)
         size -= len(block)
     return _MARK + total.hexdigest().encode() + b"\n"

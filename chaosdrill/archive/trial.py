@@ -15,21 +15,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from chaosdrill.archive import inside
+from chaosdrill.archive.tuning import TUNING
 from chaosdrill.errors import ArchiveError
 
 if TYPE_CHECKING:
     import xarray as xr
-
-PATIENCE_S = 60.0
-"""Seconds within which the process must send something more. A file that keeps it busy ends earlier, by processor time
-(`inside`); a longer silence is that of the machine."""
-
-MOST_TOLD = 2**28
-"""Bytes of plain values that are sent at once."""
-
-
-MOST_FILES = 200
-"""That one process reads; what the library keeps of each adds up."""
 
 
 class DamagedError(ArchiveError):
@@ -120,7 +110,7 @@ class Reader:
     def may_go_on(self) -> bool:
         """Whether the process can read another file."""
         process = self._process
-        return process is not None and self._in_step and self._files < MOST_FILES and process.poll() is None
+        return process is not None and self._in_step and self._files < TUNING.files_each and process.poll() is None
 
     def end(self) -> None:
         """End the process."""
@@ -238,7 +228,7 @@ class Reader:
         return self._document(file, size)
 
     def _document(self, file: Path, size: int) -> dict[str, Any]:
-        if size > MOST_TOLD:
+        if size > TUNING.told_bytes:
             raise _truncated(file)
         data = bytearray(size)
         self._receive(file, memoryview(data))
@@ -268,10 +258,10 @@ class Reader:
         waiting = select.poll()
         waiting.register(pipe, select.POLLIN)
         while len(data):
-            if not waiting.poll(1000 * PATIENCE_S):
+            if not waiting.poll(1000 * TUNING.patience_s):
                 raise ArchiveError(
-                    f"{file}: the process that reads it has sent nothing for {PATIENCE_S:.0f} s; is the machine busy, "
-                    "or the disk slow? Try again"
+                    f"{file}: the process that reads it has sent nothing for {TUNING.patience_s:.0f} s; is the machine "
+                    "busy, or the disk slow? Try again"
                 )
             count = os.readv(pipe, [data])
             if not count:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.archive.digest import append_checksum, with_digests
+from chaosdrill.archive.tuning import TUNING
 from chaosdrill.dataset.label import without_lost_codes
 from chaosdrill.errors import ArchiveError
 from chaosdrill.files import (
@@ -38,7 +39,7 @@ _OTHER_FORMATS = {
 }
 """Advice for file names with the ending of another format."""
 
-COMPRESSION = {"zlib": True, "complevel": 4, "shuffle": True}
+COMPRESSION = {"zlib": True, "complevel": TUNING.level, "shuffle": True}
 
 
 @expecting(ArchiveError, tree=RESULT, path=PATH)

@@ -17,14 +17,12 @@ import warnings
 from functools import cache
 from pathlib import Path
 
+from chaosdrill.codegen.tuning import TUNING
 from chaosdrill.package import modules, source
 
 SUFFIX, RECORD = ".code", ".record"
 
 DAY_S = 86400.0
-
-OLD_S = 30 * DAY_S
-"""Seconds for which code is kept that nobody uses, as several versions of the package and of systems share a folder."""
 
 _swept: set[Path] = set()
 
@@ -191,7 +189,7 @@ def remove_old(folder: Path) -> None:
     """
     for path in (*folder.glob(f"*{SUFFIX}"), *folder.glob(f"*{RECORD}")):
         with contextlib.suppress(OSError):
-            if _age(path) > OLD_S:
+            if _age(path) > TUNING.old_s:
                 path.unlink()
 
 

@@ -11,6 +11,7 @@ from chaosdrill.codegen.constants import double
 from chaosdrill.codegen.emitter import total
 from chaosdrill.codegen.mathematics import LIBRARY, START, power, remainder, root, special
 from chaosdrill.codegen.python import write_call
+from chaosdrill.codegen.tuning import TUNING
 from chaosdrill.errors import ModelError
 from chaosdrill.model.python import Along, Called, Doubt
 from chaosdrill.model.special import SPECIAL
@@ -26,8 +27,6 @@ _RELATIONS = {
     sympy.Equality: "==",
     sympy.Unequality: "!=",
 }
-_MULTIPLIED = 4
-"""Largest whole exponent that is written as products."""
 
 
 class Expressions:
@@ -101,7 +100,7 @@ class Expressions:
         if exponent.is_number and exponent < 0:
             return 1.0 / self._value(base**-exponent)
         value = self._value(base)
-        if exponent.is_Integer and exponent <= _MULTIPLIED:
+        if exponent.is_Integer and exponent <= TUNING.multiplied:
             result = value
             for _ in range(int(exponent) - 1):
                 result = result * value

@@ -12,12 +12,7 @@ from llvmlite import ir
 
 from chaosdrill.codegen.addresses import EXPANDED, PREFIX
 from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Index, Module, Number, Row
-
-_TURNS = 1e5
-"""Largest argument of a sine or cosine for which the reduction is exact enough."""
-
-_EXPONENT = 700.0
-"""Largest argument of an exponential that neither overflows nor is subnormal."""
+from chaosdrill.codegen.tuning import TUNING
 
 
 def _sine(r: Number) -> Number:
@@ -56,9 +51,9 @@ def _power_of_e(x: Number) -> Number:
 
 
 _SIDE_BY_SIDE: dict[str, tuple[Callable[[Number], Number], float]] = {
-    "sin": (lambda x: _turned(x, 0.0), _TURNS),
-    "cos": (lambda x: _turned(x, 1.0), _TURNS),
-    "exp": (_power_of_e, _EXPONENT),
+    "sin": (lambda x: _turned(x, 0.0), TUNING.largest_angle),
+    "cos": (lambda x: _turned(x, 1.0), TUNING.largest_angle),
+    "exp": (_power_of_e, TUNING.largest_exponent),
 }
 
 

@@ -3,16 +3,11 @@
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.codegen.tape import Tape
+from chaosdrill.codegen.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.codegen.constants import Constants
     from chaosdrill.model.system import HybridSystem
-
-IN_LINE = 48
-"""Products of series of a mode whose operations are written in line; of a larger one they stand in tables."""
-
-SUMS = 8 * IN_LINE
-"""The same for terms of sums."""
 
 HISTORY = {"mul", "square", "div", "power", "log", "integral", "expanded"}
 """Operations that read older coefficients of what they are applied to."""
@@ -62,7 +57,10 @@ class Mode:
     def _is_small(self, nodes: set[int], products: int = 0) -> bool:
         found = [self.tape.nodes[i] for i in nodes]
         products += sum(node.op in HISTORY for node in found)
-        return products <= IN_LINE and sum(len(node.args) for node in found if node.op == "linear") <= SUMS
+        return (
+            products <= TUNING.products_in_line
+            and sum(len(node.args) for node in found if node.op == "linear") <= TUNING.sums_in_line
+        )
 
     def _lower_jacobian(self) -> None:
         self.linear: dict[tuple[int, int], Any] = {}

@@ -15,6 +15,7 @@ from chaosdrill.codegen.events import cancels, in_series
 from chaosdrill.codegen.expression import Expressions
 from chaosdrill.codegen.rounding import rounding_bound
 from chaosdrill.codegen.signatures import event_places
+from chaosdrill.codegen.tuning import TUNING
 from chaosdrill.model.derive import (
     derivative_along,
     frozen_states,
@@ -30,9 +31,6 @@ if TYPE_CHECKING:
     from chaosdrill.codegen.constants import Constants
     from chaosdrill.codegen.events import Event
     from chaosdrill.model.system import HybridSystem
-
-ONTO = 100.0
-"""Tolerances, in scales of the states, within which a state is put onto the guard that it has met."""
 
 _ROW = DOUBLE.as_pointer()
 
@@ -242,7 +240,7 @@ class _Transit:
             square = f.number(0.0)
             for i in moving:
                 square = square + ways[i] * slopes[i]
-            near = ONTO * Number(f, self.tolerance)
+            near = TUNING.onto_guard * Number(f, self.tolerance)
             close = (value * value).compare("<=", near * near * square)
             with f.when(square.compare(">", 0.0) & close):
                 for i in moving:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from chaosdrill.codegen.cache import RECORD, cache_folder, keep, read
 from chaosdrill.codegen.layout import Layout
+from chaosdrill.codegen.tuning import TUNING
 from chaosdrill.dataset.provenance import library_versions
 from chaosdrill.model.outline import Whole, attributes
 from chaosdrill.model.system import RELATED
@@ -23,9 +24,6 @@ from chaosdrill.package import modules, source
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem, Shared
-
-MOST_BYTES = 2_000_000
-"""Of a record; a system with a larger one is derived again in every process."""
 
 _FOLDERS = ("model", "codegen", "systems", "systems.drill")
 _FILES = (
@@ -143,7 +141,7 @@ def remember(system: "HybridSystem") -> None:
         "kernels": [[key, held] for key, held in kernels.items()],
     }
     text = json.dumps(content).encode()
-    if len(text) <= MOST_BYTES:
+    if len(text) <= TUNING.record_bytes:
         keep(place(shared.key), text)
         shared.recalled = _names(facts, kernels)
 

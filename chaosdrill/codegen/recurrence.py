@@ -12,14 +12,12 @@ from typing import TYPE_CHECKING, Any
 from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Index, Number, Sums, total
 from chaosdrill.codegen.mathematics import START, expand, power, special
 from chaosdrill.codegen.tape import PATH
+from chaosdrill.codegen.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.codegen.constants import Loaded
     from chaosdrill.codegen.emitter import Row, Table, Variable
     from chaosdrill.codegen.tape import Tape
-
-PASS = 4
-"""Orders done in one pass."""
 
 
 def sums_of_older(f: "Function", series: "Row", vectors: "list[Row]", base: "Index") -> "list[list[Number]]":
@@ -27,7 +25,7 @@ def sums_of_older(f: "Function", series: "Row", vectors: "list[Row]", base: "Ind
     if f.width < f.module.width and len(vectors) > 1:
         # the sums of one vector are as many as registers hold beside what is multiplied
         return [sums for vector in vectors for sums in sums_of_older(f, series, [vector], base)]
-    sums = [[Sums(f, PASS) for _ in range(2)] for _ in vectors]
+    sums = [[Sums(f, TUNING.orders_in_pass) for _ in range(2)] for _ in vectors]
     with f.loop(0, base, 2) as j:
         for parity in (1, 0):
             for vector, of_vector in zip(vectors, sums, strict=True):
@@ -49,8 +47,8 @@ def composition(caller: Function, name: str) -> Any:
     argument, table = f.row(f.arguments[0]), f.table(f.arguments[1], f.arguments[2])
     k, last = Index(f, f.arguments[3]), Index(f, f.arguments[4])
     newest, inverse, paired = table[k], 1.0 / argument[0], f.whole_part(k, 2) + 1
-    with f.loop(0, last - k + 1, PASS) as m:
-        even, odd = (Sums(f, PASS) for _ in range(2))
+    with f.loop(0, last - k + 1, TUNING.orders_in_pass) as m:
+        even, odd = (Sums(f, TUNING.orders_in_pass) for _ in range(2))
         with f.loop(1, paired, 2) as j:
             even.grow(table[k - j], m + 1, argument[j])
             odd.grow(table[k - j - 1], m + 1, argument[j + 1])
@@ -121,7 +119,7 @@ class Convolution:
     def old(self, base: "Index") -> None:
         """Sums of the pass over all pairs of which neither is among the first three or of this pass."""
         left, right = self.rows
-        self.sums = [self.function.variable() for _ in range(PASS)]
+        self.sums = [self.function.variable() for _ in range(TUNING.orders_in_pass)]
         with self.function.loop(0, base - 8) as i:
             e = left[base - 5 - i]
             for lane, total in enumerate(self.sums):
@@ -376,14 +374,14 @@ class Recurrences:
                 time = function.choose(k.compare("==", 1), 1.0, 0.0)
                 one_order(k, function.reciprocal(k), time, lambda f: function.number(0.0))
             return
-        for k in range(1, PASS):
+        for k in range(1, TUNING.orders_in_pass):
             one_order(k, function.number(1.0 / k), float(k == 1), lambda f, k=k: found[f].first(k))
         for c in found.values():
             c.keep()
-        with function.loop(PASS, order + 1, PASS) as base:
+        with function.loop(TUNING.orders_in_pass, order + 1, TUNING.orders_in_pass) as base:
             for c in found.values():
                 c.old(base)
-            for lane in range(PASS):
+            for lane in range(TUNING.orders_in_pass):
                 k = base + lane
                 one_order(k, function.reciprocal(k), 0.0, lambda f, lane=lane: found[f].later(lane))
 

@@ -15,14 +15,8 @@ from typing import Any
 import sympy
 
 from chaosdrill.codegen.layout import AT_ALL, AT_SERIES, CROSSED, ONE_SIDED, Shape
+from chaosdrill.codegen.tuning import TUNING
 from chaosdrill.model.special import SPECIAL, positive_power
-
-VISIBLE = 9
-"""Degree from which on a power may hide: the next lower ones show in one of the last eight terms of a series."""
-
-UNTOLD = 10
-"""The exponent that counts where it is a parameter."""
-
 
 # exp(w) grows by the factor that the last terms of a series of that order still show; below 745 it is zero to doubles
 EXPONENTIAL = Shape(0.6, 1.0, 745.0, 4.0, 0.3, 0.0, CROSSED)
@@ -93,7 +87,7 @@ def _watched(part: Any, symbols: frozenset[Any]) -> Iterator[tuple[Any, Shape]]:
         yield from ((part.args[i], _singular(1.0)) for i in SPECIAL[name].moving)
     elif part.is_Pow:
         yield from _power(part, symbols)
-    elif part.is_Mul and _degree(part, symbols) >= VISIBLE:
+    elif part.is_Mul and _degree(part, symbols) >= TUNING.hiding_degree:
         for factor in part.args:
             base, exponent = factor.as_base_exp()
             if exponent.is_Integer and exponent > 1:
@@ -121,7 +115,7 @@ def _power(part: Any, symbols: frozenset[Any]) -> Iterator[tuple[Any, Shape]]:
             yield base, _singular(1.0)
         yield exponent * sympy.log(base), EXPONENTIAL
     elif _is_whole(exponent) and exponent > 0:
-        if exponent * _degree(base, symbols) >= VISIBLE:
+        if exponent * _degree(base, symbols) >= TUNING.hiding_degree:
             yield base, _monomial(float(exponent))
     else:
         yield base, _singular(_size(exponent), AT_ALL if exponent.is_negative else AT_SERIES)
@@ -132,7 +126,7 @@ def _is_whole(exponent: Any) -> bool:
 
 
 def _size(exponent: Any) -> float:
-    return max(abs(float(exponent)), 1.0) if exponent.is_number else float(UNTOLD)
+    return max(abs(float(exponent)), 1.0) if exponent.is_number else float(TUNING.unknown_exponent)
 
 
 def _degree(expression: Any, symbols: frozenset[Any]) -> float:

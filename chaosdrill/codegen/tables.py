@@ -16,10 +16,8 @@ from chaosdrill.codegen.mode import Mode
 from chaosdrill.codegen.recurrence import PASS, Expansion, sums_of_older, value_alone
 from chaosdrill.codegen.signatures import WIDTH
 from chaosdrill.codegen.tape import PATH, POSITIVE
+from chaosdrill.codegen.tuning import TUNING
 from chaosdrill.model.special import SPECIAL
-
-CHAINS = 4
-"""Sums that a product of series is added up in, so that none waits for the one before it."""
 
 _ROW = DOUBLE.as_pointer()
 
@@ -562,9 +560,9 @@ def _convolution(module: Module, name: str) -> Any:
     f = Function(module, name, {"left": _ROW, "right": _ROW, "k": INT}, module.type, fast=True, own=True, stays=True)
     left, right = (f.row(argument) for argument in f.arguments[:2])
     k = Index(f, f.arguments[2])
-    sums = [f.variable() for _ in range(CHAINS)]
-    whole = f.whole_part(k + 1, CHAINS)
-    with f.loop(0, whole, CHAINS) as j:
+    sums = [f.variable() for _ in range(TUNING.chains)]
+    whole = f.whole_part(k + 1, TUNING.chains)
+    with f.loop(0, whole, TUNING.chains) as j:
         for i, total in enumerate(sums):
             total.grow(left[j + i] * right[k - j - i])
     with f.loop(whole, k + 1) as j:

@@ -9,6 +9,7 @@ from typing import Any
 
 import sympy
 
+from chaosdrill.codegen.tuning import TUNING
 from chaosdrill.model.special import SPECIAL, positive_power
 
 POSITIVE = "positive"
@@ -16,15 +17,6 @@ POSITIVE = "positive"
 
 PATH = "path"
 """Name of the integral of a special function's slope along one of its arguments, from 0."""
-
-LONG = 16
-"""Terms of a sum, above which it stays a node of its own where it is part of another."""
-
-ALIKE = 8
-"""Long sums that a new one is compared with, to be written as one of them and the difference."""
-
-PRODUCT = 10
-"""What a product of two series costs, in products of a number and a series."""
 
 
 @dataclass(frozen=True)
@@ -149,14 +141,16 @@ class Tape:
         moving = self._moving_nodes(roots)
         for index in moving:
             node = self.nodes[index]
-            cost = 1 if node.op == "linear" else PRODUCT
+            cost = 1 if node.op == "linear" else TUNING.product
             for part in () if node.name == PATH else self.arguments(index):
                 uses.setdefault(part, []).append(cost)
         self._gradients.clear()
         for index in moving:
             if self.nodes[index].op in ("state", "time") or index not in uses:
                 continue
-            own = [1 if all(node is None for node in entry) else PRODUCT for entry in self.gradient(index).values()]
+            own = [
+                1 if all(node is None for node in entry) else TUNING.product for entry in self.gradient(index).values()
+            ]
             eliminated = sum(max(edge, use) for edge in own for use in uses[index])
             if sum(own) + sum(uses[index]) < eliminated:
                 self._places[index] = len(self.states) + len(self.kept)
@@ -286,8 +280,8 @@ class Tape:
 
     def _linear(self, constant: Any, terms: dict[int, Any]) -> int:
         """A sum; a long one that differs little from another is written as that one and the difference."""
-        if len(terms) > LONG:
-            for base in self._long[-ALIKE:]:
+        if len(terms) > TUNING.long_sum:
+            for base in self._long[-TUNING.sums_alike :]:
                 offset, rest = self.nodes[base].value, dict(terms)
                 for index, weight in zip(self.nodes[base].args, self.nodes[base].weights, strict=True):
                     rest[index] = rest.get(index, sympy.Integer(0)) - weight
@@ -296,14 +290,14 @@ class Tape:
                     constant, terms = constant - offset, {base: sympy.Integer(1), **rest}
                     break
         found = self.add(Node("linear", tuple(terms), value=constant, weights=tuple(terms.values())))
-        if len(terms) > LONG and found not in self._long:
+        if len(terms) > TUNING.long_sum and found not in self._long:
             self._long.append(found)
         return found
 
     def _parts(self, index: int) -> tuple[Any, dict[int, Any]]:
         """A node as a constant and weighted nodes: sums of short sums become one, which waits for less."""
         node = self.nodes[index]
-        if node.op == "linear" and len(node.args) <= LONG:
+        if node.op == "linear" and len(node.args) <= TUNING.long_sum:
             return node.value, dict(zip(node.args, node.weights, strict=True))
         return sympy.Integer(0), {index: sympy.Integer(1)}
 

@@ -13,15 +13,13 @@ from typing import Any, NamedTuple
 import sympy
 
 from chaosdrill.model.transition import Transition
+from chaosdrill.model.tuning import TUNING
 
 INCREASING = (sympy.sinh, sympy.tanh, sympy.atan, sympy.asinh, sympy.asin, sympy.erf)
 """Functions that grow with their argument and vanish with it."""
 
 BOUNDED = (sympy.sin, sympy.cos, sympy.tanh, sympy.erf)
 """Functions with values from -1 to 1."""
-
-SAME = 1e-15
-"""Relative difference up to which two rounded constants count as equal."""
 
 
 class Crossing(NamedTuple):
@@ -179,7 +177,7 @@ def ratio(a: Any, b: Any) -> float | None:
         return None
     ratios = [float(mine[term] / others[term]) for term in mine]
     first = ratios[0]
-    return first if all(abs(r - first) <= SAME * abs(first) for r in ratios) else None
+    return first if all(abs(r - first) <= TUNING.same_constants * abs(first) for r in ratios) else None
 
 
 def same_surface(guards: Iterable[Any]) -> bool:

@@ -18,9 +18,6 @@ from chaosdrill.model.values import Definition
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
-MOST_OPERATIONS = 1000
-"""Of one mode. With 800 of these its code is compiled in 8 s, that for lanes in 23 s, growing in proportion."""
-
 
 def write_definition(system: "HybridSystem") -> dict[str, Any]:
     """The equations of a system as plain data, from which `build_defined` makes the same system, to the last bit.

@@ -8,6 +8,7 @@ import sympy
 from chaosdrill.model.python import HIGHEST, Along, Called
 from chaosdrill.model.special import SPECIAL
 from chaosdrill.model.transition import Transition
+from chaosdrill.model.tuning import TUNING
 from chaosdrill.model.values import Definition, System
 
 if TYPE_CHECKING:
@@ -323,11 +324,12 @@ def _null_directions(rows: list[Sparse], n: int) -> list[list[float]]:
     plain = [row for row in rows if not any(type(f).__name__ in special for e in row.values() for f in _functions(e))]
     matrix = np.vstack([*_samples(plain, n), np.zeros((n, n))])
     _, weights, directions = np.linalg.svd(np.linalg.qr(matrix, mode="r"))
-    null = sympy.Matrix(np.round(directions[weights <= 1e-9 * max(weights.max(), 1e-300)], 9).tolist())
+    candidates = directions[weights <= TUNING.null_weight * max(weights.max(), 1e-300)]
+    null = sympy.Matrix(np.round(candidates, TUNING.null_digits).tolist())
     if null.rows == 0:
         return []
     found = []
-    for row in np.array(null.rref(iszerofunc=lambda e: abs(e) < 1e-6)[0].tolist(), dtype=float):
+    for row in np.array(null.rref(iszerofunc=lambda e: abs(e) < TUNING.null_pivot)[0].tolist(), dtype=float):
         direction = [sympy.nsimplify(round(entry, 7), rational=True) for entry in row]
         if any(direction) and all(_vanishes(sympy.Add(*(e * direction[j] for j, e in r.items()))) for r in rows):
             found.append([float(d) for d in direction])
@@ -350,9 +352,9 @@ def _samples(rows: list[Sparse], n: int) -> "list[np.ndarray]":
     evaluate = sympy.lambdify(names, entries, modules="numpy")
     rng, place = np.random.default_rng(20260103), {e: k for k, e in enumerate(entries)}
     found = []
-    for _ in range(4):
+    for _ in range(TUNING.null_samples):
         with np.errstate(all="ignore"):
-            values = np.array(evaluate(*rng.uniform(0.1, 1.5, len(names))), dtype=float)
+            values = np.array(evaluate(*rng.uniform(*TUNING.drawn, len(names))), dtype=float)
         matrix = np.zeros((len(rows), n))
         for line, row in zip(matrix, rows, strict=True):
             line[list(row)] = [values[place[e]] for e in row.values()]

@@ -19,8 +19,8 @@ from chaosdrill.model.crossings import crossings
 from chaosdrill.model.derive import differentiate
 from chaosdrill.model.parts import read_expression, read_symbol, read_table
 from chaosdrill.model.places import parameter
-from chaosdrill.model.regions import ROUNDING
 from chaosdrill.model.transition import Transition
+from chaosdrill.model.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -457,7 +457,7 @@ class TwoSided(Written):
             raise ModelError(f"{self.name}: initial names {where!r} and {self.solved.name!r}; leave one out")
         distance = self.value(self.surface, start)
         size = sum(abs(self.value(term, start)) for term in sympy.Add.make_args(sympy.expand(self.surface)))
-        if abs(distance) <= ROUNDING * size:
+        if abs(distance) <= TUNING.equal_sides * size:
             distance = 0.0
         if self.own is not None:
             start.pop(self.solved.name, None)

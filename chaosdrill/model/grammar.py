@@ -11,11 +11,7 @@ import re
 from dataclasses import dataclass
 from typing import NoReturn
 
-MOST_LETTERS = 10_000
-"""Length of one expression."""
-
-DEEPEST = 60
-"""Parentheses, calls and operators inside each other."""
+from chaosdrill.model.tuning import TUNING
 
 WORDS = frozenset({"and", "or", "not", "True", "False"})
 """Names that stand for themselves only in backquotes."""
@@ -91,8 +87,8 @@ def parse(text: str) -> Node:
     ExpressionError
         If it is no expression, or longer or deeper than allowed.
     """
-    if len(text) > MOST_LETTERS:
-        raise ExpressionError(f"is {len(text)} letters long; at most {MOST_LETTERS} are read, name its parts instead")
+    if len(text) > TUNING.letters:
+        raise ExpressionError(f"is {len(text)} letters long; at most {TUNING.letters} are read, name its parts instead")
     return _Parser(text).whole()
 
 
@@ -123,8 +119,8 @@ class _Parser:
 
     def _expression(self, least: int) -> Node:
         self.depth += 1
-        if self.depth > DEEPEST:
-            raise ExpressionError(f"is nested more than {DEEPEST} deep; name its parts instead")
+        if self.depth > TUNING.depth:
+            raise ExpressionError(f"is nested more than {TUNING.depth} deep; name its parts instead")
         left = self._prefix()
         while (level := _LEVELS.get(self.value, 0) if self.kind == "sign" else 0) >= least:
             left = self._power(left) if level == _POWER else self._chain(left, level)

@@ -13,6 +13,7 @@ from chaosdrill.model.crossings import same_surface
 from chaosdrill.model.parts import read_expression, read_table
 from chaosdrill.model.places import parameter
 from chaosdrill.model.transition import Transition
+from chaosdrill.model.tuning import TUNING
 from chaosdrill.names import remedy, shown
 
 if TYPE_CHECKING:
@@ -24,14 +25,6 @@ KIND = "half"
 
 CLOCK = "half_time"
 """State that tells the time within the half period."""
-
-_POINTS = 5
-"""Random places at which expressions are compared: such that differ agree at none."""
-
-_DIGITS = 30
-
-_SAME = 1e-12
-"""Part of the terms of two expressions by which they may differ: numbers in them are rounded to doubles."""
 
 
 def halved(system: "HybridSystem", symmetry: Mapping[Any, Any]) -> "HybridSystem":
@@ -146,11 +139,12 @@ class _Symmetry:
         """The symmetry by its images of the states."""
         rng = random.Random(20261127)
         points = []
-        for _ in range(_POINTS):
-            point = {x: rng.uniform(0.1, 0.9) for x in (*system.states, system.time) if x is not None}
+        for _ in range(TUNING.symmetry_places):
+            point = {x: rng.uniform(*TUNING.drawn_below_one) for x in (*system.states, system.time) if x is not None}
             for name, value in system.parameters.items():
-                point[parameter(name)] = rng.uniform(0.7, 1.3) * value if value else rng.uniform(0.1, 0.9)
-            points.append({x: sympy.Float(value, _DIGITS) for x, value in point.items()})
+                drawn = rng.uniform(*(TUNING.near_values if value else TUNING.drawn_below_one))
+                point[parameter(name)] = drawn * value if value else drawn
+            points.append({x: sympy.Float(value, TUNING.symmetry_digits) for x, value in point.items()})
         put = {parameter(name): sympy.Integer(0) for name in fixed}
         bare = cls(system, {x: image.xreplace(put) for x, image in images.items()}, {}, points, put)
         for x, image in bare.images.items():
@@ -184,14 +178,15 @@ class _Symmetry:
             return True
         pairs = zip(self._at_points(a), self._at_points(b), strict=True)
         return all(
-            abs(factor * one - other) <= _SAME * (abs(factor) * size + its) for (one, size), (other, its) in pairs
+            abs(factor * one - other) <= TUNING.symmetric * (abs(factor) * size + its)
+            for (one, size), (other, its) in pairs
         )
 
     def sign(self, a: Any, b: Any) -> int:
         """Sign of the number by which b is a multiple of a; 0 if it is none."""
         (below, _), (above, _) = self._at_points(a)[0], self._at_points(b)[0]
         ratio = above / below if below else complex(0)
-        if not abs(ratio.imag) <= _SAME * abs(ratio) or not self.same(a, b, ratio.real):
+        if not abs(ratio.imag) <= TUNING.symmetric * abs(ratio) or not self.same(a, b, ratio.real):
             return 0
         return (ratio.real > 0) - (ratio.real < 0)
 
@@ -329,7 +324,7 @@ class _Symmetry:
 
 def _value(expression: Any, point: Mapping[Any, Any]) -> complex:
     try:
-        return complex(expression.xreplace(point).evalf(_DIGITS))
+        return complex(expression.xreplace(point).evalf(TUNING.symmetry_digits))
     except (TypeError, ValueError, ArithmeticError):
         return complex("nan")
 

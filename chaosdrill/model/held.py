@@ -13,22 +13,11 @@ from chaosdrill.model.derive import differentiate, frozen_states, pinned_states,
 from chaosdrill.model.places import TIME, parameter
 from chaosdrill.model.python import opaque
 from chaosdrill.model.transition import Transition
+from chaosdrill.model.tuning import TUNING
 from chaosdrill.model.values import System
 
 if TYPE_CHECKING:
     import numpy as np
-
-_SAMPLES = 12
-_NEWTON = 25
-_FEWEST = 4
-"""Samples that must lie where all expressions are numbers."""
-
-_ROUNDING = 1e-12
-"""Part of its terms that round-off may leave of an expression that is zero; a rounded number such as 1/0.6 stands for
-the exact one."""
-
-_ON = 1e-13
-"""Part of its terms that is left of a surface where a sample lies on it."""
 
 
 def held_surfaces(system: System) -> dict[str, tuple[Any, ...]]:
@@ -131,11 +120,11 @@ class Trial:
         if any(opaque(surface) for surface in surfaces):
             return False
         off, on = self.points(surfaces)
-        if on.shape[1] < _FEWEST:
+        if on.shape[1] < TUNING.fewest_samples:
             return False
         unknown = {e: sympy.Dummy(real=True) for e in opaque(expression)}
         symbols = [*self.symbols, *unknown.values()]
-        more = np.random.default_rng(20260108).uniform(0.1, 1.5, (len(unknown), on.shape[1]))
+        more = np.random.default_rng(20260108).uniform(*TUNING.drawn, (len(unknown), on.shape[1]))
         off, on = np.vstack([off, more]), np.vstack([on, more])
         terms = sympy.Add.make_args(expression.xreplace(unknown))
         if not _small(*([_numbers(terms, symbols, values[:, 0])] for values in (on, off))):
@@ -154,17 +143,18 @@ class Trial:
 
         n, k = len(self.states), len(surfaces)
         rng = np.random.default_rng(20260107)
-        drawn = rng.uniform(0.1, 1.5, (len(self.symbols), _SAMPLES))
-        drawn[1 : n + 1] *= rng.choice([-1.0, 1.0], (n, _SAMPLES))
+        drawn = rng.uniform(*TUNING.drawn, (len(self.symbols), TUNING.samples))
+        drawn[1 : n + 1] *= rng.choice([-1.0, 1.0], (n, TUNING.samples))
         values = drawn.copy()
-        x, on = values[1 : n + 1], np.full(_SAMPLES, not k)
+        x, on = values[1 : n + 1], np.full(TUNING.samples, not k)
         gradients = [differentiate(surface, x) for surface in surfaces for x in self.states]
         function = sympy.lambdify(self.symbols, [*surfaces, *gradients], modules="numpy", dummify=True)
         with np.errstate(all="ignore"):
-            for _ in range(_NEWTON if k else 0):
+            for _ in range(TUNING.newton_steps if k else 0):
                 rows = _rows(function, values).T
-                heights, slopes = rows[:, :k], rows[:, k:].reshape(_SAMPLES, k, n)
-                on = (np.abs(heights) <= _ON * np.einsum("ska,as->sk", np.abs(slopes), np.abs(x))).all(axis=1)
+                heights, slopes = rows[:, :k], rows[:, k:].reshape(TUNING.samples, k, n)
+                terms = np.einsum("ska,as->sk", np.abs(slopes), np.abs(x))
+                on = (np.abs(heights) <= TUNING.on_surface * terms).all(axis=1)
                 if on.all():
                     break
                 known = np.isfinite(rows).all(axis=1)[:, np.newaxis, np.newaxis]
@@ -195,5 +185,5 @@ def _small(on: Iterable[Iterable[float]], off: Iterable[Iterable[float]]) -> boo
     here, there = np.array(list(on)), np.array(list(off))
     sizes = np.abs(here).sum(axis=1) + np.abs(there).sum(axis=1)
     good = np.isfinite(sizes)
-    zero = np.abs(here.sum(axis=1)) <= _ROUNDING * sizes
-    return bool(zero[good].all() and (good.sum() >= _FEWEST or len(good) == 1))
+    zero = np.abs(here.sum(axis=1)) <= TUNING.vanishing * sizes
+    return bool(zero[good].all() and (good.sum() >= TUNING.fewest_samples or len(good) == 1))

@@ -12,11 +12,10 @@ from chaosdrill.model.filippov import SLIDING, Field, More, TwoSided, Written, s
 from chaosdrill.model.parts import read_table
 from chaosdrill.model.touching import unfolded
 from chaosdrill.model.transition import Transition
+from chaosdrill.model.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
-MOST_KINKS = 5
-"""Surfaces of kinks, at most: the modes double with each of them."""
 
 FLOW = "flow"
 
@@ -81,9 +80,9 @@ def in_modes(
     if len(jumps) > 1:
         raise several(name, f"the field jumps at {' and at '.join(map(str, jumps))}")
     others = [g for g in broken.surfaces if g not in jumps]
-    if len(others) > MOST_KINKS:
+    if len(others) > TUNING.kinks:
         raise ModelError(
-            f"{name}: the field has kinks at {len(others)} surfaces; at most {MOST_KINKS} are taken apart, since the "
+            f"{name}: the field has kinks at {len(others)} surfaces; at most {TUNING.kinks} are taken apart, since the "
             "modes double with each"
         )
     if not jumps and surface is not None:

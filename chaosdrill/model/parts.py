@@ -20,17 +20,13 @@ from chaosdrill.model.rules import folded, refused
 from chaosdrill.model.special import CONDITION, FLOW, RESET
 from chaosdrill.model.tables import MOST, finite
 from chaosdrill.model.text import has_doubles, read_open_text, read_text, unknown_name
+from chaosdrill.model.tuning import TUNING
 from chaosdrill.names import remedy, shortened, shown
 
 Path = tuple[str | int, ...]
 
 TIME = "t"
 """Default name of time, unless a state or parameter has it."""
-
-MOST_LETTERS = 200_000
-"""Of all expressions together."""
-
-MOST_FAULTS = 200
 
 NAMES = (
     "a name must not be empty, begin or end with a blank, or hold a slash, a line break or another sign that cannot be "
@@ -93,7 +89,7 @@ class PartReader:
 
     def _fault(self, path: Path, message: str) -> None:
         self.faults.append((path, message))
-        if len(self.faults) >= MOST_FAULTS:
+        if len(self.faults) >= TUNING.faults:
             raise TooManyFaults
 
     def _known(self, path: Path, given: Mapping[str, Any], keys: tuple[str, ...]) -> None:
@@ -309,8 +305,8 @@ class PartReader:
 
     def _from_text(self, path: Path, text: str, condition: bool) -> Any:
         self._letters += len(text)
-        if self._letters > MOST_LETTERS:
-            self._fault(path, f"the definition has more than {MOST_LETTERS} letters of expressions")
+        if self._letters > TUNING.letters_together:
+            self._fault(path, f"the definition has more than {TUNING.letters_together} letters of expressions")
             raise TooManyFaults
         if self.open:
             return read_open_text(text, condition=condition)

@@ -8,51 +8,30 @@ import random
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from chaosdrill.model.tuning import TUNING
 from chaosdrill.model.values import Definition
-
-_TOLERANCE = 1e-6
-"""Part of what a value moves within a period by which it may differ after one: the period and phases are rounded."""
-
-_ROUNDING = 1e-13
-"""Part of a value that is round-off of what does not move."""
-
-_NUDGES = 16
-"""Places by a few rounding units beside one at which it is seen how much of a value is round-off of what cancels."""
-
-_CANCELLED = 30.0
-"""Times what they change a value by up to which it is round-off."""
-
-_SIZES = (1.0, 1e-8, 1e-16, 0.0)
-"""Sizes of states at which it is looked, one after the other: beside a state near 1 a drive of 1e-16 is nothing."""
-
-_LATER = (0.6180339887498949, 0.41421356237309503)
-"""Parts of a period after which it is seen how much a value moves: of no harmonic are they whole turns."""
-
-_SAMPLES = 12
-"""Places at which the functions of a run are looked at."""
-
 
 Values = Callable[[list[float], float], Sequence[float]]
 """Values of the compared expressions at states and a time; NaN where undefined."""
 
 
-def strays(values: Values, states: int, period: float, count: int = _SAMPLES) -> bool:
+def strays(values: Values, states: int, period: float, count: int = TUNING.places_of_runs) -> bool:
     """Whether a value is another one a period later, at one of a number of places; what is no number tells nothing."""
     rng = random.Random(20260104)
     for sample in range(count):
-        x = [rng.uniform(0.1, 0.9) * _SIZES[sample % len(_SIZES)] for _ in range(states)]
+        x = [rng.uniform(*TUNING.drawn_below_one) * TUNING.sizes[sample % len(TUNING.sizes)] for _ in range(states)]
         t = rng.uniform(0, period)
         here, later = values(x, t), values(x, t + period)
-        within = [values(x, t + part * period) for part in _LATER]
+        within = [values(x, t + part * period) for part in TUNING.later]
         off = [_off(*seen) for seen in zip(here, later, *within, strict=True)]
         if any(one > 0 for one in off):
             noise = [0.0] * len(off)
-            for _ in range(_NUDGES):
+            for _ in range(TUNING.nudges):
                 beside = [value * _nudge(rng) for value in x]
                 now = t * _nudge(rng)
                 for first, second in ((here, values(beside, now)), (later, values(beside, now + period))):
                     noise = [max(n, abs(b - a)) for n, a, b in zip(noise, first, second, strict=True)]
-            if any(one > _CANCELLED * n for one, n in zip(off, noise, strict=True)):
+            if any(one > TUNING.cancelled * n for one, n in zip(off, noise, strict=True)):
                 return True
     return False
 
@@ -62,11 +41,11 @@ def _off(here: float, later: float, *within: float) -> float:
     if not all(map(math.isfinite, (here, later, *within))):
         return 0.0
     moves = max(abs(value - here) for value in within)
-    return abs(later - here) - _TOLERANCE * moves - _ROUNDING * abs(here)
+    return abs(later - here) - TUNING.repeats * moves - TUNING.rounded * abs(here)
 
 
 def _nudge(rng: random.Random) -> float:
-    return 1.0 + rng.randint(-8, 8) * 2.0**-52
+    return 1.0 + rng.randint(-TUNING.nudge, TUNING.nudge) * 2.0**-52
 
 
 def wrong_period(found: Definition, numbers: Mapping[str, Any]) -> str | None:
@@ -100,7 +79,7 @@ def wrong_period(found: Definition, numbers: Mapping[str, Any]) -> str | None:
             seen = double(expression, here, _mix)
             return [math.nan if seen is None else seen]
 
-        if strays(value, len(found.states), period, len(_SIZES)):
+        if strays(value, len(found.states), period, len(TUNING.sizes)):
             return (
                 f"{expression} does not repeat after the declared period {found.period} = {period:.6g}; mend the "
                 "period or leave it out"

@@ -15,6 +15,7 @@ from uuid import uuid4
 import sympy
 
 from chaosdrill.model.special import SPECIAL
+from chaosdrill.model.tuning import TUNING
 
 LIBRARIES = ("builtins", "math", "numpy", "numba", "cmath", "operator")
 """Modules whose names stand for what they hold."""
@@ -149,7 +150,8 @@ class Called(_Opaque):
         under = [str(self.place + 1)] if self.source.count else []
         under += [printer._print(self.numbers[int(k)]) for k in self.by]
         told = [s for s in self.numbers if s.free_symbols]
-        shown = ", ".join(map(printer._print, told[:MOST_SHOWN])) + (r", \ldots" if len(told) > MOST_SHOWN else "")
+        shown = ", ".join(map(printer._print, told[: TUNING.arguments_shown]))
+        shown += r", \ldots" if len(told) > TUNING.arguments_shown else ""
         text = rf"\operatorname{{{name}}}" + (f"_{{{', '.join(under)}}}" if under else "") + rf"\left({shown}\right)"
         return text if exp is None else rf"\left({text}\right)^{{{exp}}}"
 
@@ -163,9 +165,6 @@ class Doubt(_Opaque):
 
     Arguments: source, place, places of the arguments by which it is derived, the arguments, and their own bounds.
     """
-
-
-MOST_SHOWN = 6
 
 
 def is_python(value: Any) -> bool:

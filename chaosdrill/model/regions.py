@@ -5,13 +5,11 @@ from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import SettingsError
 from chaosdrill.model import arithmetic
+from chaosdrill.model.tuning import TUNING
 from chaosdrill.model.values import System
 
 if TYPE_CHECKING:
     import numpy as np
-
-ROUNDING = 1e-15
-"""Part of the terms of a comparison below which its sides count as equal."""
 
 UNTOLD = -1
 """Number of the mode of a start that names none, until its region tells it; and of one that is in no region."""
@@ -142,7 +140,7 @@ def _compared(system: System, number: int, values: "list[np.ndarray]", count: in
             found = [arithmetic.value(term, values, np) for term in terms]
         rows = np.array([np.broadcast_to(np.asarray(term, dtype=float), count) for term in found])
         total = rows.sum(axis=0)
-        sign = np.where(np.abs(total) <= ROUNDING * np.abs(rows).sum(axis=0), 0.0, np.sign(total))
+        sign = np.where(np.abs(total) <= TUNING.equal_sides * np.abs(rows).sum(axis=0), 0.0, np.sign(total))
     return np.asarray(_OF_SIGN[operation](sign))
 
 

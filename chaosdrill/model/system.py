@@ -15,15 +15,13 @@ from chaosdrill.model import arithmetic
 from chaosdrill.model.outline import Whole, attributes, outline
 from chaosdrill.model.tables import UNNAMED, finite
 from chaosdrill.model.transition import Transition
+from chaosdrill.model.tuning import TUNING
 from chaosdrill.model.values import Definition, Shared, System, deriving
 from chaosdrill.names import remedy, shown
 from chaosdrill.typed import meant
 
 if TYPE_CHECKING:
     from chaosdrill.model.reading import Reader
-
-_LATELY = 32
-"""Number of recent systems whose derived code is kept for others with the same equations."""
 
 RELATED = "related"
 """Under which `Shared` has the systems that were derived from one, by what tells them apart."""
@@ -210,7 +208,7 @@ class HybridSystem(System):
     def _list(key: tuple[str, ...], system: "HybridSystem") -> None:
         _listed[key] = system
         _listed.move_to_end(key)
-        while len(_listed) > _LATELY:
+        while len(_listed) > TUNING.recent_systems:
             _listed.popitem(last=False)
 
     def _become(self, found: Definition, parameters: Mapping[Any, Any], initial: Mapping[Any, Any] | None) -> None:
@@ -245,7 +243,7 @@ class HybridSystem(System):
         with deriving:
             shared = _derived.setdefault(key, Shared())
             _derived.move_to_end(key)
-            while len(_derived) > _LATELY:
+            while len(_derived) > TUNING.recent_systems:
                 _derived.popitem(last=False)
         return shared
 

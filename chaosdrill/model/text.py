@@ -16,21 +16,8 @@ from sympy.printing.str import StrPrinter
 
 from chaosdrill.model.grammar import BRANCHED, PLAIN_NAME, WORDS, ExpressionError, Node, parse
 from chaosdrill.model.special import CONDITION, FLOW, RESET, SPECIAL
+from chaosdrill.model.tuning import TUNING
 from chaosdrill.names import remedy
-
-MOST_FACTORS = 100
-MOST_PARTS = 200
-"""Operations in what is compared, or in the argument of a function with kinks: sympy looks for the sign of it."""
-
-MOST_OF_MOD = 30
-
-MOST_EXPONENT = 1000
-"""Largest numerator and denominator of a rational exponent."""
-
-MOST_BITS = 4096
-"""Bits of a whole number, and of numerator and denominator of a fraction."""
-
-_LOWEST = 1e-300
 
 _UNBOUNDED = (sympy.zoo, sympy.nan, sympy.oo, -sympy.oo)
 _RELATIONS = {"<": sympy.Lt, "<=": sympy.Le, ">": sympy.Gt, ">=": sympy.Ge, "==": sympy.Eq, "!=": sympy.Ne}
@@ -188,8 +175,8 @@ class _Builder:
                 return _checked(sympy.Add(*(self.build(part) for part in node.parts)))
             case "product" | "negative" | "inverse":
                 factors = list(self._factors(node))
-                if len(factors) > MOST_FACTORS:
-                    raise ExpressionError(f"has a product of {len(factors)} factors; at most {MOST_FACTORS} are read")
+                if len(factors) > TUNING.factors:
+                    raise ExpressionError(f"has a product of {len(factors)} factors; at most {TUNING.factors} are read")
                 return _checked(sympy.Mul(*factors))
             case "power":
                 return _power(*(self.build(part) for part in node.parts))
@@ -223,7 +210,7 @@ class _Builder:
         function = FUNCTIONS[name]
         if function.level != FLOW:
             for argument in arguments:
-                _check_size(argument, MOST_OF_MOD if name == "Mod" else MOST_PARTS)
+                _check_size(argument, TUNING.parts_of_mod if name == "Mod" else TUNING.compared_parts)
                 # sympy expands what stands in it
                 powers = argument.atoms(sympy.Pow) if name == "Mod" else ()
                 if any(power.exp.is_Rational and power.exp > 8 for power in powers):
@@ -242,7 +229,7 @@ class _Builder:
     def _compare(self, node: Node) -> Any:
         sides = [self.build(part) for part in node.parts]
         for side in sides:
-            _check_size(side, MOST_PARTS)
+            _check_size(side, TUNING.compared_parts)
         signs = node.value.split()
         pairs = [_RELATIONS[sign](*pair) for sign, pair in zip(signs, pairwise(sides), strict=True)]
         return pairs[0] if len(pairs) == 1 else sympy.And(*pairs)
@@ -250,8 +237,8 @@ class _Builder:
 
 def _number(digits: str) -> Any:
     if digits.isdecimal():
-        if len(digits) > MOST_BITS // 4:
-            raise ExpressionError(f"has a whole number of {len(digits)} digits; at most {MOST_BITS // 4} are read")
+        if len(digits) > TUNING.bits // 4:
+            raise ExpressionError(f"has a whole number of {len(digits)} digits; at most {TUNING.bits // 4} are read")
         return _checked(sympy.Integer(int(digits)))
     if not math.isfinite(value := float(digits)):
         raise ExpressionError(f"{digits!r:.40} is larger than any double")
@@ -412,14 +399,14 @@ def _check_power(base: Any, exponent: Any) -> None:
     if exponent.is_Rational:
         _check_exponent(exponent)
         bits = sum(_bits(number) for number in base.atoms(sympy.Rational))
-        if bits * abs(exponent.p) > 16 * MOST_BITS * exponent.q:
+        if bits * abs(exponent.p) > 16 * TUNING.bits * exponent.q:
             raise ExpressionError("has a power that is too large a number")
 
 
 def _check_exponent(exponent: Any) -> None:
     """Refuse a rational exponent beyond the bound."""
-    if max(abs(exponent.p), exponent.q) > MOST_EXPONENT:
-        raise ExpressionError(f"has the exponent {exponent!s:.40}; exponents up to {MOST_EXPONENT} are read")
+    if max(abs(exponent.p), exponent.q) > TUNING.exponent:
+        raise ExpressionError(f"has the exponent {exponent!s:.40}; exponents up to {TUNING.exponent} are read")
 
 
 def _check_size(expression: Any, most: int) -> None:
@@ -433,8 +420,8 @@ def _check_size(expression: Any, most: int) -> None:
 
 def _checked(made: Any) -> Any:
     """The expression, if sympy made no number of it that is too large."""
-    if any(_bits(number) > MOST_BITS for number in made.atoms(sympy.Rational)):
-        raise ExpressionError(f"holds a whole number of more than {MOST_BITS} bits")
+    if any(_bits(number) > TUNING.bits for number in made.atoms(sympy.Rational)):
+        raise ExpressionError(f"holds a whole number of more than {TUNING.bits} bits")
     return made
 
 
@@ -457,7 +444,7 @@ def _check_finite(name: str, function: Callable[..., float], arguments: list[Any
             raise ValueError
     except (ArithmeticError, ValueError):
         raise ExpressionError(f"{name} of {shown} is no finite real number") from None
-    if not math.isfinite(value) or (abs(value) < _LOWEST and name in ("exp", "**") and values[0] != 0):
+    if not math.isfinite(value) or (abs(value) < TUNING.smallest_value and name in ("exp", "**") and values[0] != 0):
         raise ExpressionError(f"{name} of {shown} is out of the range of doubles")
 
 

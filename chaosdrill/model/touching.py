@@ -23,40 +23,11 @@ from sympy.simplify.fu import TR8
 
 from chaosdrill.model.python import opaque
 from chaosdrill.model.special import positive_power
-
-MOST_PARTS = 200
-"""Parts of an expression that is decomposed; larger ones are left to the run, as are those of the next two."""
-
-MOST_TERMS = 2000
-"""Largest number of terms of a polynomial, from its degree and variables."""
-
-MOST_DEGREE = 12
-"""Of a polynomial that is factored further than into squares."""
-
-MOST_TURNS = 6
-"""Highest multiple of an angle, or of an exponent, that is taken apart."""
-
-DRAWS = 12
-"""Sets of values of the other variables at which a change of sign is looked for; the first is zero."""
-
-DECADES, EACH = 30, 8
-"""Powers of ten on both sides of 1, and places in each, at which signs are looked at: no unit is out of reach."""
+from chaosdrill.model.tuning import TUNING
 
 _CIRCULAR, _HYPERBOLIC = (sympy.sin, sympy.cos, sympy.tan), (sympy.exp, sympy.sinh, sympy.cosh, sympy.tanh)
 
 _HALF = sympy.Rational(1, 2)
-
-_HALVINGS = 60
-"""Of an interval in which a sign changes: more than a double has digits."""
-
-_NEAR = 1e-11
-"""Part of a place within which two factors that change their signs do so together."""
-
-_LADDER = tuple(10.0**k for k in range(-24, -2, 3))
-"""Distances from zero within which they do."""
-
-_PARTS, _STRAIGHT = (1.0, 0.8, 0.6, 0.4, 0.2), 1e-2
-"""Parts of a distance at which a factor is as large as they are, so far relatively."""
 
 
 @dataclass(frozen=True)
@@ -189,8 +160,8 @@ def _touched(base: Any, power: Any, moving: frozenset[Any], numbers: Mapping[Any
 
 
 def _parts(expression: Any) -> int:
-    """How many parts an expression has, or more than `MOST_PARTS`."""
-    return sum(1 for _ in islice(sympy.preorder_traversal(expression), MOST_PARTS + 1))
+    """How many parts an expression has, or more than `TUNING.decomposed_parts`."""
+    return sum(1 for _ in islice(sympy.preorder_traversal(expression), TUNING.decomposed_parts + 1))
 
 
 def _exact(expression: Any) -> Any:
@@ -201,7 +172,7 @@ def _exact(expression: Any) -> Any:
 
 def _shortest(expression: Any) -> Any:
     """A form of an expression that is short enough to be read."""
-    if _parts(expression) > MOST_PARTS:
+    if _parts(expression) > TUNING.decomposed_parts:
         return expression
     units = _units(expression, _CIRCULAR)
     names: dict[Any, Any] = {}
@@ -225,7 +196,7 @@ def _units(expression: Any, kinds: tuple[Any, ...]) -> dict[Any, Any]:
         content, direction = _content(wave.args[0])
         found.setdefault(direction, []).append(abs(content))
     units = {direction: reduce(sympy.gcd, contents) for direction, contents in found.items()}
-    return {direction: unit for direction, unit in units.items() if max(found[direction]) <= MOST_TURNS * unit}
+    return {direction: unit for direction, unit in units.items() if max(found[direction]) <= TUNING.turns * unit}
 
 
 @dataclass
@@ -270,7 +241,7 @@ class _Variables:
         if e.is_Add or e.is_Mul:
             return e.func(*map(self.put, e.args))
         if e.is_Pow and e.exp.is_Integer:
-            if abs(e.exp) > 2 * MOST_TURNS:
+            if abs(e.exp) > 2 * TUNING.turns:
                 raise BasePolynomialError
             return self.put(e.base) ** e.exp
         if e.is_Pow and e.exp.is_Rational:
@@ -323,7 +294,7 @@ class _Variables:
 def _content(angle: Any) -> tuple[Any, Any]:
     """A number, and what an angle is a multiple of by it."""
     count = len(angle.atoms(sympy.Symbol, sympy.Function))
-    if math.comb(_degree(angle) + count, count) > MOST_TERMS:
+    if math.comb(_degree(angle) + count, count) > TUNING.terms:
         return sympy.Integer(1), angle
     content, direction = sympy.expand(angle).as_content_primitive()
     return (-content, -direction) if direction.could_extract_minus_sign() else (content, direction)
@@ -334,14 +305,14 @@ def _decomposed(expression: Any) -> tuple[Any, dict[Any, int]] | None:
 
     Sines and cosines of half the angles take the place of their tangents, so that no factor has a pole.
     """
-    if _parts(expression) > MOST_PARTS:
+    if _parts(expression) > TUNING.decomposed_parts:
         return None
     exact, variables = _exact(expression), _Variables()
     variables.read_angles(exact)
     try:
         top, bottom = sympy.fraction(sympy.together(variables.put(exact)))
         names = variables.listed
-        if not names or any(math.comb(_degree(e) + len(names), len(names)) > MOST_TERMS for e in (top, bottom)):
+        if not names or any(math.comb(_degree(e) + len(names), len(names)) > TUNING.terms for e in (top, bottom)):
             return None
         roots = None if variables.radical is None else [variables.radical]
         lists = [(_factors(sympy.Poly(e, *names, extension=roots)), way) for e, way in ((top, 1), (bottom, -1))]
@@ -367,7 +338,7 @@ def _factors(poly: Any) -> tuple[Any, list[tuple[Any, int]]]:
     constant, squares = poly.sqf_list()
     found: list[tuple[Any, int]] = []
     for one, times in squares:
-        if one.total_degree() > MOST_DEGREE:
+        if one.total_degree() > TUNING.degree:
             found.append((one, times))
             continue
         number, parts = one.factor_list()
@@ -405,13 +376,15 @@ def _touches(factor: Any, others: Any, times: int, moving: frozenset[Any], numbe
     names = sorted(set().union(*(e.free_symbols for e in both)), key=lambda s: (s in moving, s.name))
     function = sympy.lambdify(names, both, modules="numpy", dummify=True)
     rng = np.random.default_rng(20260301)
-    drawn = {s: rng.choice([-1.0, 1.0], (DRAWS, 1)) * 10.0 ** rng.uniform(-6, 6, (DRAWS, 1)) for s in names}
+    shape, most = (TUNING.draws, 1), TUNING.drawn_decades
+    drawn = {s: rng.choice([-1.0, 1.0], shape) * 10.0 ** rng.uniform(-most, most, shape) for s in names}
     for s in drawn.keys() & moving:
         drawn[s][0] = 0.0
-    drawn |= {s: np.full((DRAWS, 1), value) for s, value in numbers.items() if value is not None}
+    drawn |= {s: np.full(shape, value) for s, value in numbers.items() if value is not None}
     # no round number, at which a factor might be zero
-    ways = 1.0371 * 10.0 ** (np.arange(-DECADES * EACH, DECADES * EACH + 1) / EACH)
-    line = np.broadcast_to(np.concatenate([-ways[::-1], ways]), (DRAWS, 2 * len(ways)))
+    count = TUNING.decades * TUNING.each_decade
+    ways = TUNING.off_round * 10.0 ** (np.arange(-count, count + 1) / TUNING.each_decade)
+    line = np.broadcast_to(np.concatenate([-ways[::-1], ways]), (TUNING.draws, 2 * len(ways)))
     for x in sorted(both[0].free_symbols & moving, key=lambda s: s.name):
 
         def at(places: Any, fixed: dict[Any, Any], x: Any = x) -> Any:
@@ -424,9 +397,9 @@ def _touches(factor: Any, others: Any, times: int, moving: frozenset[Any], numbe
         if not changes:
             continue
         rows, begin, end, sign = np.array(changes).T
-        fixed = {s: np.broadcast_to(value, (DRAWS, 1))[rows, 0] for s, value in drawn.items()}
+        fixed = {s: np.broadcast_to(value, shape)[rows, 0] for s, value in drawn.items()}
         left, right = line[rows, begin], line[rows, end]
-        for _ in range(_HALVINGS):
+        for _ in range(TUNING.halvings):
             middle = (left + right) / 2
             stays = np.sign(at(middle, fixed)[0]) == sign
             left, right = np.where(stays, middle, left), np.where(stays, right, middle)
@@ -458,16 +431,17 @@ def _together(at: Callable[[Any], Any], left: Any, right: Any) -> Any:
 
     size = np.maximum(np.abs(left), np.abs(right))
     # from a zero at zero there is no unit, so that all are tried; rounding hides what is next to it
-    steps = [np.where(np.sign(left) * np.sign(right) <= 0, near, _NEAR * size) for near in _LADDER]
+    at_zero = np.sign(left) * np.sign(right) <= 0
+    steps = [np.where(at_zero, near, TUNING.zeros_together * size) for near in TUNING.zeros_at_zero]
     found = []
     for place, way in ((left, -1), (right, 1)):
         agrees, differs = np.zeros(len(left), dtype=bool), np.zeros(len(left), dtype=bool)
         for step in steps:
-            heights, beside = np.array([at(place + way * step * part) for part in _PARTS]).swapaxes(0, 1)
+            heights, beside = np.array([at(place + way * step * part) for part in TUNING.straight_parts]).swapaxes(0, 1)
             # only where the factor is a straight line are the two known to have one zero there
             with np.errstate(all="ignore"):
-                slopes = heights / (heights[0] * np.array(_PARTS)[:, np.newaxis])
-            straight = (np.abs(slopes - 1) < _STRAIGHT).all(axis=0)
+                slopes = heights / (heights[0] * np.array(TUNING.straight_parts)[:, np.newaxis])
+            straight = (np.abs(slopes - 1) < TUNING.straight).all(axis=0)
             product = np.sign(heights * beside)
             differs |= straight & (product < 0).any(axis=0)
             agrees |= straight & (product > 0).all(axis=0) & ~differs

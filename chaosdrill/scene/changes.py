@@ -15,9 +15,8 @@ from typing import Any
 from chaosdrill.errors import SettingsError
 from chaosdrill.names import shown
 from chaosdrill.scene.lines import BARE, DOTTED, NAME, Layout, Path, layout
+from chaosdrill.scene.tuning import TUNING
 from chaosdrill.settings import too_long
-
-MOST_PARTS = 16
 
 _KEY = re.compile(rf"\s*{DOTTED}\s*")
 _NUMBER = re.compile(r"[0-9]{1,9}")
@@ -134,7 +133,7 @@ def toml_value(value: Any, place: str) -> str:
 
 def _path(key: str) -> tuple[str, ...]:
     found = _KEY.fullmatch(key)
-    if found is None or len(parts := re.findall(NAME, key)) > MOST_PARTS:
+    if found is None or len(parts := re.findall(NAME, key)) > TUNING.key_parts_set:
         raise SettingsError(f"--set {key!r:.100}: expected a dotted key, as in system.parameters.eta")
     try:
         return tuple(next(iter(tomllib.loads(f"{part} = 0"))) for part in parts)

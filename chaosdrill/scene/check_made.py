@@ -10,6 +10,7 @@ from typing import Any
 from chaosdrill.errors import ChaosdrillError, SettingsError
 from chaosdrill.names import remedy
 from chaosdrill.scene.lines import Path
+from chaosdrill.scene.tuning import TUNING
 from chaosdrill.settings import Faults
 
 SIDES = ("above", "below")
@@ -17,15 +18,6 @@ SLIDING = "sliding"
 SHARED = ("name", "description", "states", "time", "period", "quadratures", "bounds", "labels")
 OF_FILIPPOV = (*SHARED, "surface", *SIDES)
 OF_DRIVE = ("pieces", "table", "period")
-
-MOST_PIECES = 120
-"""Of a drive: every piece is at least one mode, and a system has at most 127."""
-
-MOST_OPERATIONS = 200
-"""Of one field: the sliding mode is a fraction of both, which is simplified."""
-
-MOST_POWER = 8
-"""Exponent of a sum, which is expanded; such sums must not be nested."""
 
 
 def as_definition(table: Mapping[str, Any]) -> dict[str, Any]:
@@ -123,9 +115,9 @@ def too_large(definition: Any) -> Faults:
     from chaosdrill.model.definition import operations
 
     for mode, field in definition.modes.items():
-        if (count := operations(definition, mode)) > MOST_OPERATIONS:
+        if (count := operations(definition, mode)) > TUNING.sliding_operations:
             what = "products, powers and functions (these count twice)"
-            yield ("modes", mode), f"has {count} {what}; at most {MOST_OPERATIONS} are combined"
+            yield ("modes", mode), f"has {count} {what}; at most {TUNING.sliding_operations} are combined"
         for state, rate in field.items():
             yield from _expanded(("modes", mode, str(state)), rate)
     for index, transition in enumerate(definition.transitions):
@@ -138,10 +130,11 @@ def _expanded(path: Path, expression: Any) -> Faults:
     for power in expression.atoms(sympy.Pow):
         if power.base.is_Add and power.exp.is_Integer and power.exp > 1:
             nested = any(one.base.is_Add for one in power.base.atoms(sympy.Pow))
-            if nested or power.exp > MOST_POWER:
+            if nested or power.exp > TUNING.sliding_power:
                 yield (
                     path,
-                    f"takes a power of a sum beyond {MOST_POWER}, or within another one, which would be expanded",
+                    f"takes a power of a sum beyond {TUNING.sliding_power}, or within another one, which would be "
+                    "expanded",
                 )
 
 
@@ -175,7 +168,7 @@ def drive_faults(name: str, drive: Any, names: Mapping[str, Any], used: set[str]
         yield ("pieces",), f"unknown drive {pieces!r:.60}; {remedy(pieces, SHAPES)}"
     elif isinstance(pieces, Mapping):
         yield from _long(("pieces",), pieces)
-        for start, shape in list(pieces.items())[:MOST_PIECES]:
+        for start, shape in list(pieces.items())[: TUNING.pieces]:
             yield from _read(("pieces", start), start, names, used)
             yield from _read(("pieces", start), shape, {**names, PHASE.name: PHASE}, used)
     elif pieces is not None and not isinstance(pieces, str):
@@ -184,7 +177,7 @@ def drive_faults(name: str, drive: Any, names: Mapping[str, Any], used: set[str]
     if isinstance(values, list | Mapping):
         yield from _long(("table",), values)
         listed = list(enumerate(values) if isinstance(values, list) else values.items())
-        for place, value in listed[:MOST_PIECES]:
+        for place, value in listed[: TUNING.pieces]:
             if isinstance(values, Mapping):
                 yield from _read(("table", place), place, {}, used)
             if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < float("inf"):
@@ -194,8 +187,8 @@ def drive_faults(name: str, drive: Any, names: Mapping[str, Any], used: set[str]
 
 
 def _long(path: Path, values: Any) -> Faults:
-    if len(values) > MOST_PIECES:
-        yield path, f"has {len(values)} pieces; at most {MOST_PIECES} can be modes of a system"
+    if len(values) > TUNING.pieces:
+        yield path, f"has {len(values)} pieces; at most {TUNING.pieces} can be modes of a system"
 
 
 def _read(path: Path, value: Any, names: Mapping[str, Any], used: set[str]) -> Faults:

@@ -282,7 +282,8 @@ def _check_definition(checked: CheckedSystem, key: str = "definition") -> None:
     The rules are those of Python; in addition, a parameter on which nothing depends is likely misspelt.
     """
     from chaosdrill.declared import unfit
-    from chaosdrill.model.definition import MOST_OPERATIONS, operations, reader_of
+    from chaosdrill.model.definition import operations, reader_of
+    from chaosdrill.model.tuning import TUNING
 
     definition, parameters = checked.definition or {}, checked.known or {}
     reader = reader_of(definition, parameters)
@@ -317,11 +318,11 @@ def _check_definition(checked: CheckedSystem, key: str = "definition") -> None:
             Problem(
                 (key, "modes", mode),
                 f"has {count} products, powers and functions (these count twice) in rates, quadratures and guards; at "
-                f"most {MOST_OPERATIONS} can be compiled in reasonable time: use fewer, such as powers of one sine in "
-                "place of sines of multiples, or leave out terms that hardly matter",
+                f"most {TUNING.operations} can be compiled in reasonable time: use fewer, such as powers of one sine "
+                "in place of sines of multiples, or leave out terms that hardly matter",
             )
             for mode in found.modes
-            if (count := operations(found, mode)) > MOST_OPERATIONS
+            if (count := operations(found, mode)) > TUNING.operations
         ]
     checked.problems += [replace(fault, path=("system", *fault.path)) for fault in faults]
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 
 from chaosdrill.errors import SceneError
 from chaosdrill.names import shortened
+from chaosdrill.scene.tuning import TUNING
 
 Path = tuple[str | int, ...]
 
@@ -32,7 +33,6 @@ _NAME = re.compile(NAME)
 _STRING = re.compile(f"{LONG_STRING}|{_QUOTED}")
 _SCALAR = re.compile(r"[^,\]}#\n]*")
 
-SHOWN = 50
 NO_LINE = 0  # line of what stands in no file, since it was set on the command line
 
 
@@ -207,8 +207,8 @@ class InvalidSceneError(SceneError):
             f"{f'{name}:{line}' if line else '--set'}: {show(problem.path)}: {problem.message}"
             for line, problem in placed
         ]
-        if len(texts) > SHOWN:
-            texts[SHOWN:] = [f"{name}: and {len(texts) - SHOWN} more"]
+        if len(texts) > TUNING.faults_shown:
+            texts[TUNING.faults_shown :] = [f"{name}: and {len(texts) - TUNING.faults_shown} more"]
         super().__init__("\n".join(texts))
 
 

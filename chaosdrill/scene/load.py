@@ -14,14 +14,8 @@ from chaosdrill.scene.changes import change, toml_value
 from chaosdrill.scene.lines import COMMENT, DOTTED, LONG_STRING, NAME, NO_LINE, InvalidSceneError, Problem, key_lines
 from chaosdrill.scene.lines import Path as KeyPath
 from chaosdrill.scene.scene import PIPED, STDIN, Scene
+from chaosdrill.scene.tuning import TUNING
 from chaosdrill.typed import PATH, TABLE, TEXT, expecting
-
-MOST_BYTES = 1_000_000
-MOST_KEY_PARTS = 64
-"""The time of tomllib grows with the square of the length of a dotted key."""
-
-MOST_DIGITS = 400
-"""Of a number: no double is longer, and Python reads integers of some thousands of digits at most."""
 
 # a long text or comment is not a key, nor is a text that its line does not close
 _TOKEN = re.compile(rf"""{COMMENT}|{LONG_STRING}|(?P<key>{DOTTED})|"[^\n]*""")
@@ -55,8 +49,8 @@ def load_scene(path: str | os.PathLike[str], changes: Mapping[str, Any] | None =
     piped = os.fspath(path) == STDIN
     name = PIPED if piped else Path(path).name or str(path)
     data = _read_stdin() if piped else _read_file(path)
-    if len(data) > MOST_BYTES:
-        raise SceneError(f"{name if piped else path}: larger than {MOST_BYTES} bytes; a scene is a small text file")
+    if len(data) > TUNING.bytes:
+        raise SceneError(f"{name if piped else path}: larger than {TUNING.bytes} bytes; a scene is a small text file")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as fault:
@@ -68,7 +62,7 @@ def load_scene(path: str | os.PathLike[str], changes: Mapping[str, Any] | None =
 def _read_file(path: str | os.PathLike[str]) -> bytes:
     try:
         with open(path, "rb") as file:
-            return file.read(MOST_BYTES + 1)
+            return file.read(TUNING.bytes + 1)
     except (OSError, ValueError) as fault:
         reason = fault.strerror if isinstance(fault, OSError) else fault
         raise SceneError(f"{path}: cannot read the scene: {reason}") from None
@@ -79,7 +73,7 @@ def _read_stdin() -> bytes:
     if sys.stdin is None:
         raise SceneError(f"{PIPED}: cannot read the scene: standard input is closed")
     try:
-        return sys.stdin.buffer.read(MOST_BYTES + 1)
+        return sys.stdin.buffer.read(TUNING.bytes + 1)
     except OSError as fault:
         raise SceneError(f"{PIPED}: cannot read the scene: {fault.strerror}") from None
 
@@ -160,9 +154,9 @@ def _place_change(lines: dict[KeyPath, int], path: KeyPath) -> None:
 
 def _fault_of_key(key: str) -> str:
     """Why a dotted key is too long, or a number has too many digits; empty if neither."""
-    if len(re.findall(NAME, key)) > MOST_KEY_PARTS:
-        return f"a key of more than {MOST_KEY_PARTS} parts"
-    if len(key) > MOST_DIGITS and re.fullmatch(r"[+-]?(?:0[xob])?[0-9a-fA-F_]+", key):
+    if len(re.findall(NAME, key)) > TUNING.key_parts:
+        return f"a key of more than {TUNING.key_parts} parts"
+    if len(key) > TUNING.digits and re.fullmatch(r"[+-]?(?:0[xob])?[0-9a-fA-F_]+", key):
         return f"a number of {len(key)} digits; write it as a double with an exponent, such as 1e20, or shorter"
     return ""
 
@@ -180,7 +174,7 @@ def _large_integers(raw: Any, path: KeyPath = ()) -> Iterator[Problem]:
 def _parse_toml(text: str, name: str) -> dict[str, Any]:
     for found in _TOKEN.finditer(text):
         key = found["key"] or ""
-        if len(key) > MOST_KEY_PARTS and (fault := _fault_of_key(key)):
+        if len(key) > TUNING.key_parts and (fault := _fault_of_key(key)):
             line = text.count("\n", 0, found.start()) + 1
             raise SceneError(f"{name}:{line}: {fault}")
     try:

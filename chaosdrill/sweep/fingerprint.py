@@ -5,12 +5,10 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.dataset.provenance import library_versions, to_json
+from chaosdrill.sweep.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
-
-_MOST = 12
-_WIDTH = 60
 
 
 def origin() -> dict[str, Any]:
@@ -55,8 +53,8 @@ def plain(fingerprint: Mapping[str, Any]) -> dict[str, Any]:
 def changes(before: Any, now: Any) -> list[str]:
     """What differs, a line each: ``parameters.eta: 0.448 before, 0.45 now``."""
     found = list(_changes(before, now, ""))
-    more = len(found) - _MOST
-    return [*found[:_MOST], f"and {more} more"] if more > 0 else found
+    more = len(found) - TUNING.differences_shown
+    return [*found[: TUNING.differences_shown], f"and {more} more"] if more > 0 else found
 
 
 def _changes(before: Any, now: Any, path: str) -> Iterator[str]:
@@ -83,4 +81,4 @@ def _text(mapping: dict[str, Any], key: str) -> str:
 
 def _short(value: Any) -> str:
     text = json.dumps(value, ensure_ascii=False)
-    return text if len(text) <= _WIDTH else f"{text[: _WIDTH - 3]}..."
+    return text if len(text) <= TUNING.letters_shown else f"{text[: TUNING.letters_shown - 3]}..."

@@ -31,7 +31,8 @@ from chaosdrill.files import (
     small_netcdf_cache,
 )
 from chaosdrill.sweep.fingerprint import changes, plain
-from chaosdrill.sweep.store import MOST_BYTES, kept_points, told
+from chaosdrill.sweep.store import kept_points, told
+from chaosdrill.sweep.tuning import TUNING
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -121,7 +122,7 @@ class Parts:
         if not path.exists():
             return None
         try:
-            with open_ordinary(path, MOST_BYTES) as file:
+            with open_ordinary(path, TUNING.result_bytes) as file:
                 whole = has_checksum(file)
         except (OSError, ValueError):
             whole = False

@@ -22,20 +22,17 @@ from chaosdrill.progress import Progress
 from chaosdrill.sweep.fingerprint import changes, origin
 from chaosdrill.sweep.store import Memory, Store
 from chaosdrill.sweep.task import Arrays, ChunkSizes, Gaps, Task, run_chunk
+from chaosdrill.sweep.tuning import TUNING
 
 if TYPE_CHECKING:
     from distributed import Client
 
-ANSWER_S = 10  # seconds within which a scheduler is to answer
-COUNT_S = 1.0  # seconds between two looks at how many workers there are
 
 CHATTY = ("tornado.application", "distributed.client")
 """Loggers that print a traceback for each chunk that is cancelled, and for a connection that ends."""
 
 _log = logging.getLogger("chaosdrill")
 _unpacking = Lock()
-
-AHEAD = 2  # chunks under way for each that can run at once, so that no worker waits for the next one
 
 
 @dataclass(frozen=True)
@@ -95,10 +92,10 @@ def connect(address: str) -> "Client":
     if not isinstance(address, str) or not address:
         raise SettingsError(f"scheduler is {address!r}; it must be an address, as in 'tcp://10.0.0.5:8786'")
     try:
-        return Client(address, timeout=ANSWER_S, set_as_default=False, name="chaosdrill")
+        return Client(address, timeout=TUNING.answer_s, set_as_default=False, name="chaosdrill")
     except (OSError, ValueError, TypeError) as fault:
         raise SettingsError(
-            f"scheduler is {address!r}, where no Dask scheduler answers within {ANSWER_S} s; start one with "
+            f"scheduler is {address!r}, where no Dask scheduler answers within {TUNING.answer_s:g} s; start one with "
             f"'dask scheduler' and give the address that it prints, as in 'tcp://10.0.0.5:8786' ({fault})"
         ) from fault
 
@@ -125,7 +122,7 @@ def cluster(task: Task, address: str) -> Iterator[Executor]:
             threads = sum(client.nthreads().values())
             if counted and not threads:
                 _log.warning("the scheduler at %s has no workers at present; waiting for some", address)
-            counted, next_count = threads, monotonic() + COUNT_S
+            counted, next_count = threads, monotonic() + TUNING.count_s
         return max(1, counted)
 
     try:
@@ -255,7 +252,7 @@ def _run(executor: Executor, gaps: Gaps, kept: Memory, tally: Tally) -> None:
     pending: dict[Future[tuple[Arrays, float]], tuple[int, int]] = {}
     while gaps.left or pending:
         hands = executor.size()
-        ahead = AHEAD if executor.parallel and not sizes.growing else 1
+        ahead = TUNING.ahead if executor.parallel and not sizes.growing else 1
         while gaps.left and len(pending) < ahead * hands:
             first, count = gaps.take(sizes.next(gaps.left, hands))
             pending[executor.submit(first, count)] = (first, count)

@@ -25,15 +25,10 @@ from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.files import open_ordinary, read_json, replacing
 from chaosdrill.sweep.fingerprint import changes, plain
 from chaosdrill.sweep.task import Arrays, ChunkSizes, Gaps, Task
+from chaosdrill.sweep.tuning import TUNING
 
 MANIFEST = "manifest.json"
 FORMAT = 2
-
-MOST_BYTES = 16_000_000_000
-"""Size of the results of a sweep, at most: a slip of the pen must not fill a disk."""
-
-MOST_LOOKS = 16
-"""How often results are read, on average over all of them, where chunks overlap."""
 
 _CHUNK = re.compile(r"(0|[1-9][0-9]{0,15})-([1-9][0-9]{0,15})\.chunk")
 _DIGEST = sha256().digest_size
@@ -50,7 +45,7 @@ class Memory:
     Raises
     ------
     SettingsError
-        If the results are larger than ``MOST_BYTES``.
+        If the results are larger than ``TUNING.result_bytes``.
     """
 
     def __init__(self, task: Task) -> None:
@@ -58,11 +53,11 @@ class Memory:
         self.units, self.points_per_unit = task.units, task.points_per_unit
         self.finished: list[tuple[int, int]] = []
         self.bytes = size = self.units * self.unit_bytes
-        if size > MOST_BYTES:
+        if size > TUNING.result_bytes:
             points = self.units * task.points_per_unit
             raise SettingsError(
                 f"the results of {points} points would take {1e-9 * size:.3g} GB, {size // points} bytes a point; "
-                f"at most {1e-9 * MOST_BYTES:.3g} GB are kept: give fewer points, seeds or recorded periods"
+                f"at most {1e-9 * TUNING.result_bytes:.3g} GB are kept: give fewer points, seeds or recorded periods"
             )
         self._arrays = self._reserve()
 
@@ -104,7 +99,7 @@ class Store(Memory):
     Raises
     ------
     SettingsError
-        If the folder holds results of another task, with what differs, or if they are larger than ``MOST_BYTES``.
+        If the folder holds results of another task, with what differs, or if they are too large.
     ArchiveError
         If the folder cannot be read or written, also by the methods.
     """
@@ -189,7 +184,7 @@ class Store(Memory):
         for draft in self.folder.glob(".*.part"):
             draft.unlink(missing_ok=True)
         named = [(first, count) for first, count in _named(self.folder) if first + count <= self.units]
-        found, looks = [], MOST_LOOKS * self.units
+        found, looks = [], TUNING.looks * self.units
         for first, count in named:
             # it writes no larger ones
             if count <= min(looks, self._most):

@@ -6,17 +6,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from chaosdrill.sweep.tuning import TUNING
+
 Arrays = dict[str, np.ndarray]
-
-
-AIM_S = 1.0
-"""Seconds that a chunk is to take: long beside what it costs to hand it out and keep it, short enough to lose."""
-
-FINE_S = 0.05  # seconds of the last chunks of a sweep, by which workers may end apart
-FIRST = 8  # units of the first chunks, where there are many: kernels step this many in the time of one
-GROWTH = 8  # a chunk has at most this many times as many units as the largest one before it
-MOST_UNITS = 4096
-MOST_BYTES = 2**24  # results of one chunk, of which several are under way at once
 
 
 class Task(Protocol):
@@ -83,7 +75,7 @@ class ChunkSizes:
     """
 
     def __init__(self, unit_bytes: int) -> None:
-        self.most = max(1, min(MOST_UNITS, MOST_BYTES // max(unit_bytes, 1)))
+        self.most = max(1, min(TUNING.most_units, TUNING.chunk_bytes // max(unit_bytes, 1)))
         self.cost = 0.0
         self.largest = 0
 
@@ -99,15 +91,16 @@ class ChunkSizes:
     @property
     def growing(self) -> bool:
         """Whether chunks are still much shorter than intended, so that none should be queued."""
-        return self.cost * self.largest < AIM_S / 10
+        return self.cost * self.largest < TUNING.chunk_s / 10
 
     def next(self, left: int, workers: int) -> int:
         """Number of units of the next chunk, out of ``left`` that are not assigned yet."""
         if not self.largest:
-            return min(FIRST, self.most) if left >= FIRST * FIRST * workers else 1
-        cost = max(self.cost, 1e-9)
+            return min(TUNING.first_units, self.most) if left >= TUNING.first_units**2 * workers else 1
+        cost = max(self.cost, TUNING.least_cost_s)
         share = left / (2 * workers) if workers > 1 else left
-        size = min(AIM_S / cost, max(share, FINE_S / cost), GROWTH * self.largest, self.most)
+        most = max(share, TUNING.last_chunk_s / cost)
+        size = min(TUNING.chunk_s / cost, most, TUNING.growth * self.largest, self.most)
         return max(1, min(int(size), left))
 
 

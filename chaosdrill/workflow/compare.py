@@ -11,6 +11,7 @@ from chaosdrill.archive.digest import DIGESTS
 from chaosdrill.dataset.outcomes import Outcome
 from chaosdrill.dataset.references import mapping
 from chaosdrill.dataset.schema import SCHEMA, table_of
+from chaosdrill.workflow.tuning import TUNING
 
 if TYPE_CHECKING:
     import numpy as np
@@ -28,23 +29,12 @@ DESCRIPTIVE = frozenset(
 
 CLOCKED = "not compared: measured time"
 
-STATED = 1e-8  # relative error within which cycles and multipliers agree, at tolerances of 1e-11 and less
-PER_TOLERANCE = 1e3  # that error over the tolerance of the method, at larger tolerances
-
-DEVIATIONS = 8.0
-"""Standard errors within which averages agree: errors rest on few frequencies; five are exceeded once in 10,000."""
-
-BAR = 30.0  # factor within which the error bars of two runs agree: with so few frequencies ten is passed in one of 500
 
 LEADERS = {"time": "states", "iterate": "section", "event": "event_state_before"}
 """Dimensions along which a run is recorded, and the variable that shows where two runs diverge."""
 
 _UNDECIDED = (Outcome.OK, Outcome.QUASIPERIODIC, Outcome.CHAOTIC, Outcome.UNDECIDED, Outcome.CONTRACTING)
 _ORBITS = ("periodic-orbit", "continuation", "equilibria")
-_ROUND_OFF = 1e-9
-_GROWTH = 1e4
-_LEAST = 1e-15
-_MARGIN = 0.25
 
 
 @dataclass(frozen=True)
@@ -284,7 +274,7 @@ def agreement(name: str, first: "xr.Dataset", second: "xr.Dataset") -> tuple[str
     a, b = one.values.astype(float), other.values.astype(float)
     loose = ~np.broadcast_to(_settled(first, second, one), a.shape)
     axis = name in first.coords
-    bound = STATED if axis else _stated(second)
+    bound = TUNING.stated if axis else _stated(second)
     with np.errstate(invalid="ignore", over="ignore"):
         apart = np.where((a == b) | (np.isnan(a) & np.isnan(b)), 0.0, np.abs(a - b))
     apart = np.where(np.isnan(apart), np.inf, apart)
@@ -292,19 +282,23 @@ def agreement(name: str, first: "xr.Dataset", second: "xr.Dataset") -> tuple[str
     allowed = bound * np.maximum(least, np.where(np.isfinite(b), np.abs(b), least))
     if rule == "magnitude":
         least = np.minimum(np.abs(a), np.abs(b))
-        return "order of magnitude", apart > np.maximum(9 * np.where(np.isfinite(least), least, 0.0), _ROUND_OFF)
+        return "order of magnitude", apart > np.maximum(
+            (TUNING.magnitude - 1) * np.where(np.isfinite(least), least, 0.0), TUNING.round_off
+        )
     whole = one.dtype.kind in "iub" and rule != "average"
     if not loose.any():
         return ("exactly", apart > 0) if whole else (f"within {bound:.0e}", apart > allowed)
     if bar and _in_both(bar, first, second):
         bars = _spread(bar, first, second, one)
-        return f"within {DEVIATIONS:g} standard errors", apart > allowed + np.where(loose, DEVIATIONS * bars, 0.0)
+        allowed = allowed + np.where(loose, TUNING.deviations * bars, 0.0)
+        return f"within {TUNING.deviations:g} standard errors", apart > allowed
     if name in {variable.bar for variable in table.values()}:
         least = np.minimum(np.abs(a), np.abs(b))
-        allowed = allowed + np.where(loose & np.isfinite(least), (BAR - 1) * least, 0.0)
-        return f"within a factor of {BAR:g}", apart > allowed
+        allowed = allowed + np.where(loose & np.isfinite(least), (TUNING.bar - 1) * least, 0.0)
+        return f"within a factor of {TUNING.bar:g}", apart > allowed
     if rule == "average":
-        return "within a tenth", apart > allowed + np.where(loose, 0.1 * np.abs(np.nan_to_num(b)) + 0.1, 0.0)
+        part = TUNING.average
+        return "within a tenth", apart > allowed + np.where(loose, part * np.abs(np.nan_to_num(b)) + part, 0.0)
     if rule == "sampled":
         return "not in chaos", (apart > allowed) & ~loose
     wrong = apart > (0.0 if whole else allowed)
@@ -342,8 +336,8 @@ def _stated(ds: "xr.Dataset") -> float:
     try:
         tolerance = float(ds.attrs["tolerance"])
     except (KeyError, TypeError, ValueError):
-        return STATED
-    return max(STATED, PER_TOLERANCE * tolerance)
+        return TUNING.stated
+    return max(TUNING.stated, TUNING.per_tolerance * tolerance)
 
 
 def _in_both(name: str, first: "xr.Dataset", second: "xr.Dataset") -> bool:
@@ -403,7 +397,7 @@ def _parting(dim: str, first: "xr.Dataset", second: "xr.Dataset", bound: float) 
     distance, size = np.moveaxis(distance, axis, 0), np.moveaxis(size, axis, 0)
     parted = np.logical_or.accumulate(distance > bound * size, axis=0)
     before = np.concatenate([distance[:1], distance[:-1]])
-    jump = parted & (distance > bound * size) & (distance > _GROWTH * np.maximum(before, _LEAST))
+    jump = parted & (distance > bound * size) & (distance > TUNING.jump * np.maximum(before, TUNING.least_distance))
     jump &= ~np.concatenate([parted[:1], parted[:-1]])
     rows = leader.isel({leader.dims[-1]: 0})
     return rows.copy(data=np.moveaxis(parted, 0, axis)), rows.copy(data=np.moveaxis(jump, 0, axis))
@@ -426,7 +420,7 @@ def _recorded(
         a, b, axis = first[name].values, variable.values, variable.dims.index(dim)
         low, high = (pick(b, axis=axis, keepdims=True) for pick in (np.min, np.max))
         with np.errstate(invalid="ignore"):
-            margin = _MARGIN * (high - low) + bound * _least(name, first, second)
+            margin = TUNING.margin * (high - low) + bound * _least(name, first, second)
             excused = excused & (a >= low - margin) & (a <= high + margin)
     if name == LEADERS[dim]:
         excused = excused & ~jump

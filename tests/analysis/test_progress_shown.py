@@ -3,6 +3,7 @@
 import inspect
 import io
 import sys
+from dataclasses import replace
 
 import pytest
 
@@ -70,7 +71,7 @@ def look(monkeypatch):
     """Function that makes standard error a terminal on which what takes long enough is shown, and returns it."""
 
     def begin(delay=0.0):
-        monkeypatch.setattr(progress, "DELAY_S", delay)
+        monkeypatch.setattr(progress, "TUNING", replace(progress.TUNING, delay_s=delay))
         monkeypatch.setattr("sys.stderr", Terminal())
         return sys.stderr
 
@@ -147,9 +148,10 @@ def test_signatures_stay():
 
 
 NOTEBOOK = """
+from dataclasses import replace
 import chaosdrill as cd
 from chaosdrill import progress
-progress.DELAY_S = 0.0
+progress.TUNING = replace(progress.TUNING, delay_s=0.0)
 system = cd.build("impact-oscillator", {"omega": 3.3})
 ds = cd.lyapunov_spectrum(system, periods=50)
 """

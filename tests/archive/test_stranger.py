@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -297,7 +298,7 @@ def test_a_process_that_is_kept_waiting_is_no_damage(tmp_path, sound, monkeypatc
     with trial.Reader() as reader:
         reader.read(path, decoded=True)
         os.kill(reader._process.pid, signal.SIGSTOP)
-        monkeypatch.setattr(trial, "PATIENCE_S", 0.1)
+        monkeypatch.setattr(trial, "TUNING", replace(trial.TUNING, patience_s=0.1))
         with pytest.raises(ArchiveError, match="is the machine busy, or the disk slow") as caught:
             reader.read(path, decoded=True)
     assert not isinstance(caught.value, trial.DamagedError)

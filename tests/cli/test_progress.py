@@ -4,6 +4,7 @@ import errno
 import io
 import re
 import time
+from dataclasses import replace
 from itertools import groupby
 
 import numba
@@ -245,13 +246,13 @@ def test_a_stream_that_is_gone_costs_no_work(terminal):
 def test_a_bar_ends_with_the_work_however_that_ends(monkeypatch, fault):
     stream = Terminal()
     monkeypatch.setattr("sys.stderr", stream)
-    monkeypatch.setattr(progress, "DELAY_S", 0.0)
+    monkeypatch.setattr(progress, "TUNING", replace(progress.TUNING, delay_s=0.0))
 
     @watched
     def long_work(report=None):
         show = teller(report)
         show(0, 3)
-        time.sleep(2 * progress.REDRAW_S)
+        time.sleep(2 * progress.TUNING.redraw_s)
         show(1, 3)
         raise fault
 

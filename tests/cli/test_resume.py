@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import netCDF4
@@ -20,6 +21,7 @@ from chaosdrill.analysis.points import PointTask
 from chaosdrill.archive.read import open_archive
 from chaosdrill.files import draft_of
 from chaosdrill.sweep.store import kept_points
+from chaosdrill.sweep.tuning import TUNING
 from chaosdrill.workflow.compare import compare
 
 # An unfinished run is gone on with by --resume, and by nothing else; a changed scene is refused with what changed.
@@ -295,7 +297,7 @@ def test_workers_and_scheduler_exclude_each_other(call, scene, tmp_path):
 
 def test_a_scheduler_that_does_not_answer_is_told_before_the_run(call, scene, tmp_path, monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("chaosdrill.sweep.schedule.ANSWER_S", 0.3)
+    monkeypatch.setattr("chaosdrill.sweep.schedule.TUNING", replace(TUNING, answer_s=0.3))
     monkeypatch.setattr("chaosdrill.scene.checks.Asked.run", lambda *_, **__: pytest.fail("it ran"))
     answer = call("run", scene, "-o", tmp_path / "out.nc", "--scheduler", "tcp://127.0.0.1:9")
     assert answer.code == 2

@@ -1,5 +1,7 @@
 """The duration of a contact in rates, guards and quadratures, where its approach speed may move."""
 
+from dataclasses import replace
+
 import mpmath
 import numpy as np
 import pytest
@@ -59,7 +61,7 @@ def system(title):
 def kernels(request):
     with pytest.MonkeyPatch.context() as patched:
         if request.param == "in tables":
-            patched.setattr(mode, "IN_LINE", -1)
+            patched.setattr(mode, "TUNING", replace(mode.TUNING, products_in_line=-1))
         return kernels_of(system(f"durations {request.param}"))
 
 

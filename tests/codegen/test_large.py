@@ -1,5 +1,7 @@
 """Large modes: their operations stand in tables, and what many states share is varied once."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import sympy
@@ -64,8 +66,8 @@ def both(request):
     found = []
     for limit in (-1, 10**6):
         with pytest.MonkeyPatch.context() as patched:
-            patched.setattr(mode, "IN_LINE", limit)
-            patched.setattr(mode, "SUMS", limit)
+            tuned = replace(mode.TUNING, products_in_line=limit, sums_in_line=limit)
+            patched.setattr(mode, "TUNING", tuned)
             system = MAKERS[request.param](SIZE)
             found.append((system, kernels_of(system)))
     return found
@@ -114,8 +116,8 @@ def test_an_event_is_that_of_code_in_line():
     found = []
     for limit in (-1, 10**6):
         with pytest.MonkeyPatch.context() as patched:
-            patched.setattr(mode, "IN_LINE", limit)
-            patched.setattr(mode, "SUMS", limit)
+            tuned = replace(mode.TUNING, products_in_line=limit, sums_in_line=limit)
+            patched.setattr(mode, "TUNING", tuned)
             system = chain(SIZE)
             kernels = kernels_of(system)
         n = len(system.states)

@@ -5,6 +5,8 @@ computed polynomial of the state, the coefficients of f(X(s), t + s) up to the o
 next ones of X itself: that is the differential equation, and it has one solution.
 """
 
+from dataclasses import replace
+
 import mpmath
 import numpy as np
 import pytest
@@ -99,7 +101,7 @@ def kernels(request):
     """Small systems have their products of series in line; those of large ones stand in tables."""
     with pytest.MonkeyPatch.context() as patched:
         if request.param == "in tables":
-            patched.setattr(mode, "IN_LINE", -1)
+            patched.setattr(mode, "TUNING", replace(mode.TUNING, products_in_line=-1))
         return kernels_of(system(NAMES, f"every operation {request.param}"))
 
 

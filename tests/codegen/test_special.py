@@ -1,6 +1,7 @@
 """Special functions of what moves: their series, their tangents and their rounding, in line and in tables."""
 
 import math
+from dataclasses import replace
 
 import mpmath
 import numpy as np
@@ -34,7 +35,7 @@ def system(rate, title):
 def kernels(request):
     with pytest.MonkeyPatch.context() as patched:
         if request.param == "in tables":
-            patched.setattr(mode, "IN_LINE", -1)
+            patched.setattr(mode, "TUNING", replace(mode.TUNING, products_in_line=-1))
         return kernels_of(system(hunt_crossley_exit(X * Y, Q), request.param))
 
 

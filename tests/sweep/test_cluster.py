@@ -17,6 +17,7 @@ from chaosdrill.sweep import execute
 from chaosdrill.sweep.fingerprint import origin
 from chaosdrill.sweep.schedule import run_packed
 from chaosdrill.sweep.store import kept_points
+from chaosdrill.sweep.tuning import TUNING
 
 dask = pytest.importorskip("dask")
 distributed = pytest.importorskip("distributed")
@@ -64,7 +65,7 @@ def test_a_chunk_that_kills_its_workers_is_not_tried_for_ever(cluster, tmp_path)
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "127.0.0.1:9", "nowhere://1", "", 8786])
 def test_an_address_without_a_scheduler(task, address, monkeypatch):
-    monkeypatch.setattr("chaosdrill.sweep.schedule.ANSWER_S", 0.5)
+    monkeypatch.setattr("chaosdrill.sweep.schedule.TUNING", replace(TUNING, answer_s=0.5))
     with pytest.raises(SettingsError, match=r"scheduler is .*address|no Dask scheduler answers"):
         execute(task, scheduler=address)
 

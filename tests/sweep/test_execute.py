@@ -15,7 +15,8 @@ from support.logistic_task import Faulty, Logistic
 
 from chaosdrill.errors import SettingsError
 from chaosdrill.sweep import execute
-from chaosdrill.sweep.task import AIM_S, FINE_S, FIRST, ChunkSizes, Gaps
+from chaosdrill.sweep.task import ChunkSizes, Gaps
+from chaosdrill.sweep.tuning import TUNING
 
 # The same bits whoever runs the units; nothing runs twice; faults and interruptions come through.
 
@@ -169,16 +170,16 @@ def simulate(costs, workers):
 @pytest.mark.parametrize("workers", [1, 2, 7])
 def test_cheap_units_come_in_chunks_of_about_a_second(workers):
     chunks, clocks = simulate([0.002] * 20_000, workers)
-    assert max(spent for *_, spent in chunks) <= AIM_S * 1.001
-    assert workers == 7 or sorted(spent for *_, spent in chunks)[len(chunks) // 2] > 0.5 * AIM_S
+    assert max(spent for *_, spent in chunks) <= TUNING.chunk_s * 1.001
+    assert workers == 7 or sorted(spent for *_, spent in chunks)[len(chunks) // 2] > 0.5 * TUNING.chunk_s
     assert len(chunks) < 200
-    assert max(clocks) - min(clocks) < 2 * FINE_S
+    assert max(clocks) - min(clocks) < 2 * TUNING.last_chunk_s
 
 
 def test_few_chunks_are_short():
     chunks, _ = simulate([0.0005] * 30_000, 2)
-    assert [count for _, count, _ in chunks[:2]] == [FIRST, FIRST]
-    assert all(spent >= FINE_S / 2 for *_, spent in chunks[4:-1])
+    assert [count for _, count, _ in chunks[:2]] == [TUNING.first_units, TUNING.first_units]
+    assert all(spent >= TUNING.last_chunk_s / 2 for *_, spent in chunks[4:-1])
     assert len(chunks) < 40
 
 
@@ -195,8 +196,8 @@ def test_units_of_several_seconds_go_out_one_by_one():
 def test_chunks_shrink_at_once_where_units_become_expensive():
     chunks, clocks = simulate([0.001] * 10_000 + [0.1] * 500, 2)
     late = [count for first, count, _ in chunks if first > 10_400]
-    assert max(late) <= AIM_S / 0.1
-    assert max(clocks) - min(clocks) < 2 * AIM_S
+    assert max(late) <= TUNING.chunk_s / 0.1
+    assert max(clocks) - min(clocks) < 2 * TUNING.chunk_s
 
 
 def test_a_first_chunk_that_waits_for_a_compiler_is_soon_forgotten():

@@ -7,6 +7,7 @@ import pickle
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -166,7 +167,7 @@ def test_no_record_is_larger_than_it_may_be(tmp_path, monkeypatch):
     monkeypatch.setattr(record, "cache_folder", lambda: tmp_path)
     monkeypatch.setattr(model, "_listed", type(model._listed)())
     for most, expected in ((10, 0), (record.MOST_BYTES, 1)):
-        monkeypatch.setattr(record, "MOST_BYTES", most)
+        monkeypatch.setattr(record, "TUNING", replace(record.TUNING, record_bytes=most))
         system = cd.build("saddle-reset")
         kernels_of(system)
         record.remember(system)
