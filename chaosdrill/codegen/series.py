@@ -8,9 +8,10 @@ from typing import Any
 
 from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Index, Module, Number, Row, total
 from chaosdrill.codegen.mode import HISTORY, Mode
-from chaosdrill.codegen.recurrence import PASS, Expansion, Recurrences, sums_of_older
+from chaosdrill.codegen.recurrence import Expansion, Recurrences, sums_of_older
 from chaosdrill.codegen.signatures import WIDTH
 from chaosdrill.codegen.tape import POSITIVE
+from chaosdrill.codegen.tuning import TUNING
 
 
 class InLine:
@@ -258,9 +259,9 @@ class _Tangents:
             for row, number in zip(rows, numbers, strict=True):
                 row[0] = number.now
         history = {row: self.ws(row) for row, _ in self.pairs}
-        self.begun = {row: [data[k] for k in range(PASS)] for row, data in history.items()}
+        self.begun = {row: [data[k] for k in range(TUNING.orders_in_pass)] for row, data in history.items()}
         self.start = self._jacobian_at_start()
-        lanes = PASS if self.pairs else 1
+        lanes = TUNING.orders_in_pass if self.pairs else 1
         with f.loop(0, self.order + 1, lanes) as base:
             self.old = {(v, *pair): sums for pair in self.pairs for v, sums in enumerate(self._older(*pair, base))}
             self.in_pass: list[list[list[Number]]] = [[[] for _ in range(self.mode.n)] for _ in range(2)]

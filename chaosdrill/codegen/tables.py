@@ -13,7 +13,7 @@ from typing import Any
 from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Index, Module, Number, Row, Table, Test, Variable
 from chaosdrill.codegen.mathematics import START, power, special
 from chaosdrill.codegen.mode import Mode
-from chaosdrill.codegen.recurrence import PASS, Expansion, sums_of_older, value_alone
+from chaosdrill.codegen.recurrence import Expansion, sums_of_older, value_alone
 from chaosdrill.codegen.signatures import WIDTH
 from chaosdrill.codegen.tape import PATH, POSITIVE
 from chaosdrill.codegen.tuning import TUNING
@@ -219,14 +219,14 @@ class InTables:
                 source(i, v)[0] = f.row(start)[i]
         kept, rates = (_Variations(self, f, *which) for which in self._variations())
         first = {kept: 0, rates: kept.count}
-        with f.loop(0, Index(f, order) + 1, PASS) as base:
+        with f.loop(0, Index(f, order) + 1, TUNING.orders_in_pass) as base:
             for variations in (kept, rates):
                 with f.loop(0, variations.count) as p:
                     _, series, other = variations.product(p)
                     vectors = [source(other, v).data for v in range(2)]
-                    sums = sums_at.after((p + first[variations]) * (2 * PASS))
+                    sums = sums_at.after((p + first[variations]) * (2 * TUNING.orders_in_pass))
                     f.builder.call(older, [table[series].data, *vectors, base.value, sums.data])
-            for lane in range(PASS):
+            for lane in range(TUNING.orders_in_pass):
                 ik = f.reciprocal(base + (lane + 1))
                 for variations, factor in ((kept, None), (rates, ik)):
                     with f.loop(0, variations.targets.count) as i:
@@ -236,11 +236,11 @@ class InTables:
                                 total.grow(constants[place] * source(other, v)[base + lane])
                         with variations.products(i) as p:
                             place, series, other = variations.product(p)
-                            sums = sums_at.after((p + first[variations]) * (2 * PASS))
+                            sums = sums_at.after((p + first[variations]) * (2 * TUNING.orders_in_pass))
                             begun = [table[series][j] for j in range(lane + 1)]
                             for v, total in enumerate(totals):
                                 newest = source(other, v).after(base)
-                                value = sums[v * PASS + lane]
+                                value = sums[v * TUNING.orders_in_pass + lane]
                                 for j in range(lane + 1):
                                     value = value + begun[lane - j] * newest[j]
                                 total.grow(constants[place] * value)
@@ -599,7 +599,7 @@ def _older(module: Module, name: str) -> Any:
         base, target = Index(f, f.arguments[3]), f.row(f.arguments[4])
         for v, sums in enumerate(sums_of_older(f, series, vectors, base)):
             for lane, value in enumerate(sums):
-                target[v * PASS + lane] = value
+                target[v * TUNING.orders_in_pass + lane] = value
 
     types = {"series": _ROW, "first": _ROW, "second": _ROW, "base": INT, "sums": _ROW}
     return module.in_parts(name, types, write)

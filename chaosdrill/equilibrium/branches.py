@@ -18,7 +18,7 @@ from chaosdrill.dataset.equilibria import Beyond, SpecialEquilibrium
 from chaosdrill.equilibrium.curve import Curve, LostError, Point, followed
 from chaosdrill.equilibrium.forms import HopfForm, beyond, branch_point, crossing, hopf_form
 from chaosdrill.equilibrium.points import Equilibrium
-from chaosdrill.equilibrium.settings import SETTINGS
+from chaosdrill.equilibrium.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -90,7 +90,7 @@ def branches(task: Task, starts: Sequence[Equilibrium], report: Callable[[int], 
         mode = task.system.mode_names[one.field.mode]
         _enter(task, found, one, f"an equilibrium of mode {mode!r} at {task.parameter} = {own:g}", -1)
     number = 0
-    while number < len(found) and len(found) < SETTINGS.most_branches:
+    while number < len(found) and len(found) < TUNING.most_branches:
         branch = found[number]
         _mark(task, found, number)
         if report is not None:
@@ -135,7 +135,7 @@ def _switch(task: Task, found: list[Branch], parent: int, mark: Mark) -> None:
     if not ways:
         return
     way = ways[0]
-    step = min(SETTINGS.along, curve.step)
+    step = min(TUNING.along, curve.step)
     sides = []
     for sign in (1, -1):
         start = Point(here.at, sign * way, here.arclength)
@@ -165,7 +165,7 @@ class _State:
 
 def _state(point: Point) -> _State:
     one = point.at
-    doubt = UNIT * 64
+    doubt = UNIT * TUNING.level
     way = 0 if abs(point.tangent[-1]) <= doubt else int(np.sign(point.tangent[-1]))
     sides = np.where(np.abs(one.heights) <= one.height_errors, 0, np.sign(one.heights)).astype(int)
     return _State(one.spectrum.unstable, way, tuple(sides.tolist()))
@@ -222,7 +222,7 @@ Place = tuple[Point, SpecialEquilibrium, float, int, float]
 def _events(curve: Curve, first: Point, last: Point) -> list[Place]:
     """The special points between two neighbours."""
     found: list[Place] = []
-    for low, high in _one_by_one(curve, first, last, SETTINGS.halvings):
+    for low, high in _one_by_one(curve, first, last, TUNING.halvings):
         a, b = _state(low), _state(high)
         for side, (one, other) in enumerate(zip(a.sides, b.sides, strict=True)):
             if one * other < 0:
@@ -244,7 +244,7 @@ def _one_by_one(curve: Curve, first: Point, last: Point, halvings: int) -> list[
     things = abs(b.unstable[0] - a.unstable[0]) + (a.way != b.way) + sum(np.not_equal(a.sides, b.sides))
     if halvings == 0 or things == 1:
         return [(first, last)]
-    for part in (0.5, 0.4142, 0.6180):
+    for part in TUNING.parts:
         try:
             middle = curve.between(first, last, part)
         except LostError:
@@ -365,7 +365,7 @@ def _together(curve: Curve, found: list[Place]) -> list[Place]:
     kept: list[Place] = []
     for one in found:
         for k, other in enumerate(kept):
-            near = 10 * (one[2] + other[2]) + SETTINGS.same * (curve.limits[1] - curve.limits[0])
+            near = 10 * (one[2] + other[2]) + TUNING.same * (curve.limits[1] - curve.limits[0])
             if one[1] == other[1] and abs(curve.value(one[0].at) - curve.value(other[0].at)) <= near:
                 kept[k] = (other[0], other[1], max(other[2], one[2]), other[3] + one[3], other[4])
                 break
@@ -433,7 +433,7 @@ def _beside(branch: Branch, k: int) -> tuple[Point, Point, Point]:
     found = []
     for other in (points[max(k - 1, 0)], points[min(k + 1, len(points) - 1)]):
         apart = abs(other.arclength - here.arclength)
-        part = min(1.0, SETTINGS.displaced * curve.step / apart) if apart else 0.0
+        part = min(1.0, TUNING.displaced * curve.step / apart) if apart else 0.0
         try:
             found.append(curve.between(here, other, part) if part else here)
         except LostError:

@@ -14,7 +14,7 @@ from chaosdrill.codegen.rounding import UNIT
 from chaosdrill.dataset.branches import BranchEnd
 from chaosdrill.equilibrium.fields import Field
 from chaosdrill.equilibrium.points import Equilibrium, equilibrium, polished
-from chaosdrill.equilibrium.settings import SETTINGS
+from chaosdrill.equilibrium.tuning import TUNING
 
 
 class LostError(Exception):
@@ -99,7 +99,7 @@ class Curve:
         numbers = from_.at.numbers.copy()
         numbers[self.places] = guess
         last = length = np.inf
-        for _ in range(SETTINGS.newton_steps):
+        for _ in range(TUNING.newton_steps):
             rates = self.field.rate(numbers)
             matrix, rows = self.scaled(numbers, weights)
             left = np.array([*(rows * rates), row @ ((numbers[self.places] - guess) / weights)])
@@ -107,7 +107,7 @@ class Curve:
             if not (np.isfinite(whole).all() and np.isfinite(left).all()):
                 break
             # where branches cross, steps shrink no further than rounding over a pivot that vanishes
-            settled = length <= SETTINGS.settled or length > last / 2
+            settled = length <= TUNING.settled or length > last / 2
             if settled and (np.abs(rates) <= self.allowed(numbers, weights)).all():
                 return equilibrium(self.field, numbers)
             try:
@@ -117,14 +117,14 @@ class Curve:
             numbers = numbers.copy()
             numbers[self.places] += weights * step
             last, length = length, float(np.linalg.norm(step))
-            if not length < SETTINGS.farthest:
+            if not length < TUNING.farthest:
                 break
         raise LostError("Newton's method did not converge")
 
     def allowed(self, numbers: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """What may be left of the rates: their rounding, and that of states of their sizes, since one may be zero."""
         sizes = UNIT * np.abs(self.field.jacobian(numbers)) @ weights[:-1]
-        found: np.ndarray = SETTINGS.rounded * (self.field.rounding(numbers) + sizes)
+        found: np.ndarray = TUNING.rounded * (self.field.rounding(numbers) + sizes)
         return found
 
     def after(self, last: Point, h: float) -> Point:
@@ -140,7 +140,7 @@ class Curve:
         apart = float(np.linalg.norm((self.unknowns(one) - guess) / weights))
         tangent = self.tangent(one, last.tangent * weights / self.weights(one))
         straight = float(tangent @ last.tangent) / float(np.linalg.norm(last.tangent))
-        if apart > SETTINGS.nearest * h or straight < SETTINGS.straight:
+        if apart > TUNING.nearest * h or straight < TUNING.straight:
             raise LostError("the step is too long")
         return Point(one, tangent, last.arclength + h)
 
@@ -178,8 +178,8 @@ class Curve:
         lengths = np.maximum((chords**2).sum(axis=1), 1e-300)
         parts = (away * chords).sum(axis=1) / lengths
         apart = np.linalg.norm(away - parts[:, np.newaxis] * chords, axis=1)
-        beside = (parts >= -0.1) & (parts <= 1.1) & (apart <= np.sqrt(lengths))
-        near = SETTINGS.same + SETTINGS.same_errors * np.nan_to_num(np.append(one.error, 0.0)) / weights
+        beside = (parts >= -TUNING.beyond) & (parts <= 1 + TUNING.beyond) & (apart <= np.sqrt(lengths))
+        near = TUNING.same + TUNING.same_errors * np.nan_to_num(np.append(one.error, 0.0)) / weights
         for k in np.flatnonzero(beside).tolist():
             try:
                 other = self.between(points[k], points[k + 1], float(parts[k]))
@@ -193,15 +193,15 @@ class Curve:
 def followed(curve: Curve, first: Point, most: int) -> tuple[list[Point], BranchEnd]:
     """Points of a branch from the first on in the direction of its tangent, and how they end."""
     points, low, high = [first], *curve.limits
-    longest = min(curve.step, SETTINGS.longest_step)
-    h = SETTINGS.first_step * longest
+    longest = min(curve.step, TUNING.longest_step)
+    h = TUNING.first_step * longest
     while len(points) < most:
         last = points[-1]
         try:
             point = curve.after(last, h)
         except LostError:
             h /= 2
-            if h < SETTINGS.shortest_step * longest:
+            if h < TUNING.shortest_step * longest:
                 return points, BranchEnd.NO_CONVERGENCE
             continue
         value = curve.value(point.at)
@@ -220,8 +220,8 @@ def followed(curve: Curve, first: Point, most: int) -> tuple[list[Point], Branch
             points[-1] = replace(first, arclength=point.arclength)
             return points, BranchEnd.CLOSED
         steep = max(float(np.abs(point.tangent[:-1]).max()), 1e-300)
-        most_h = min(curve.step / max(abs(float(point.tangent[-1])), 1e-300), SETTINGS.longest_step / steep)
-        h = min(h * SETTINGS.growth, most_h)
+        most_h = min(curve.step / max(abs(float(point.tangent[-1])), 1e-300), TUNING.longest_step / steep)
+        h = min(h * TUNING.growth, most_h)
     return points, BranchEnd.MOST_POINTS
 
 
@@ -230,7 +230,7 @@ def _home(curve: Curve, points: list[Point], h: float) -> bool:
     first, before, last = points[0], points[-2], points[-1]
     weights = curve.weights(first.at)
     to_first = (curve.unknowns(first.at) - curve.unknowns(before.at)) / weights
-    if np.linalg.norm(to_first) > 2 * h or float(first.tangent @ last.tangent) < SETTINGS.straight:
+    if np.linalg.norm(to_first) > 2 * h or float(first.tangent @ last.tangent) < TUNING.straight:
         return False
     along = float(to_first @ before.tangent)
     if not 0 < along <= h:
@@ -240,4 +240,4 @@ def _home(curve: Curve, points: list[Point], h: float) -> bool:
     except LostError:
         return False
     away = np.abs(curve.unknowns(there) - curve.unknowns(first.at)) / weights
-    return bool(away.max() <= max(SETTINGS.same, 0.05 * h * h))
+    return bool(away.max() <= max(TUNING.same, TUNING.bend * h * h))

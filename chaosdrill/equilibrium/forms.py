@@ -20,7 +20,7 @@ from chaosdrill.dataset.equilibria import Beyond
 from chaosdrill.equilibrium.curve import Curve, Point
 from chaosdrill.equilibrium.fields import NoFieldError, field_of
 from chaosdrill.equilibrium.points import Equilibrium, equilibrium, polished
-from chaosdrill.equilibrium.settings import SETTINGS
+from chaosdrill.equilibrium.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -110,7 +110,7 @@ def hopf_form(curve: Curve, before: Point, point: Point, after: Point, omega: fl
     coefficient = here.cubic.real / here.omega
     span = abs(values[1] - values[0])
     changed = abs(beside[1].cubic.real - beside[0].cubic.real) / here.omega
-    doubt = 64 * len(here.q) * UNIT * here.size / here.omega + (changed * 2 * error / span if span else 0.0)
+    doubt = TUNING.level * len(here.q) * UNIT * here.size / here.omega + (changed * 2 * error / span if span else 0.0)
     if not (np.isfinite(coefficient) and np.isfinite(doubt)):
         return undecided
     if abs(coefficient) <= doubt:
@@ -140,16 +140,16 @@ def _cycle(curve: Curve, point: Point, form: _Terms) -> Cycle | None:
         return None
     if slope.real == 0:
         return None
-    squared = (SETTINGS.cycle_reach / (2 * float(np.abs(form.q).max()))) ** 2
+    squared = (TUNING.cycle_reach / (2 * float(np.abs(form.q).max()))) ** 2
     away = -form.cubic.real * squared / slope.real
-    room = SETTINGS.cycle_range * (curve.limits[1] - curve.limits[0])
+    room = TUNING.cycle_range * (curve.limits[1] - curve.limits[0])
     squared *= min(1.0, room / abs(away))
     away = -form.cubic.real * squared / slope.real
     frequency = form.omega + slope.imag * away + form.cubic.imag * squared
     field, sizes = curve.field, curve.weights(point.at)[:-1]
     numbers = point.at.numbers.copy()
     numbers[curve.places] += np.append(moves * away, away)
-    radius, angles = np.sqrt(squared), np.linspace(0, 2 * np.pi, 64, endpoint=False)
+    radius, angles = np.sqrt(squared), np.linspace(0, 2 * np.pi, TUNING.cycle_points, endpoint=False)
     path = []
     for angle in angles:
         turn = np.exp(1j * angle)
@@ -199,7 +199,7 @@ def branch_point(curve: Curve, point: Point, reach: float) -> tuple[Point, float
     w, b, numbers = np.linalg.svd(matrix)[0][:, -1], 0.0, point.at.numbers.copy()
     ones = np.eye(m + 1)
     last = np.inf
-    for _ in range(SETTINGS.newton_steps):
+    for _ in range(TUNING.newton_steps):
         slopes = rows[:, np.newaxis] * curve.matrix(numbers) * weights
         hessian = np.array(
             [
@@ -225,13 +225,13 @@ def branch_point(curve: Curve, point: Point, reach: float) -> tuple[Point, float
         numbers[curve.places] += weights * step[: m + 1]
         w, b = w + step[m + 1 : -1], b + float(step[-1])
         length = float(np.abs(step).max())
-        if length <= SETTINGS.settled or (length < SETTINGS.same and length > last / 2):
+        if length <= TUNING.settled or (length < TUNING.same and length > last / 2):
             break
         last = length
     else:
         return None
     away = np.abs(numbers[curve.places] - curve.unknowns(point.at)) / weights
-    if away.max() > reach or abs(b) > SETTINGS.same:
+    if away.max() > reach or abs(b) > TUNING.same:
         return None
     doubt = np.concatenate([rows * field.rounding(numbers), UNIT * np.abs(w) @ np.abs(slopes) * np.ones(m + 1), [UNIT]])
     error = np.abs(np.linalg.inv(whole)) @ (4 * doubt)
@@ -268,7 +268,7 @@ def beyond(
             continue
         there = equilibrium(other, found)
         apart = np.abs(there.states - point.at.states)
-        near = SETTINGS.same * sizes + SETTINGS.same_errors * np.nan_to_num(there.state_errors())
+        near = TUNING.same * sizes + TUNING.same_errors * np.nan_to_num(there.state_errors())
         if (apart > near).any():
             continue
         doubt = np.maximum(there.height_errors, _reach(there, near))
@@ -304,6 +304,6 @@ def _side_slope(curve: Curve, one: Equilibrium, sides: list[int]) -> int:
         return 0
     slopes = curve.field.slopes(one.numbers, curve.which)[sides]
     parts = slopes * np.append(moves, 1.0)
-    total, doubt = parts.sum(axis=1), 1e-8 * np.abs(parts).sum(axis=1)
+    total, doubt = parts.sum(axis=1), TUNING.sliding * np.abs(parts).sum(axis=1)
     ways = set(np.where(np.abs(total) <= doubt, 0, -np.sign(total)).astype(int).tolist())
     return ways.pop() if len(ways) == 1 else 0

@@ -14,7 +14,7 @@ import scipy.linalg
 from chaosdrill.codegen.rounding import UNIT
 from chaosdrill.dataset.equilibria import Admissibility, EquilibriumType
 from chaosdrill.equilibrium.fields import Field
-from chaosdrill.equilibrium.settings import SETTINGS
+from chaosdrill.equilibrium.tuning import TUNING
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class Equilibrium:
 
     def met(self, other: "Equilibrium", sizes: np.ndarray) -> bool:
         """Whether this is the same as another one of its mode at the same parameters."""
-        near = SETTINGS.same * sizes + SETTINGS.same_errors * np.nan_to_num(self.error + other.error)
+        near = TUNING.same * sizes + TUNING.same_errors * np.nan_to_num(self.error + other.error)
         return bool((np.abs(self.free - other.free) <= near).all())
 
 
@@ -98,9 +98,9 @@ def moved(field: Field, numbers: np.ndarray, step: np.ndarray) -> np.ndarray:
 def polished(field: Field, numbers: np.ndarray) -> np.ndarray | None:
     """The equilibrium to which Newton's method leads, to rounding; None where it leads to none."""
     here, best, left = numbers, None, np.inf
-    for _ in range(SETTINGS.newton_steps):
+    for _ in range(TUNING.newton_steps):
         rates = field.rate(here)
-        allowed = SETTINGS.rounded * field.rounding(here)
+        allowed = TUNING.rounded * field.rounding(here)
         if not (np.isfinite(rates).all() and np.isfinite(allowed).all()):
             return best
         with np.errstate(divide="ignore"):

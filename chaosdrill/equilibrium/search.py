@@ -13,6 +13,7 @@ import scipy.optimize
 
 from chaosdrill.equilibrium.fields import Field, NoFieldError, field_of
 from chaosdrill.equilibrium.points import Equilibrium, equilibrium, polished
+from chaosdrill.equilibrium.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -102,7 +103,9 @@ def _led(field: Field, begin: np.ndarray, sizes: np.ndarray) -> np.ndarray | Non
         return np.nan_to_num(field.jacobian(at(z)) * sizes / rows[:, np.newaxis])
 
     with np.errstate(all="ignore"):
-        result = scipy.optimize.root(rates, np.zeros(len(free)), jac=slopes, method="hybr", options={"xtol": 1e-12})
+        result = scipy.optimize.root(
+            rates, np.zeros(len(free)), jac=slopes, method="hybr", options={"xtol": TUNING.hybrid}
+        )
     return at(result.x) if np.isfinite(result.x).all() else None
 
 

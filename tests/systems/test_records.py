@@ -166,7 +166,7 @@ def test_a_record_without_its_code_is_compiled_anew(first, own):
 def test_no_record_is_larger_than_it_may_be(tmp_path, monkeypatch):
     monkeypatch.setattr(record, "cache_folder", lambda: tmp_path)
     monkeypatch.setattr(model, "_listed", type(model._listed)())
-    for most, expected in ((10, 0), (record.MOST_BYTES, 1)):
+    for most, expected in ((10, 0), (record.TUNING.record_bytes, 1)):
         monkeypatch.setattr(record, "TUNING", replace(record.TUNING, record_bytes=most))
         system = cd.build("saddle-reset")
         kernels_of(system)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Settings:
+class Tuning:
     """What steers the numerics of this room; distances count each state in its size."""
 
     # Newton's method
@@ -12,6 +12,8 @@ class Settings:
     """Steps from a start, at most; near a double root each gains one binary digit."""
     rounded: float = 8.0
     """Times the rounding error of the rates that may be left of them at an equilibrium."""
+    hybrid: float = 1e-12
+    """Relative step at which Powell's hybrid method ends, which leads from a start to where Newton's begins."""
     settled: float = 1e-13
     """Step, in the sizes of the unknowns, that changes only the last digits."""
     farthest: float = 1e3
@@ -40,14 +42,26 @@ class Settings:
     """Step from a branch point onto the branch that crosses, as a part of the longest, or less."""
     most_branches: int = 32
     """Branches that are followed, at most."""
+    level: float = 64.0
+    """Rounding units of a component of a unit vector that is zero."""
+    parts: tuple[float, ...] = (0.5, 0.4142, 0.6180)
+    """Parts at which a stretch is divided, the next one where a point cannot be told there."""
+    beyond: float = 0.1
+    """Part of a chord by which an equilibrium may lie beyond its ends to be looked for on it."""
+    bend: float = 0.05
+    """Part of the square of a step by which two branches part at least that are not one bent branch."""
 
     # normal forms
     displaced: float = 1e-3
     """Way along the branch, as a part of the step, over which the change of a coefficient is looked at."""
     cycle_reach: float = 0.05
     """Amplitude of the predicted cycle, in the sizes of the states: its square is what the prediction leaves out."""
+    cycle_points: int = 64
+    """Points of the predicted cycle."""
+    sliding: float = 1e-8
+    """Part of its terms below which the way of a height is unknown: half the digits, as a fold has them."""
     cycle_range: float = 0.01
     """Its distance from the Hopf point, at most, as a part of the parameter's range."""
 
 
-SETTINGS = Settings()
+TUNING = Tuning()
