@@ -1,8 +1,10 @@
 """Pages, links and docstrings: what is quick to check of the documentation."""
 
+import builtins
 import inspect
 import re
 import runpy
+import symtable
 from pathlib import Path
 
 import pytest
@@ -203,6 +205,27 @@ def test_examples_share_names_and_files_and_marked_ones_are_left_out(check, tmp_
         encoding="utf-8",
     )
     assert check["faults_of"](page) == []
+
+
+def undefined(check, page):
+    """Names that an example of a page reads, and neither it nor an earlier one has made."""
+    prelude = ROOT / "docs" / "_examples" / page.stem / "prelude.py"
+    texts = [prelude.read_text(encoding="utf-8")] if prelude.is_file() else []
+    texts += [block.text for block in check["blocks"](page) if block.language == "python"]
+    made, missing = set(dir(builtins)), set()
+    for text in texts:
+        table = symtable.symtable(text, str(page), "exec")
+        made |= {one.get_name() for one in table.get_symbols() if one.is_assigned() or one.is_imported()}
+        missing |= {one.get_name() for one in table.get_symbols() if one.is_referenced()} - made
+    return missing
+
+
+def test_examples_know_the_names_that_they_read(check, tmp_path):
+    assert {page.stem: found for page in check["pages"]() if (found := undefined(check, page))} == {}
+    # names of notebook cells are not among them
+    page = tmp_path / "page.md"
+    page.write_text("```{code-cell} python\nx = 1\n```\n\n```python\nprint(x)\n```\n", encoding="utf-8")
+    assert undefined(check, page) == {"x"}
 
 
 # The page of the Python interface has every public name, and no other.
