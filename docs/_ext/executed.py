@@ -31,7 +31,7 @@ DOCS = Path(__file__).resolve().parent.parent
 ROOT = DOCS.parent
 BIN = str(Path(sys.executable).parent)
 MARK = "# not run"
-FENCE = re.compile(r"^(?P<fence>`{3,})(?P<language>\S*)\n(?P<text>.*?)^(?P=fence)$", re.MULTILINE | re.DOTALL)
+FENCE = re.compile(r"^(?P<fence>`{3,})(?P<language>\S*)[^\n]*\n(?P<text>.*?)^(?P=fence)$", re.MULTILINE | re.DOTALL)
 INDENTED = re.compile(r"^(?: {4}|\t)(?:chaosdrill|pip|python3?) .*$", re.MULTILINE)
 DRILL = """
 [system]
