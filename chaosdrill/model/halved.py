@@ -46,6 +46,7 @@ def halved(system: "HybridSystem", symmetry: Mapping[Any, Any]) -> "HybridSystem
     Parameters
     ----------
     system : HybridSystem or Map
+        It is not changed.
     symmetry : mapping of state to expression
         The image of every state that S changes, in states and parameters: ``{"x": "-x", "v": "-v"}``. Applied twice it
         must change nothing. Which modes and transitions it exchanges is found.

@@ -161,7 +161,7 @@ def section(text, title):
 def test_a_docstring_has_the_arguments_of_the_signature(name):
     function = getattr(cd, name)
     text = inspect.getdoc(function)
-    named = re.findall(r"^(\*{0,2}\w+(?:, \w+)*) : ", section(text, "Parameters"), flags=re.MULTILINE)
+    named = re.findall(r"^(\*{0,2}\w+(?:, \w+)*) : .*\n    \S", section(text, "Parameters"), flags=re.MULTILINE)
     stars = {inspect.Parameter.VAR_KEYWORD: "**", inspect.Parameter.VAR_POSITIONAL: "*"}
     expected = [stars.get(p.kind, "") + p.name for p in inspect.signature(function).parameters.values()]
     assert ", ".join(named).split(", ") == expected
