@@ -98,6 +98,8 @@ START: dict[str, Callable[[Number], Number]] = {
         name: _from_library(name)
         for name in ("tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh")
     },
+    "sech": lambda x: 1.0 / x.function.external("cosh", x),
+    "logistic": lambda x: 1.0 / (1.0 + _known_to_compiler("exp")(x)),
 }
 """The functions by name."""
 

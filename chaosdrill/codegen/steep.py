@@ -15,6 +15,7 @@ from typing import Any
 import sympy
 
 from chaosdrill.codegen.layout import AT_ALL, AT_SERIES, CROSSED, ONE_SIDED, Shape
+from chaosdrill.codegen.tape import inverse_of
 from chaosdrill.codegen.tuning import TUNING
 from chaosdrill.model.special import SPECIAL, positive_power
 
@@ -117,7 +118,8 @@ def _power(part: Any, symbols: frozenset[Any]) -> Iterator[tuple[Any, Shape]]:
     elif _is_whole(exponent) and exponent > 0:
         if exponent * _degree(base, symbols) >= TUNING.hiding_degree:
             yield base, _monomial(float(exponent))
-    else:
+    elif not (_is_whole(exponent) and inverse_of(base)):
+        # one over 1 + exp(x) or over cosh(x) hides no more than they do
         yield base, _singular(_size(exponent), AT_ALL if exponent.is_negative else AT_SERIES)
 
 

@@ -18,6 +18,10 @@ POSITIVE = "positive"
 PATH = "path"
 """Name of the integral of a special function's slope along one of its arguments, from 0."""
 
+SECH, LOGISTIC = "sech", "logistic"
+"""Names of cosh(x) and 1 + exp(x) in a divisor: the tails of pulses and gates are zero to doubles where these are
+larger than any of them."""
+
 
 @dataclass(frozen=True)
 class Node:
@@ -341,17 +345,21 @@ class Tape:
         if exponent == 0:
             return self.lower(sympy.Integer(1))
         if exponent.is_Integer and exponent > 0:
-            index = self.lower(base)
-            result = index if exponent % 2 else None
-            power = index
-            for bit in bin(int(exponent))[2:][::-1][1:]:
-                power = self._multiply(power, power)
-                if bit == "1":
-                    result = power if result is None else self._multiply(result, power)
-            return result  # type: ignore[return-value]
+            return self._power_of_whole(self.lower(base), exponent)
+        if exponent.is_Integer and (whole := inverse_of(base)):
+            return self._power_of_whole(self._integral(whole[0], self.lower(whole[1])), -exponent)
         if exponent.is_Integer:
             return self._divide(self.lower(sympy.Integer(1)), self.lower(base**-exponent))
         return self._power_of(self.lower(base), exponent, name)
+
+    def _power_of_whole(self, base: int, exponent: Any) -> int:
+        result = base if exponent % 2 else None
+        power = base
+        for bit in bin(int(exponent))[2:][::-1][1:]:
+            power = self._multiply(power, power)
+            if bit == "1":
+                result = power if result is None else self._multiply(result, power)
+        return result  # type: ignore[return-value]
 
     def _power_of(self, base: int, exponent: Any, name: str = "") -> int:
         if exponent == 0:
@@ -394,6 +402,15 @@ class Tape:
                 self.slopes[index] = (partner, _PARTNER[name][1])
                 back = _PARTNER[_PARTNER[name][0]]
                 self.slopes[partner] = (index, back[1])
+            elif name == SECH:
+                self.slopes[index] = (self._multiply(index, self._integral("tanh", argument)), -1)
+            elif name == LOGISTIC:
+                square = self._multiply(index, index)
+                weights = (sympy.Integer(1), sympy.Integer(-1))
+                self.slopes[index] = (
+                    self.add(Node("linear", (square, index), value=sympy.Integer(0), weights=weights)),
+                    1,
+                )
             else:
                 self.slopes[index] = (self._slope_node(name, index, argument), 1)
         return index
@@ -424,5 +441,19 @@ class Tape:
 _PARTNER = {"sin": ("cos", 1), "cos": ("sin", -1), "sinh": ("cosh", 1), "cosh": ("sinh", 1)}
 
 
+def inverse_of(base: Any) -> tuple[str, Any] | None:
+    """The function that is one over this one, by its name, and its argument; None where a division is meant."""
+    if isinstance(base, sympy.cosh):
+        return SECH, base.args[0]
+    if (
+        base.is_Add
+        and len(base.args) == 2
+        and base.args[0] in (1, sympy.Float(1))
+        and isinstance(base.args[1], sympy.exp)
+    ):
+        return LOGISTIC, base.args[1].args[0]
+    return None
+
+
 def _is_denominator(factor: Any) -> bool:
-    return bool(factor.is_Pow and factor.exp.is_Integer and factor.exp < 0)
+    return bool(factor.is_Pow and factor.exp.is_Integer and factor.exp < 0 and not inverse_of(factor.base))

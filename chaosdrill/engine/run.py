@@ -346,7 +346,7 @@ class Run:
         """Which states have left their bounds."""
         told = []
         for name, x in zip(self.system.state_names, self.x.tolist(), strict=True):
-            low, high = self.system.bounds[name]
+            low, high = self.system.escapes[name]
             if not low <= x <= high:
                 told.append(f"{name} = {x:.6g}, whose bounds are {low:.6g} and {high:.6g}")
         if not told:

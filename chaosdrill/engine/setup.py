@@ -132,7 +132,8 @@ def _marks(system: "HybridSystem", deficient: Collection[int], through: Collecti
 
 def bounds_of(system: "HybridSystem") -> np.ndarray:
     """Lower and upper bounds of the states, shape (2, n)."""
-    return np.array([system.bounds[s] for s in system.state_names]).T.copy()
+    limits = system.escapes
+    return np.array([limits[s] for s in system.state_names]).T.copy()
 
 
 def constrained_states(system: "HybridSystem") -> np.ndarray:

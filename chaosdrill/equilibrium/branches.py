@@ -77,7 +77,7 @@ class Task:
 
     def curve(self, one: Equilibrium) -> Curve:
         """The curve that an equilibrium lies on."""
-        bounds = np.array([self.system.bounds[name] for name in self.system.state_names], dtype=float)
+        bounds = np.array([self.system.escapes[name] for name in self.system.state_names], dtype=float)
         which = list(self.system.parameters).index(self.parameter)
         return Curve(one.field, which, self.limits, self.sizes[list(one.field.free)], bounds, self.step)
 

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from chaosdrill.errors import ModelError
-from chaosdrill.model.reading import DEFAULT_BOUND, Reader
+from chaosdrill.model.reading import Reader
+from chaosdrill.model.tables import DEFAULT_BOUND
 from chaosdrill.model.text import write_text
 from chaosdrill.model.transition import Transition
 from chaosdrill.model.values import Definition

@@ -19,7 +19,7 @@ from chaosdrill.model.python import Called, Source, called, fault_of, is_python,
 from chaosdrill.model.rules import folded, refused
 from chaosdrill.model.special import CONDITION, FLOW, RESET
 from chaosdrill.model.tables import MOST, finite
-from chaosdrill.model.text import has_doubles, read_open_text, read_text, unknown_name
+from chaosdrill.model.text import has_doubles, read_open_text, read_text, rejoined, unknown_name
 from chaosdrill.model.tuning import TUNING
 from chaosdrill.names import remedy, shortened, shown
 
@@ -342,6 +342,7 @@ class PartReader:
             )
         if found.has(sympy.zoo, sympy.nan, sympy.oo, -sympy.oo):
             raise ExpressionError(f"{shown(found):.60} divides by zero, or is not finite")
+        found = rejoined(found)
         if not has_doubles(found):
             raise ExpressionError(f"{shown(found):.60} holds a number that is larger than any double")
         found = found.xreplace({s: sympy.Symbol(s.name, real=True) for s in found.free_symbols})

@@ -16,12 +16,10 @@ from chaosdrill.model.parts import NAMES, TIME, PartReader, Path, TooManyFaults,
 from chaosdrill.model.period import wrong_period
 from chaosdrill.model.python import is_python
 from chaosdrill.model.special import FLOW
-from chaosdrill.model.tables import UNNAMED, finite
+from chaosdrill.model.tables import DEFAULT_BOUND, UNNAMED, finite
 from chaosdrill.model.transition import Transition
 from chaosdrill.model.values import Definition
 from chaosdrill.names import brief, remedy, shown
-
-DEFAULT_BOUND = 1e9
 
 MOST_CODES = 127
 

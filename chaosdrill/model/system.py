@@ -84,7 +84,8 @@ class HybridSystem(System):
     quadratures : mapping of str to expression, or to mapping of mode to expression, optional
         Integrals along the flow which feed back into nothing; the integrand may differ by mode.
     bounds : mapping of state to (low, high) or None, optional
-        A state outside of its bounds has escaped. Default +-1e9; None stands for no bound.
+        A state outside of its bounds has escaped. Default +-1e9, in units of the largest initial state where that is
+        larger than 1; None stands for no bound.
     **words : optional
         ``description``: one line. ``labels``: long names of states, parameters, quadratures and time, by name.
 

@@ -20,6 +20,9 @@ UNNAMED_MAP = "own-map"
 """Name of a map that was given none."""
 
 MOST = sys.float_info.max
+
+DEFAULT_BOUND = 1e9
+"""Size of a state that has escaped, in units of the largest initial state where that is larger than 1."""
 """Largest double: whole numbers of any length may be given."""
 
 

@@ -224,6 +224,8 @@ class _Builder:
             _check_power(base, exponent)
         if function.value is not None and not any(a.free_symbols for a in arguments):
             _check_finite(name, function.value, arguments)
+        if name == "exp":
+            arguments = [_undivided(arguments[0])]
         return _checked(function.make(*arguments))
 
     def _compare(self, node: Node) -> Any:
@@ -243,6 +245,34 @@ def _number(digits: str) -> Any:
     if not math.isfinite(value := float(digits)):
         raise ExpressionError(f"{digits!r:.40} is larger than any double")
     return sympy.Float(value)
+
+
+def _undivided(exponent: Any) -> Any:
+    """An exponent whose number is exact: of exp(x + 2000.0) sympy makes exp(2000.0)*exp(x), which no double holds."""
+    if not exponent.is_Add:
+        return exponent
+    return sympy.Add(*(sympy.Rational(float(term)) if term.is_Float else term for term in exponent.args))
+
+
+def rejoined(expression: Any) -> Any:
+    """An expression of sympy's without products of an exponential and a number that only their product brings back."""
+    divided = {
+        part: _joined_again(part)
+        for part in expression.atoms(sympy.Mul)
+        if part.args[0].is_Float and any(isinstance(factor, sympy.exp) for factor in part.args)
+    }
+    return expression.xreplace({part: made for part, made in divided.items() if made is not part})
+
+
+def _joined_again(product: Any) -> Any:
+    number, size = product.args[0], sympy.log(abs(product.args[0]))
+    if abs(size) < TUNING.far:
+        return product
+    place = next(i for i, factor in enumerate(product.args) if isinstance(factor, sympy.exp))
+    factors = list(product.args[1:])
+    exponential = factors.pop(place - 1)
+    made = sympy.exp(sympy.Add(exponential.args[0], sympy.Rational(float(size))))
+    return sympy.Mul(sympy.sign(number), made, *factors)
 
 
 def _power(base: Any, exponent: Any) -> Any:
@@ -276,6 +306,15 @@ class _Printer(StrPrinter):
 
     def _print_Float(self, expr: Any) -> str:
         return repr(float(expr))
+
+    def _print_exp(self, expr: Any) -> str:
+        terms = sympy.Add.make_args(expr.args[0])
+        decimal = {t: sympy.Float(float(t)) for t in terms if t.is_Rational and t.q > TUNING.written_fraction}
+        return super()._print_Function(expr.func(expr.args[0].xreplace(decimal), evaluate=False))
+
+    def _print_ITE(self, expr: Any) -> str:
+        condition, then, other = expr.args
+        return str(self._print(sympy.Or(sympy.And(condition, then), sympy.And(~condition, other), evaluate=False)))
 
     def _print_Exp1(self, expr: Any) -> str:
         return "exp(1)"

@@ -26,6 +26,10 @@ class Tuning:
     """Largest numerator and denominator of a rational exponent."""
     bits: int = 4096
     """Bits of a whole number, and of numerator and denominator of a fraction."""
+    written_fraction: int = 1000
+    """Denominator in an exponent above which a fraction is written as the decimal number that it was read from."""
+    far: float = 200.0
+    """Logarithm of a number beside an exponential from which on the two are one: their product may be any double."""
     smallest_value: float = 1e-300
     """Size of a power or an exponential below which it may have lost digits, as it is then near the smallest double."""
     arguments_shown: int = 6

@@ -94,8 +94,16 @@ def test_expressions_come_back(expression):
 @settings(PATIENT, max_examples=50)
 @given(CONDITIONS)
 def test_conditions_come_back(condition):
-    assume(not condition.has(*UNBOUNDED))
+    # sympy makes a choice of two conditions of what was none; it is written with and, or, not
+    assume(not condition.has(*UNBOUNDED, sympy.ITE))
     assert sympy.srepr(read_again(condition, condition=True)) == sympy.srepr(condition)
+
+
+def test_a_choice_of_conditions_is_written():
+    x, v = sympy.symbols("x v", real=True)
+    choice = sympy.ITE(v > 0, v > x, v < x)
+    again = read_text(write_text(choice), NAMES, condition=True)
+    assert all(again.subs({x: a, v: b}) == choice.subs({x: a, v: b}) for a in (-2, 2) for b in (-1, 1))
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))
