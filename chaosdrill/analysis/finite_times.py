@@ -9,7 +9,7 @@ import xarray as xr
 from chaosdrill.analysis.arguments import Span, tangent_count
 from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.blocks import Blocks
-from chaosdrill.analysis.records import Arrays, ValueTask, carry_out, swept
+from chaosdrill.analysis.records import ENDED, Arrays, ValueTask, carry_out, ended_by, swept
 from chaosdrill.analysis.recurrence import sizes
 from chaosdrill.analysis.settings import WINDOWS
 from chaosdrill.analysis.spectra import computed_exponents, run_with_tangents
@@ -57,7 +57,7 @@ class _WindowTask(ValueTask):
         count = tangent_count(self.system, self.given.exponents)
         sizes = {"window": self.windows, "exponent": count, "order": WINDOWS.orders, "bin": self.given.bins}
         told = {name: ("f8", tuple(sizes[dim] for dim in dims)) for name, dims in _DIMS.items()}
-        return told | {"forcing_period": ("f8", ()), "outcome": ("i1", ())}
+        return told | {"forcing_period": ("f8", ()), **ENDED}
 
     def at(self, system: HybridSystem) -> Arrays:
         """What the windows at a value say; it must have as many lengths of them as the others."""
@@ -75,19 +75,20 @@ def finite_times(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
         "exponent": np.arange(1, count + 1, dtype=np.int32),
         "order": np.arange(1, WINDOWS.orders + 1, dtype=np.int32),
     }
-    message, over_values = "", swept(given, job)
+    over_values = swept(given, job)
     if over_values is None:
         found, message = _told(system, windows, given, job)
-        del found["window_time"]
+        told = {"message": message} if message else None
+        del found["window_time"], found["ended_by"]
         over: tuple[str, ...] = ()
     else:
         parameter, values = over_values
-        found = carry_out(_WindowTask(system, given, job.numerics, parameter, values, len(windows.counts)), job)
+        found, told = carry_out(_WindowTask(system, given, job.numerics, parameter, values, len(windows.counts)), job)
         coords, over = {parameter: values, **coords}, (parameter,)
     if not windows.plan.periodic:
         del found["forcing_period"]
     variables = {name: ((*over, *_DIMS.get(name, ())), value) for name, value in found.items()}
-    return dataset({**variables, **coords}, attrs={"message": message} if message else {})
+    return dataset({**variables, **coords}, attrs=told)
 
 
 def _told(system: HybridSystem, windows: _Windows, given: Any, job: Job) -> tuple[Arrays, str]:
@@ -125,6 +126,7 @@ def _told(system: HybridSystem, windows: _Windows, given: Any, job: Job) -> tupl
         "window_time": windows.times,
         "forcing_period": plan.unit if plan.periodic else np.nan,
         "outcome": np.int8(outcome),
+        "ended_by": ended_by(run),
     }
     return found, run.stopped(outcome)
 

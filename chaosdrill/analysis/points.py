@@ -12,9 +12,11 @@ from chaosdrill.analysis.measuring import Arrays, beside_unstable, may_be_left, 
 from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.settings import ATTRACTORS, PLAN
 from chaosdrill.analysis.visits import merge
-from chaosdrill.dataset import count_outcomes
+from chaosdrill.dataset import Outcome, count_outcomes
 from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.batch import Batch
+from chaosdrill.engine.run import ending_term
+from chaosdrill.model import HybridSystem
 from chaosdrill.model.noise import seeds_of_starts
 
 
@@ -222,3 +224,30 @@ class LineTask(Task):
             "mode": self.mode,
             "keeps": list(self.keeps),
         }
+
+
+def endings(
+    system: HybridSystem, outcomes: np.ndarray, ended_by: np.ndarray, axes: tuple[Axis, ...]
+) -> dict[str, str] | None:
+    """The attribute ``message``: which terms have ended runs, how many, and where the first of these is.
+
+    ``outcomes`` are those of all points with their seeds, shape (points, seeds), and ``ended_by`` the mode
+    and the number of the operation that ended each, shape (points, seeds, 2); without axes a point is a run.
+    """
+    shape, in_exponents = tuple(len(axis.values) for axis in axes), system.exponent_parameters
+    ended: dict[tuple[Any, ...], list[dict[str, float]]] = {}
+    for point, seed in np.argwhere((outcomes == Outcome.SINGULAR) & (ended_by[..., 1] >= 0)).tolist():
+        index = np.unravel_index(point, shape) if axes else ()
+        here = {axis.name: float(axis.values[i]) for axis, i in zip(axes, index, strict=True)} or {"run": point + 1}
+        # at other exponents another term may have this number
+        own = (here[name] for name in in_exponents if name in here)
+        ended.setdefault((*ended_by[point, seed].tolist(), *own), []).append(here)
+    told = []
+    swept = [axis.name for axis in axes if not axis.of_start]
+    for (mode, k, *_), places in ended.items():
+        term = ending_term(system.with_parameters({name: places[0][name] for name in swept}), mode, k)
+        first = ", ".join(f"{name} = {value:.6g}" for name, value in places[0].items())
+        told.append(
+            f"{term}, in mode {system.mode_names[mode]!r}: {len(places)} of {outcomes.size} runs, first {first}"
+        )
+    return {"message": "; ".join(told)} if told else None

@@ -9,12 +9,14 @@ import numpy as np
 import xarray as xr
 
 from chaosdrill.analysis.base import Job
+from chaosdrill.analysis.points import Axis, endings
 from chaosdrill.analysis.section_points import Taken, section_points
 from chaosdrill.analysis.sections import Section, find_section
 from chaosdrill.dataset import Outcome, count_outcomes
 from chaosdrill.dataset.build import dataset
 from chaosdrill.engine.ahead import ONE_RUN, compile_ahead
 from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
 from chaosdrill.errors import SettingsError
 from chaosdrill.model import HybridSystem
 from chaosdrill.sweep import execute
@@ -96,6 +98,10 @@ class ValueTask(ABC):
         }
 
 
+ENDED = {"outcome": ("i1", ()), "ended_by": ("i2", (2,))}
+"""How a run has ended, as arrays of a task."""
+
+
 @dataclass(frozen=True)
 class RecordTask(ValueTask):
     """Section points at values of a parameter."""
@@ -107,7 +113,7 @@ class RecordTask(ValueTask):
         """Dtype and shape of one unit of each array."""
         sizes = {**self.measure.sizes, "state": len(self.system.state_names)}
         told = {name: ("f8", tuple(sizes[dim] for dim in dims)) for name, dims in self.measure.dims.items()}
-        return told | {"period": ("i4", ()), "outcome": ("i1", ())}
+        return told | {"period": ("i4", ()), **ENDED}
 
     def at(self, system: HybridSystem) -> Arrays:
         """What the section points at a value say."""
@@ -134,6 +140,7 @@ def over_records(system: HybridSystem, given: Any, job: Job, measure: Measure) -
     if over_values is None:
         taken = section_points(where, given, given.max_period, job)
         found = _measured(taken, measure, given, job.numerics)
+        del found["ended_by"]
         told = {"message": taken.run.stopped(Outcome(int(found["outcome"]))), "reason": found.pop("reason", "")}
         forcing = {"forcing_period": ((), taken.where.unit)} if measure.forcing and system.forced else {}
         return dataset(
@@ -142,9 +149,9 @@ def over_records(system: HybridSystem, given: Any, job: Job, measure: Measure) -
             {name: text for name, text in told.items() if text},
         )
     parameter, values = over_values
-    found = carry_out(RecordTask(system, given, job.numerics, parameter, values, where, measure), job)
+    found, said = carry_out(RecordTask(system, given, job.numerics, parameter, values, where, measure), job)
     over = {name: ((parameter, *measure.dims.get(name, ())), value) for name, value in found.items()}
-    return dataset({parameter: values, **labels, **over}, labels)
+    return dataset({parameter: values, **labels, **over}, labels, said)
 
 
 def swept(given: Any, job: Job) -> tuple[str, np.ndarray] | None:
@@ -165,9 +172,16 @@ def swept(given: Any, job: Job) -> tuple[str, np.ndarray] | None:
     return None
 
 
-def carry_out(task: ValueTask, job: Job) -> Arrays:
-    """What the runs at all values say."""
-    return execute(task, workers=job.workers, scheduler=job.scheduler, store=job.store, progress=job.progress)
+def carry_out(task: ValueTask, job: Job) -> tuple[Arrays, dict[str, str] | None]:
+    """What the runs at all values say, and the attribute that names what has ended some of them."""
+    found = execute(task, workers=job.workers, scheduler=job.scheduler, store=job.store, progress=job.progress)
+    over, ended_by = Axis(task.parameter, task.values), found.pop("ended_by")
+    return found, endings(task.system, found["outcome"][:, np.newaxis], ended_by[:, np.newaxis], (over,))
+
+
+def ended_by(run: Run) -> np.ndarray:
+    """The mode and the number of the steep operation that has ended a run; the number is -1 for none."""
+    return np.array([run.standing["mode"], run.standing["blocked"]], dtype=np.int16)
 
 
 def _measured(taken: Taken, measure: Measure, given: Any, numerics: Numerics) -> Arrays:
@@ -175,5 +189,6 @@ def _measured(taken: Taken, measure: Measure, given: Any, numerics: Numerics) ->
     return {
         "period": np.int32(taken.period),
         "outcome": np.int8(Outcome.PERIODIC if taken.period else taken.outcome),
+        "ended_by": ended_by(taken.run),
         **measure.function(taken, given, numerics),
     }

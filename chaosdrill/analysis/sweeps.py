@@ -12,16 +12,15 @@ from chaosdrill.analysis.cycles import at_points
 from chaosdrill.analysis.matching import number_attractors
 from chaosdrill.analysis.measuring import mean_names
 from chaosdrill.analysis.plan import Plan, make_plan
-from chaosdrill.analysis.points import Axis, LineTask, PointTask, StartTask
+from chaosdrill.analysis.points import Axis, LineTask, PointTask, StartTask, endings
 from chaosdrill.analysis.seeds import make_seeds
 from chaosdrill.analysis.settings import ATTRACTORS
 from chaosdrill.analysis.starts import settled_modes, share_of, states_and_modes
 from chaosdrill.analysis.visits import merge
-from chaosdrill.dataset import Outcome, count_outcomes
+from chaosdrill.dataset import count_outcomes
 from chaosdrill.dataset.build import dataset
 from chaosdrill.dataset.schema import names_of_rate
 from chaosdrill.engine.period import forcing_periods
-from chaosdrill.engine.run import ending_term
 from chaosdrill.model import HybridSystem
 from chaosdrill.model.regions import own_mode
 from chaosdrill.progress import Progress
@@ -66,7 +65,7 @@ def over_parameters(
         tasks["lines"] = LineTask(plan, axes[0], lines, start, mode, keeps)
     found = _execute(tasks, job)
     counts = found.pop("attractor_count", None)
-    told = _endings(system, found["outcome"], found.pop("ended_by"), axes)
+    told = endings(system, found["outcome"], found.pop("ended_by"), axes)
     dims = {"section": ("iterate", "state"), **dict.fromkeys(_EXPONENTS, ("exponent",))}
     variables: dict[str, Any] = {
         name: ((*names, "seed", *dims.get(name, ())), values.reshape(*shape, *values.shape[1:]))
@@ -113,7 +112,7 @@ def over_states(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
         dims, shape, coords = ("run",), (task.units,), {"run": np.arange(1, task.units + 1, dtype=np.int32)}
         variables = {"initial_state": (("run", "state"), starts), "initial_mode": ("run", modes.astype(np.int8))}
     cells = {name: values[:, 0] for name, values in _execute({"points": task}, job).items()}
-    told = _endings(system, cells["outcome"][:, np.newaxis], cells.pop("ended_by")[:, np.newaxis], task.axes)
+    told = endings(system, cells["outcome"][:, np.newaxis], cells.pop("ended_by")[:, np.newaxis], task.axes)
     numbers, leaders = number_attractors(cells)
     if len(leaders) > 1:
         here, begun, begun_modes = task.begin(leaders)
@@ -140,32 +139,6 @@ def over_states(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
     variables |= {name: (number, cells[of_cells][leaders]) for of_cells, name in rates.items()}
     coords |= {number: np.arange(1, len(leaders) + 1, dtype=np.int32), **_labels(system, plan)}
     return dataset(variables | coords, coords, told)
-
-
-def _endings(
-    system: HybridSystem, outcomes: np.ndarray, ended_by: np.ndarray, axes: tuple[Axis, ...]
-) -> dict[str, str] | None:
-    """The attribute ``message``: which terms have ended runs, how many, and where the first of these is.
-
-    ``outcomes`` are those of all points with their seeds, shape (points, seeds); without axes a point is a run.
-    """
-    shape, in_exponents = tuple(len(axis.values) for axis in axes), system.exponent_parameters
-    ended: dict[tuple[Any, ...], list[dict[str, float]]] = {}
-    for point, seed in np.argwhere((outcomes == Outcome.SINGULAR) & (ended_by[..., 1] >= 0)).tolist():
-        index = np.unravel_index(point, shape) if axes else ()
-        here = {axis.name: float(axis.values[i]) for axis, i in zip(axes, index, strict=True)} or {"run": point + 1}
-        # at other exponents another term may have this number
-        own = (here[name] for name in in_exponents if name in here)
-        ended.setdefault((*ended_by[point, seed].tolist(), *own), []).append(here)
-    told = []
-    swept = [axis.name for axis in axes if not axis.of_start]
-    for (mode, k, *_), places in ended.items():
-        term = ending_term(system.with_parameters({name: places[0][name] for name in swept}), mode, k)
-        first = ", ".join(f"{name} = {value:.6g}" for name, value in places[0].items())
-        told.append(
-            f"{term}, in mode {system.mode_names[mode]!r}: {len(places)} of {outcomes.size} runs, first {first}"
-        )
-    return {"message": "; ".join(told)} if told else None
 
 
 def _rates(system: HybridSystem, of: str = "") -> list[str]:

@@ -63,14 +63,14 @@ def test_structure_does_not_depend_on_units(name):
 
 
 def test_a_run_says_which_bound_it_has_left():
-    """States of 1e10 are beyond the bounds that they have by default, and nothing else is wrong with them."""
-    grown = cd.HybridSystem(states="x v", modes={"m": {"x": "v", "v": "x"}}, initial={"x": 5e8, "v": 0.0})
-    run = cd.trajectory(grown, duration=2.0, samples=3)
+    """States that have grown by 1e10 are beyond their bounds by default, and nothing else is wrong with them."""
+    grown = cd.HybridSystem(states="x v", modes={"m": {"x": "v", "v": "x"}}, initial={"x": 1.0, "v": 0.0})
+    run = cd.trajectory(grown, duration=25.0, samples=3)
     assert cd.Outcome(int(run["outcome"])) == cd.Outcome.ESCAPED
     assert "x = " in run.attrs["message"]
     assert "whose bounds are -1e+09 and 1e+09" in run.attrs["message"]
     assert "bounds={'x': (low, high)}" in run.attrs["message"]
-    wide = cd.trajectory(grown.changed(bounds={"x": (-1e12, 1e12), "v": (-1e12, 1e12)}), duration=2.0, samples=3)
+    wide = cd.trajectory(grown.changed(bounds={"x": (-1e12, 1e12), "v": (-1e12, 1e12)}), duration=25.0, samples=3)
     assert cd.Outcome(int(wide["outcome"])) == cd.Outcome.OK
 
 
@@ -86,3 +86,6 @@ def test_a_sweep_says_which_terms_have_ended_its_runs(method):
     assert chart.attrs["message"] == ("sqrt(h) ends where h = 0, in mode 'full': 3 of 4 runs, first k = 0.01, s = 100")
     basin = cd.basins(tank, initial=[[1.0], [1e4]], duration=30.0, transient=0.0, max_extension=0, method=method)
     assert basin.attrs["message"] == "sqrt(h) ends where h = 0, in mode 'full': 1 of 2 runs, first run = 1"
+    windows = {"windows": [1.0, 2.0], "duration": 10.0, "transient": 0.0, "method": method}
+    measured = cd.finite_time_exponents(tank, {"k": [0.01, 0.5]}, **windows)
+    assert measured.attrs["message"] == "sqrt(h) ends where h = 0, in mode 'full': 1 of 2 runs, first k = 0.5"
