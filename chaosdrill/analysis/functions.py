@@ -42,7 +42,6 @@ class FunctionTables(Value):
         return {key_text(key): self._plain(one) for key, one in value.items()} if isinstance(value, Mapping) else value
 
     def _plain(self, value: Any) -> Any:
-        from chaosdrill.model.text import write_text
         from chaosdrill.orbits.orbit_record import PythonFunction
 
         if not isinstance(value, Mapping):
@@ -51,7 +50,11 @@ class FunctionTables(Value):
             return {**value, "of": PythonFunction(value["of"])}
         names = ListOf(Text())
         plain = {key: names.plain(one) if key == "modes" else one for key, one in value.items()}
-        return plain | {"of": write_text(plain["of"])} if hasattr(plain.get("of"), "free_symbols") else plain
+        if not hasattr(plain.get("of"), "free_symbols"):
+            return plain
+        from chaosdrill.model.text import write_text
+
+        return plain | {"of": write_text(plain["of"])}
 
     def faults(self, value: Any) -> Faults:
         if not isinstance(value, Mapping) or not value:

@@ -71,7 +71,10 @@ def _derived(system: "HybridSystem", name: str, expression: Any, arrays: bool) -
     from chaosdrill.codegen.special import CODE
     from chaosdrill.model.places import arguments
 
-    modules = ["numpy"] if arrays else [{**CODE, "Called": python.evaluate}, "math"]
+    own: dict[str, Any] = {**CODE, "Called": python.evaluate}
+    if arrays:
+        own = {name: np.vectorize(function, otypes=[float]) for name, function in own.items()}
+    modules = [own, "numpy" if arrays else "math"]
     found = sympy.lambdify(arguments(system.placed), expression, modules=modules)
     text = inspect.getsource(found).partition("(")[2]
     text = f"lambda {text.replace('):', ':', 1).replace('return ', '', 1)}"

@@ -29,7 +29,7 @@ _FOLDERS = ("model", "codegen", "systems", "systems.drill")
 _FILES = (
     *("engine.setup", "engine.structure", "engine.period", "analysis.classification", "sweep.fingerprint"),
     *("declared", "scene.checks", "scene.defined", "scene.check_made"),
-    *("orbits.problem", "orbits.expressions", "orbits.verification", "orbits.multipliers"),
+    *("orbits.problem", "orbits.expressions", "orbits.functions", "orbits.verification", "orbits.multipliers"),
 )
 """What derives, and what checks the definition of a scene, beside `_FOLDERS`."""
 
@@ -117,12 +117,18 @@ def recall(shared: "Shared") -> bool:
 def remember(system: "HybridSystem") -> None:
     """Keep what is known of a system of the library, or of a scene, if that is more than its record holds.
 
-    So it is with the systems that were derived from it.
+    So it is with the systems that were derived from it, and with one that is needed first.
     """
     shared = system.shared
     for other in list(shared.get(RELATED, {}).values()):
         if other.shared is not shared:
             remember(other)
+    if shared.origin is not None:
+        _remember(shared.origin.shared)
+    _remember(shared)
+
+
+def _remember(shared: "Shared") -> None:
     if shared.key is None or shared.outline is None:
         return
     facts = {

@@ -5,22 +5,18 @@ and of parameters of the distribution. A second state counts the draws. The numb
 count alone: on no run beside, on no step, on no order of computation.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from hashlib import sha256
 from math import fsum, inf, isfinite, log, nextafter
 from numbers import Integral
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-import sympy
-
 from chaosdrill.errors import SettingsError
 from chaosdrill.limits import NOT_NEGATIVE, POSITIVE, Limit
-from chaosdrill.model.places import parameter
-from chaosdrill.model.reading import OF_NOISE
-from chaosdrill.model.special import random_uniform
-from chaosdrill.model.tables import finite
-from chaosdrill.model.transition import Transition
+from chaosdrill.model.tables import OF_NOISE, finite
 from chaosdrill.model.values import System
 from chaosdrill.names import remedy, shown
 
@@ -29,9 +25,6 @@ if TYPE_CHECKING:
 
 PERIOD = "period"
 """The event name that stands for a draw once a forcing period."""
-
-CLOCK = "draw"
-"""Kind of this event."""
 
 SEED = "noise_seed"
 
@@ -177,6 +170,8 @@ class LogNormal(Distribution):
         return of["median"] * variate
 
     def variate(self, drawn: Sequence[Any], of: Mapping[str, Any]) -> Any:
+        import sympy
+
         return sympy.exp(of["sigma"] * _gaussian(drawn))
 
     def at_first(self) -> float:
@@ -206,6 +201,8 @@ class Exponential(Distribution):
         return of["mean"] * variate
 
     def variate(self, drawn: Sequence[Any], of: Mapping[str, Any]) -> Any:
+        import sympy
+
         return sympy.Abs(sympy.log(drawn[0]))
 
     def at_first(self) -> float:
@@ -217,6 +214,8 @@ class Exponential(Distribution):
 
 def _gaussian(drawn: Sequence[Any]) -> Any:
     """A standard normal number of two uniform ones."""
+    import sympy
+
     return sympy.sqrt(2 * sympy.Abs(sympy.log(drawn[0]))) * sympy.cos(2 * sympy.pi * drawn[1])
 
 
@@ -267,6 +266,8 @@ class Choice(Distribution):
         return variate
 
     def variate(self, drawn: Sequence[Any], of: Mapping[str, Any]) -> Any:
+        import sympy
+
         # 1 from an edge on: all terms but one are exactly zero
         beyond = [1, *(sympy.floor(1 + drawn[0] - sympy.Float(edge)) for edge in self._edges()[:-1]), 0]
         one, following = beyond[:-1], beyond[1:]
@@ -326,111 +327,38 @@ def seeds_of_starts(
     return given
 
 
-class Noisy(NamedTuple):
-    """What makes a system with noise."""
+class Noise(NamedTuple):
+    """Noise that a system can have: what is drawn, at which events, and the numbers of the system with it."""
 
-    definition: dict[str, Any]
+    distributions: dict[str, Distribution]
+    events: dict[str, tuple[str, ...]]
+    """Names or kinds of them, by parameter."""
     parameters: dict[str, float]
     initial: dict[str, Any]
     limits: dict[str, Limit]
 
+    @property
+    def form(self) -> str:
+        """Digest of all that makes the equations, apart from the numbers in them."""
+        parts = [
+            [name, one.title, one.spread(), [*one.parameters()], getattr(one, "weights", None)]
+            for name, one in self.distributions.items()
+        ]
+        return sha256(json.dumps([parts, list(self.events.values())]).encode()).hexdigest()
 
-def noisy(system: System, distributions: Any, at: Any, seed: int) -> Noisy:
-    """The system with some of its parameters drawn anew at events, as given; see `HybridSystem.with_noise`."""
+
+def noise_of(system: System, distributions: Any, at: Any, seed: int) -> Noise:
+    """The noise of a system some of whose parameters are drawn anew at events; see `HybridSystem.with_noise`."""
     _check(system, distributions, seed)
     # their order in the mapping must not say which numbers a parameter gets
     distributions = {name: distributions[name] for name in sorted(distributions)}
-    whole = system.built
-    drawn = _Drawn(distributions)
-    symbols = {name: _value(name, one) for name, one in distributions.items()}
-    put = {parameter(name): expression for name, expression in symbols.items()}
-    events = {name: _events(whole, name, at) for name in distributions}
-    given: dict[str, Any] = {
-        "name": whole.name,
-        "description": whole.description,
-        "states": [*whole.state_names, *(state for name in distributions for state in names_of(name))],
-        "quadratures": {
-            name: {mode: _put(rate, put) for mode, rate in rates.items()} for name, rates in whole.quadratures.items()
-        },
-        "bounds": {**whole.bounds, **{state: None for name in distributions for state in names_of(name)}},
-        "labels": {
-            **{k: v for k, v in whole.labels.items() if k not in distributions},
-            **_labels(whole, distributions),
-        },
-        "noise": {
-            name: {"distribution": one.title, "at": list(_told(whole, name, at)) if one.spread() else []}
-            for name, one in distributions.items()
-        },
-    }
-    held = {state: sympy.Integer(0) for name in distributions for state in names_of(name)}
-    if whole.discrete:
-        images = {x.name: _put(image, put) for x, image in vars(whole)["images"].items()}
-        still = {state: sympy.Symbol(state, real=True) for name in distributions for state in names_of(name)}
-        draws = {k: v for name in distributions for k, v in drawn.reset(name).items()}
-        given |= {"images": {**images, **still, **draws}}
-        given.pop("quadratures")
-    else:
-        given |= {
-            "time": whole.time,
-            "period": whole.period,
-            "modes": {
-                mode: {**{x.name: _put(rate, put) for x, rate in rates.items()}, **held}
-                for mode, rates in whole.modes.items()
-            },
-            "regions": {mode: _put(region, put) for mode, region in whole.regions.items()},
-            "transitions": [*_resets(whole, put, events, drawn), *_clocks(whole, events, drawn)],
-        }
-    return Noisy(
-        definition=given,
+    return Noise(
+        distributions=distributions,
+        events={name: _told(system, name, at) for name in distributions},
         parameters=_parameters(system, distributions, seed),
         initial={**system.start, **{names_of(name)[0]: one.at_first() for name, one in distributions.items()}},
         limits={**system.limits, **added_limits(distributions, system.limits)},
     )
-
-
-class _Drawn:
-    """Resets of the noise states at an event; each draw takes the next numbers of one sequence."""
-
-    def __init__(self, distributions: Mapping[str, Distribution]) -> None:
-        self.distributions = distributions
-        self.width = sum(one.uniforms for one in distributions.values())
-        counts = [one.uniforms for one in distributions.values()]
-        self.first = {name: sum(counts[:k]) for k, name in enumerate(distributions)}
-
-    def reset(self, name: str) -> dict[str, Any]:
-        """The states of a parameter after a draw; none of one without spread, which is not drawn."""
-        variate, count = names_of(name)
-        number, one = sympy.Symbol(count, real=True), self.distributions[name]
-        if not one.spread():
-            return {}
-        places = [self.width * number + self.first[name] + k for k in range(one.uniforms)]
-        uniform = [random_uniform(parameter(SEED), place) for place in places]
-        return {variate: one.variate(uniform, _own(name, one)), count: number + 1}
-
-
-def _own(name: str, one: Distribution) -> dict[str, Any]:
-    return {key: parameter(f"{name}_{key}") for key in one.parameters()}
-
-
-def _value(name: str, one: Distribution) -> Any:
-    if not one.spread():
-        (only,) = _own(name, one).values()
-        return only
-    return one.value(sympy.Symbol(names_of(name)[0], real=True), _own(name, one))
-
-
-def _put(expression: Any, put: Mapping[Any, Any]) -> Any:
-    return sympy.sympify(expression).xreplace(put)
-
-
-def _labels(system: System, distributions: Mapping[str, Distribution]) -> dict[str, str]:
-    found = {SEED: "seed of the noise"}
-    for name, one in distributions.items():
-        label = system.labels.get(name, name)
-        variate, count = names_of(name)
-        found |= {variate: f"standard variate of {label}", count: f"draws of {label}"}
-        found |= {f"{name}_{key}": f"{label}: {key} of its distribution" for key in one.parameters()}
-    return found
 
 
 def _told(system: System, name: str, at: Any) -> tuple[str, ...]:
@@ -443,64 +371,16 @@ def _told(system: System, name: str, at: Any) -> tuple[str, ...]:
     if not isinstance(listed, Sequence) or not listed or not all(isinstance(one, str) for one in listed):
         raise SettingsError(
             f"{system.name}: at is {shown(of_one):.60} for {name!r}; give the name or kind of an event, "
-            f"{PERIOD!r}, or a list of these; it has {_known(system)}"
+            f"{PERIOD!r}, or a list of these; it has {known_events(system)}"
         )
     return tuple(listed)
 
 
-def _known(system: System) -> str:
+def known_events(system: System) -> str:
     events = list(dict.fromkeys(name for t in system.transitions for name in (t.name, str(t.kind))))
     if system.forced and not system.discrete:
         events.append(PERIOD)
     return ", ".join(map(repr, events)) or "no events"
-
-
-def _events(system: System, name: str, at: Any) -> tuple[frozenset[str], bool]:
-    """Names of the transitions at which a parameter is drawn, and whether it is drawn once a period."""
-    found: set[str] = set()
-    clock = False
-    for event in _told(system, name, at):
-        named = {t.name for t in system.transitions if event in (t.name, t.kind)}
-        if named:
-            found |= named
-        elif event == PERIOD and not system.discrete:
-            if not system.forced:
-                raise SettingsError(
-                    f"{system.name}: at is {PERIOD!r} for {name!r}, but it has no period; it has {_known(system)}"
-                )
-            clock = True
-        else:
-            raise SettingsError(f"{system.name}: at is {event!r:.60} for {name!r}; it has {_known(system)}")
-    return frozenset(found), clock
-
-
-def _resets(
-    system: System, put: Mapping[Any, Any], events: Mapping[str, tuple[frozenset[str], bool]], drawn: _Drawn
-) -> Iterator[Transition]:
-    """The transitions of the system, with the draws that they make."""
-    for t in system.transitions:
-        more = {k: v for name, (named, _) in events.items() if t.name in named for k, v in drawn.reset(name).items()}
-        yield replace(
-            t,
-            guard=_put(t.guard, put),
-            reset={**{x.name: _put(image, put) for x, image in t.reset.items()}, **more},
-            condition=None if t.condition is None else {m: _put(c, put) for m, c in t.conditions.items()},
-        )
-
-
-def _clocks(system: System, events: Mapping[str, tuple[frozenset[str], bool]], drawn: _Drawn) -> Iterator[Transition]:
-    """The event once a period, a quarter of a period after the strobe, in every mode."""
-    more = {k: v for name, (_, clock) in events.items() if clock for k, v in drawn.reset(name).items()}
-    if not more:
-        return
-    time = system.time or sympy.Symbol("t", real=True)
-    taken = {t.name for t in system.transitions}
-    for mode in system.modes:
-        name = CLOCK if len(system.modes) == 1 else f"{CLOCK} in {mode}"
-        while name in taken:
-            name += "'"
-        guard = -sympy.cos(2 * sympy.pi * time / system.period)
-        yield Transition(name, mode, mode, guard, 1, reset=more, kind=CLOCK)
 
 
 def _parameters(system: System, distributions: Mapping[str, Distribution], seed: int) -> dict[str, float]:
@@ -537,9 +417,6 @@ def _check(system: System, distributions: Any, seed: Any) -> None:
             raise SettingsError(f"{system.name}: {name} is {shown(one):.60}; give one of {known}")
         if name in system.exponent_parameters:
             raise SettingsError(f"{system.name}: {name!r} stands in an exponent and cannot be drawn")
-        period = system.period if system.forced else None
-        if period is not None and name in {symbol.name for symbol in period.free_symbols}:
-            raise SettingsError(f"{system.name}: the period depends on {name!r}, which therefore cannot be drawn")
         for end in one.support() if name in system.limits else ():
             told = system.limits[name].refuses(end) if isfinite(end) else "it has no bounds"
             if told and not end == inf == system.limits[name].high:

@@ -16,7 +16,7 @@ from chaosdrill.model.parts import NAMES, TIME, PartReader, Path, TooManyFaults,
 from chaosdrill.model.period import wrong_period
 from chaosdrill.model.python import is_python
 from chaosdrill.model.special import FLOW
-from chaosdrill.model.tables import DEFAULT_BOUND, UNNAMED, finite
+from chaosdrill.model.tables import DEFAULT_BOUND, OF_NOISE, UNNAMED, finite
 from chaosdrill.model.transition import Transition
 from chaosdrill.model.values import Definition
 from chaosdrill.names import brief, remedy, shown
@@ -29,10 +29,6 @@ KEYS = (
 )
 OPTIONAL = ("time", "period", "regions", "quadratures", "bounds", "labels", "noise")
 """Keys that may be None, which means left out."""
-
-OF_NOISE = ("draw", "count")
-"""What the states are called that a parameter becomes which is drawn anew, behind its name: the standard variate, and
-the draws so far."""
 
 
 class Reader(PartReader):

@@ -5,6 +5,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping
 from copy import copy
 from dataclasses import fields
+from functools import partial
 from inspect import Parameter, signature
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
@@ -21,6 +22,7 @@ from chaosdrill.names import remedy, shown
 from chaosdrill.typed import meant
 
 if TYPE_CHECKING:
+    from chaosdrill.model.noise import Noise
     from chaosdrill.model.reading import Reader
 
 RELATED = "related"
@@ -416,14 +418,15 @@ class HybridSystem(System):
         ModelError
             If the parameter is where no state can stand.
         """
-        from chaosdrill.model.noise import noisy
+        from chaosdrill.model.noise import noise_of
 
-        given = noisy(self, distributions, at, seed)
-        reader = self.reader(given.parameters)
-        found = reader.read(given.definition)
-        if found is None:
-            raise ModelError(reader.told(f"{self.name} with noise"))
-        return self.of(found, reader.parameters, given.initial).limited(given.limits)
+        noise = noise_of(self, distributions, at, seed)
+        make = partial(_drawn, self, noise)
+        # a record of a map would be read as one of a flow
+        known = make() if self.discrete else self.relative(("noise", noise.form), make)
+        known.shared.origin = self
+        found = known.changed(parameters={name: noise.parameters[name] for name in known.parameters})
+        return found.begun(noise.initial).limited(noise.limits)
 
     def augmented(self, *, time: bool = False, parameters: Iterable[str] = ()) -> "HybridSystem":
         """The same system with time (rate 1) and parameters (rate 0) among its states.
@@ -505,6 +508,17 @@ class HybridSystem(System):
         ((mode,), _) = modes_at(self, {}, np.array([[self.initial[name] for name in self.state_names]]))
         if mode != UNTOLD:
             self._put(initial={**self.initial, "mode": self.mode_names[mode]})
+
+
+def _drawn(system: HybridSystem, noise: "Noise") -> HybridSystem:
+    """The system with noise, from its equations."""
+    from chaosdrill.model.drawing import with_draws
+
+    reader = system.reader(noise.parameters)
+    found = reader.read(with_draws(system, noise))
+    if found is None:
+        raise ModelError(reader.told(f"{system.name} with noise"))
+    return type(system).of(found, reader.parameters, noise.initial)
 
 
 def _number(system: str, what: str, key: Any, value: Any) -> float:

@@ -19,6 +19,9 @@ UNNAMED = "own-system"
 UNNAMED_MAP = "own-map"
 """Name of a map that was given none."""
 
+OF_NOISE = ("draw", "count")
+"""Endings of the states that a parameter becomes which is drawn anew: the standard variate, and the draws so far."""
+
 MOST = sys.float_info.max
 
 DEFAULT_BOUND = 1e9

@@ -51,6 +51,8 @@ class Shared(dict[Any, Any]):
     """Kernels that an earlier process has compiled, by the key under which they are to stand here."""
     recalled: frozenset[Any] = frozenset()
     """Names of what the disk holds already."""
+    origin: "System | None" = None
+    """The system that another process needs before it asks for this one."""
 
     def __init__(self, key: tuple[str, ...] | None = None) -> None:
         super().__init__()

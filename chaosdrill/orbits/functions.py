@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from chaosdrill.codegen.formulas import function_of
 from chaosdrill.orbits.orbit_record import PythonFunction, value_of
 from chaosdrill.orbits.settings import SETTINGS
 
@@ -26,10 +27,10 @@ class OrbitFunction:
     """A number that every orbit has."""
 
     name: str
-    of: Any
-    """Sympy expression of states, time, parameters and quadratures, each of which stands for its rate; or a function
-    of `chaosdrill.orbits.orbit_record.OrbitRecord`, of which nothing is taken."""
-    text: str  # the same as it was given
+    of: Callable[..., Any] | None
+    """Function of `chaosdrill.orbits.orbit_record.OrbitRecord`, of which nothing is taken; None for an expression of
+    states, time, parameters and quadratures, each of which stands for its rate."""
+    text: str  # expression, or name of the function
     take: str  # {"mean", "total", "maximum", "minimum"}: over one period of the orbit, or the events in it; or "value"
     at: str | None = None  # name or kind of the events before which it is taken; None: all along the orbit
     modes: tuple[str, ...] | None = None  # where it counts; elsewhere it is zero for a total and left out of an extreme
@@ -38,7 +39,7 @@ class OrbitFunction:
     @property
     def words(self) -> str:
         """What it is, as in "maximum of x before impact"."""
-        if callable(self.of):
+        if self.of is not None:
             return self.text
         where = "" if self.at is None else f" before {self.at}"
         within = "" if self.modes is None else f" in {', '.join(self.modes)}"
@@ -55,6 +56,28 @@ def read_function(system: "HybridSystem", name: str, table: Mapping[str, Any]) -
     """
     if isinstance(table["of"], PythonFunction):
         return OrbitFunction(name, table["of"].function, table["of"], "value", units=table.get("units", "1"))
+    if not any(_name(table["of"], mode) in system.shared.get("formulas", ()) for mode in system.modes):
+        # one that no orbit asks for, for want of its event, is known to be sound by its formula as well
+        _code(system, table["of"], next(iter(system.modes)))
+    modes = table.get("modes")
+    return OrbitFunction(
+        name,
+        None,
+        table["of"],
+        table.get("take", "mean"),
+        table.get("at"),
+        None if modes is None else tuple(modes),
+        table.get("units", "1"),
+    )
+
+
+def _name(text: str, mode: str) -> str:
+    """Under which the formula of an expression in a mode is kept, once the expression was found to be sound."""
+    return f"function of an orbit in {mode}: {text}"
+
+
+def _read(system: "HybridSystem", text: str) -> Any:
+    """The expression of a text, of the symbols of the system and of symbols that stand for rates of quadratures."""
     import sympy
 
     from chaosdrill.model.places import parameter
@@ -62,17 +85,7 @@ def read_function(system: "HybridSystem", name: str, table: Mapping[str, Any]) -
 
     moving = (*system.states, *(() if system.time is None else (system.time,)))
     names = {symbol.name: symbol for symbol in moving} | {one: parameter(one) for one in system.parameters}
-    names = {one: sympy.Symbol(one, real=True) for one in system.quadratures} | names
-    modes = table.get("modes")
-    return OrbitFunction(
-        name,
-        read_text(table["of"], names),
-        table["of"],
-        table.get("take", "mean"),
-        table.get("at"),
-        None if modes is None else tuple(modes),
-        table.get("units", "1"),
-    )
+    return read_text(text, {one: sympy.Symbol(one, real=True) for one in system.quadratures} | names)
 
 
 @dataclass(frozen=True)
@@ -176,7 +189,7 @@ class Functions:
         return found[0], found[1]
 
     def _taken(self, index: int, lap: _Lap) -> tuple[np.ndarray, np.ndarray]:
-        if callable(self.functions[index].of):
+        if self.functions[index].of is not None:
             return self._of_records(self.functions[index], lap)
         function, transitions = self.functions[index], self.system.transitions
         within = [s for s in lap.stretches() if function.modes is None or s.mode in function.modes]
@@ -278,8 +291,7 @@ class Functions:
     def _computed(self, index: int, lap: _Lap, mode: str, times: np.ndarray, states: np.ndarray) -> np.ndarray:
         code = self._codes.get((index, mode))
         if code is None:
-            rates = {name: by_mode.get(mode, 0) for name, by_mode in self.system.quadratures.items()}
-            code = self._codes[index, mode] = _code(self.system, self.functions[index].of, rates)
+            code = self._codes[index, mode] = _code(self.system, self.functions[index].text, mode)
         with np.errstate(all="ignore"):
             found = code(times, *np.moveaxis(states, -1, 0), *lap.parameters)
         return np.broadcast_to(np.asarray(found, dtype=float), times.shape)
@@ -295,18 +307,16 @@ def _error(problem: "Problem", shot: "Shot") -> float:
     return problem.accuracy + grown
 
 
-def _code(system: "HybridSystem", expression: Any, rates: Mapping[str, Any]) -> Callable[..., Any]:
+def _code(system: "HybridSystem", text: str, mode: str) -> Callable[..., Any]:
     """An expression of time, states and parameters as a function of arrays; quadratures stand for their rates."""
-    import sympy
 
-    from chaosdrill.codegen import python
-    from chaosdrill.codegen.special import CODE
-    from chaosdrill.model.places import parameter
+    def derive(placed: "HybridSystem") -> Any:
+        import sympy
 
-    whole = expression.xreplace({sympy.Symbol(name, real=True): rate for name, rate in rates.items()})
-    time = sympy.Dummy() if system.time is None else system.time
-    arguments = [time, *system.states, *map(parameter, system.parameters)]
-    own = {name: np.vectorize(function, otypes=[float]) for name, function in CODE.items()}
-    own["Called"] = np.vectorize(python.evaluate, otypes=[float])
-    found: Callable[..., Any] = sympy.lambdify(arguments, whole, modules=[own, "numpy"], dummify=True)
+        from chaosdrill.model.places import places_of
+
+        rates = {sympy.Symbol(name, real=True): by.get(mode, 0) for name, by in system.quadratures.items()}
+        return _read(system, text).xreplace(rates).xreplace(places_of(system))
+
+    found: Callable[..., Any] = function_of(system, _name(text, mode), derive, arrays=True)
     return found

@@ -128,9 +128,7 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
 
                 problems.append(Problem(("system", "drives"), UNDRIVEN))
         else:
-            beside = (checked.known, table_in(raw, "initial"))
-            found = None if table_in(raw, "drives") else sliding_before(raw["filippov"], beside)
-            if found is not None:
+            if _slid_before(checked, raw):
                 from chaosdrill.scene.check_made import begun_by
 
                 checked.states = begun_by(raw["filippov"])
@@ -242,11 +240,28 @@ def _make_filippov(checked: CheckedSystem, table: Mapping[str, Any]) -> None:
 
 def _driven_before(checked: CheckedSystem, raw: Mapping[str, Any]) -> "HybridSystem | None":
     """The system with the drives of a scene that was run before, and so has no faults."""
-    drives = table_in(raw, "drives")
-    if not drives or "si" in raw or "noise" in raw:
+    drives, parameters = table_in(raw, "drives"), table_in(raw, "parameters")
+    if not drives or "noise" in raw or checked.known is None:
         return None
-    tables = (checked.definition, checked.effects, table_in(raw, "parameters"), table_in(raw, "initial"))
+    if "si" in raw:
+        if checked.model not in IN_SI:
+            return None
+        made, faults = read_si(raw["si"], dict(parameters), checked.known)
+        if [*faults]:
+            return None
+        parameters = {**made.parameters, **parameters}
+    tables = (checked.definition, checked.effects, parameters, table_in(raw, "initial"))
     return Driven(checked.model, *tables, drives).before()
+
+
+def _slid_before(checked: CheckedSystem, raw: Mapping[str, Any]) -> bool:
+    """Whether two fields and a surface, and their drives, were run before, and so have no faults."""
+    parameters, drives = table_in(raw, "parameters"), table_in(raw, "drives")
+    found = sliding_before(raw["filippov"], (parameters, table_in(raw, "initial")))
+    if found is None or not drives:
+        return found is not None
+    one = Driven("", found.shared["definition"], checked.effects, parameters, found.start, drives)
+    return "noise" not in raw and one.before() is not None
 
 
 def _check_drives(checked: CheckedSystem, drives: Mapping[str, Any]) -> None:

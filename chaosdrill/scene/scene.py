@@ -97,7 +97,7 @@ class Scene:
             If it cannot be built, or if the scene names modes or events that it does not have.
         """
         one = None
-        if self.drives and not (self.noise or self.si.parameters):
+        if self.drives and not self.noise:
             one = Driven(self.model, self.definition, self.effects, self.parameters, self.initial, self.drives)
         system = None if one is None else one.before()
         if system is None:
@@ -114,7 +114,7 @@ class Scene:
         initial = {name: value for name, value in self.initial.items() if name != "mode"}
         try:
             if self.definition is not None:
-                system = build(self.definition, self.parameters, initial, kept=not (self.drives or self.noise))
+                system = build(self.definition, self.parameters, initial, kept=not self.drives)
             else:
                 effects = self.effects if systems.REGISTRY[self.model].effects else None
                 system = systems.build(self.model, parameters=self.parameters, effects=effects, initial=initial)

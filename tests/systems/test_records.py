@@ -23,6 +23,7 @@ from chaosdrill.model import system as model
 
 PACKAGE = Path(cd.__file__).parent
 CHOSEN = ("lorenz", "impact-oscillator", "percussive-drill")
+MORE = ("orbit", "branch", "noise")
 
 RESULTS = """
 import json, sys
@@ -33,9 +34,18 @@ def spectrum(name):
     length = {"periods": 20} if system.forced else {"duration": 20.0}
     return cd.lyapunov_spectrum(system, **length)
 
+def noisy():
+    noise = {"e": cd.Choice([0.7, 0.9], [1, 3]), "zeta": cd.Uniform(0.04, 0.06)}
+    return impact.with_parameters(e=0.75).with_noise(noise, at="impact", seed=3)
+
+impact = cd.build("impact-oscillator")
+taken = {"work": {"of": "amplitude*cos(omega*t)*v"}, "hit": {"of": "v", "at": "impact", "take": "maximum"}}
 ASKED = {
-    "orbit": lambda: cd.periodic_orbit(cd.build("impact-oscillator"), derivatives=["e"]),
-    "branch": lambda: cd.continue_orbit(cd.build("impact-oscillator"), {"omega": (2.5, 2.52)}, max_points=5),
+    "orbit": lambda: cd.periodic_orbit(impact, derivatives=["e"], functions=taken),
+    "branch": lambda: cd.continue_orbit(
+        impact, {"omega": (2.5, 2.52)}, max_points=5, functions=taken, optima=["hit"]
+    ),
+    "noise": lambda: cd.lyapunov_spectrum(noisy(), periods=20),
 }
 results = {}
 for name in sys.argv[1:]:
@@ -59,14 +69,14 @@ def process(folder, *names, package=PACKAGE):
 def first(tmp_path_factory):
     """The folder of a cache, and what the process says that filled it."""
     folder = tmp_path_factory.mktemp("first")
-    return folder, process(folder, *CHOSEN, "orbit", "branch")
+    return folder, process(folder, *CHOSEN, *MORE)
 
 
 def test_the_second_process_needs_no_sympy_and_gives_the_same_bits(first):
-    """Of spectra, of an orbit with its derivatives, and of a branch."""
+    """Of spectra, of an orbit with its derivatives and functions, of a branch, and of noise."""
     folder, (loaded, derived, _) = first
     assert "sympy" in loaded
-    again, read, told = process(folder, *CHOSEN, "orbit", "branch")
+    again, read, told = process(folder, *CHOSEN, *MORE)
     assert again == []
     assert read == derived
     assert told == ""
@@ -312,6 +322,16 @@ max_extension = 0
 ELSEWHERE = SCENE.replace("x = 0.4", "x = 0.1")
 
 
+def test_noise_has_the_numbers_of_its_system_whichever_was_derived_first():
+    def noisy(low, **numbers):
+        return cd.build("impact-oscillator", numbers).with_noise({"e": cd.Uniform(low, 0.9)}, at="impact", seed=5)
+
+    noisy(0.6)
+    found = noisy(0.7, zeta=0.02)
+    assert found.parameters == {**found.parameters, "e_low": 0.7, "e_high": 0.9, "zeta": 0.02, "noise_seed": 5.0}
+    assert found.limits["e_low"].refuses(-0.1)
+
+
 SPECTRUM_OF = """
 [analysis.spectrum]
 kind = "lyapunov-spectrum"
@@ -369,6 +389,43 @@ push = 0.0
 pieces = "square"
 [system.initial]
 x = 0.4
+""",
+    "two fields that are driven": """
+[system.filippov]
+states = "x v"
+surface = "v"
+above = { x = "v", v = "u - x - S" }
+below = { x = "v", v = "u - x + S" }
+period = "2*pi/omega"
+[system.parameters]
+omega = 0.4
+S = 0.6
+u = 0.0
+duty = 0.25
+[system.drives.u]
+pieces = { 0 = "1", duty = "-1" }
+""",
+    "a drill in SI units that is driven": """
+[system]
+model = "percussive-drill"
+[system.effects]
+drive = "harmonic"
+friction = "coulomb"
+rock = "moving"
+contact = "none"
+[system.si]
+m1 = "250 kg"
+m2 = "250 kg"
+K = "4 MN/m"
+C = "3.8 kN*s/m"
+A = "2 kN"
+B = "5.6 kN"
+omega = "100 rad/s"
+F_N = "10 kN"
+mu_e = 0.8
+mu_d = 0.48
+[system.drives.b]
+pieces = { "0" = "0.3", "0.5" = "0.2" }
 """,
     "a drive of the library": """
 [system]
