@@ -162,8 +162,10 @@ def with_functions(
     ds = more(ds, {name: ((dims, "function"), one) for name, one in both.items()} | {"function": list(functions.names)})
     ds = ds.assign_coords({name: variable("function", list(text)) for name, text in named if name != "function"})
     states = ds["orbit_state"]
-    found = states.notnull().any([dim for dim in states.dims if dim != dims])
-    lacking = (ds["function_value"].isnull() & found).sum(dims).values.tolist()
+    known = states.values == states.values
+    found = known.any(axis=tuple(k for k, dim in enumerate(states.dims) if dim != dims))
+    column = both["function_value"]
+    lacking = ((column != column) & found[..., None]).sum(axis=0).tolist()
     lost = [f"{name} on {k} of {int(found.sum())}" for name, k in zip(functions.names, lacking, strict=True) if k]
     if not lost:
         return ds
