@@ -178,20 +178,20 @@ class Functions:
         sizes = np.maximum(problem.sizes, np.abs(starts).max(axis=(0, 1)))
         return _Lap(problem, orbits, [known[name] for name in self.system.parameters], sizes, np.array(errors)[:, None])
 
-    def _of_records(self, function: OrbitFunction, lap: _Lap) -> tuple[np.ndarray, np.ndarray]:
+    def _of_records(self, name: str, of: Callable[..., Any], lap: _Lap) -> tuple[np.ndarray, np.ndarray]:
         """A Python function on every orbit; NaN where it raises an exception."""
         found = np.full((2, len(lap.orbits)), np.nan)
         for k, (orbit, error) in enumerate(zip(lap.orbits, lap.errors[:, 0].tolist(), strict=True)):
             try:
-                found[:, k] = value_of(function.of, lap.problem, orbit, error)
+                found[:, k] = value_of(of, lap.problem, orbit, error)
             except Exception as failure:
-                self.failures[f"{function.name} raised {failure!r:.100}"] = None
+                self.failures[f"{name} raised {failure!r:.100}"] = None
         return found[0], found[1]
 
     def _taken(self, index: int, lap: _Lap) -> tuple[np.ndarray, np.ndarray]:
-        if self.functions[index].of is not None:
-            return self._of_records(self.functions[index], lap)
         function, transitions = self.functions[index], self.system.transitions
+        if function.of is not None:
+            return self._of_records(function.name, function.of, lap)
         within = [s for s in lap.stretches() if function.modes is None or s.mode in function.modes]
         if function.at is not None:
             named = {i for i, t in enumerate(transitions) if function.at in (t.name, t.kind)}
