@@ -110,8 +110,10 @@ def _follows(points: np.ndarray, turn: float) -> bool:
 def comes_back(points: np.ndarray, stays: float = STAYS) -> bool:
     """Whether points come back where they come nearest to the last ones, or come closer from turn to turn.
 
-    The latter, if no more than such a part of their distance ``stays``.
+    The latter, if no more than such a part of their distance ``stays``. So few points as are looked for show neither.
     """
+    if len(points) <= LAST:
+        return False
     windows = np.lib.stride_tricks.sliding_window_view(points, LAST, axis=0)
     beside = np.abs(windows[:-1] - windows[-1]).max(axis=(1, 2))[-int(BACK * len(points)) :]
     lag = len(beside) - int(beside.argmin())

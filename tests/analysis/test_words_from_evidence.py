@@ -9,7 +9,7 @@ from maps import map_system
 
 import chaosdrill as cd
 from chaosdrill.analysis.classification import contracts
-from chaosdrill.analysis.ordering import ordered
+from chaosdrill.analysis.ordering import LAST, comes_back, ordered
 from chaosdrill.analysis.stationarity import departs
 from chaosdrill.analysis.tori import only_grows
 from chaosdrill.analysis.words import BOUNDED, RULES, Evidence
@@ -219,6 +219,13 @@ def test_a_spiral_is_in_no_order(rate, turn):
     assert ordered(points) == (False, True)
     still = points / size[:, np.newaxis]
     assert ordered(still) == (True, False)
+
+
+@pytest.mark.parametrize("count", [1, 2, LAST, LAST + 1, LAST + 2])
+def test_few_points_show_no_return_unless_they_repeat(count):
+    angle = 2.3 * np.arange(count)
+    assert not comes_back(np.column_stack([np.cos(angle), np.sin(angle)]))
+    assert comes_back(np.cos(np.pi * np.arange(count))[:, np.newaxis]) == (count >= LAST + 2)
 
 
 def test_a_slow_focus_of_a_map_is_no_torus():
