@@ -427,6 +427,20 @@ mu_d = 0.48
 [system.drives.b]
 pieces = { "0" = "0.3", "0.5" = "0.2" }
 """,
+    "noise": """
+[system.definition]
+states = ["x", "v"]
+period = "2*pi"
+modes.only = { x = "v", v = "-x - 0.1*v**3 + a*cos(t)" }
+transitions = [{ name = "wall", source = "only", target = "only", guard = "x - 0.3", direction = 1, reset.v = "-e*v" }]
+[system.parameters]
+a = 1.0
+e = 0.8
+[system.noise]
+seed = 3
+e = { distribution = "uniform", low = 0.7, high = 0.9, at = "wall" }
+a = { distribution = "normal", mean = 1.0, deviation = 0.1, at = "period" }
+""",
     "a drive of the library": """
 [system]
 model = "duffing"
