@@ -1,5 +1,6 @@
 """Orbits of one system, with the parameters that are left free: the compiled shooting problem behind plain calls."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -22,9 +23,10 @@ from chaosdrill.engine.sample_orbit import sample_orbit
 from chaosdrill.engine.setup import scratch_of, settings_of, states_of, tables_of
 from chaosdrill.engine.shifts import Shifts, shifts_of
 from chaosdrill.engine.stepper import machine
-from chaosdrill.engine.structure import passes
+from chaosdrill.engine.structure import passes, sizes_of
 from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.guess import Place, events_until_escape
+from chaosdrill.orbits.linear_range import sizes_beside
 from chaosdrill.orbits.multipliers import Neutral, neutral_of
 from chaosdrill.orbits.orbit import Orbit, segment_by_segment
 from chaosdrill.orbits.settings import SETTINGS
@@ -223,7 +225,7 @@ class Problem:
 
         Of one that escapes, at its events: how far it gets after that says nothing. A state that rounding alone moves
         has the size that it has between events in one instant, or that changes of the others by theirs would give it;
-        1 for a state that nothing moves.
+        one that nothing moves, that to which the response beside the motion is linear; 1 if it is so everywhere.
         """
         d, parts = self.states, SETTINGS.characteristic_samples
         run = Run(self.plain, self.unit or SETTINGS.unit, self.numerics, samples=parts)
@@ -238,6 +240,9 @@ class Problem:
         found = np.where(np.isfinite(largest), largest, 0.0)
         for given in self._given(found):
             found = np.where(found > SETTINGS.rounded * given, found, given)
+        if not found.all():
+            unit = self.unit or math.tau * sizes_of(self.plain)[1]
+            found = sizes_beside(self.plain, unit, self.numerics, found)
         return np.where(found > 0, found, 1.0)
 
     def _given(self, sizes: np.ndarray) -> Iterator[np.ndarray]:

@@ -1,0 +1,137 @@
+"""Sizes of states that stay zero on a motion: how far beside it they go before the motion there departs from linear."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from chaosdrill.dataset import Outcome
+from chaosdrill.engine import layout
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
+from chaosdrill.model import HybridSystem
+from chaosdrill.orbits.settings import SETTINGS
+
+
+@dataclass(frozen=True)
+class _Path:
+    """A motion over some units of time."""
+
+    outcome: Outcome  # what ended it
+    strobes: np.ndarray  # (k, d): states after each unit
+    maps: np.ndarray  # (k, d, d): tangent maps from its start, or none
+    kinds: np.ndarray  # int (E,): transitions taken, without those that change nothing
+    largest: np.ndarray  # (d,): largest values
+
+
+def sizes_beside(system: HybridSystem, unit: float, numerics: Numerics, known: np.ndarray) -> np.ndarray:
+    """Sizes of the states that stay zero on the motion from the system's own start, shape (d,), and the known ones.
+
+    Each such state is displaced at the start, farther and farther, until the motion departs from the linear response:
+    another event comes, or the state is off by a part of its largest linear response, or another one by that part of
+    its size. Its size is its largest value just before. So it has the unit of the nonlinearity, or is the distance of
+    a border, in whatever units the system is written.
+
+    Parameters
+    ----------
+    unit : float
+        A period of the forcing, or a characteristic time.
+    known : ndarray, shape (d,)
+        Sizes of the states; 0 where unknown.
+
+    Returns
+    -------
+    sizes : ndarray, shape (d,)
+        The known ones as they were. A state beside which all is linear is as large as displacements of others make it;
+        0 where none moves it.
+    """
+    base = _path(system, unit, numerics, tangents=True)
+    found, moved = known.copy(), np.zeros_like(known)
+    if not len(base.strobes):
+        return found
+    for i in np.flatnonzero(known == 0).tolist():
+        for side in (-1.0, 1.0):
+            last = _last_linear(system, unit, numerics, base, known, i, side)
+            if last is not None:
+                found[i] = min(found[i] or np.inf, last.largest[i])
+                moved = np.fmax(moved, last.largest)
+    return np.where(found > 0, found, moved)
+
+
+def _last_linear(
+    system: HybridSystem, unit: float, numerics: Numerics, base: _Path, known: np.ndarray, i: int, side: float
+) -> _Path | None:
+    """The farthest motion on one side of the base whose response is linear; None if all are or none is."""
+    name, paths = system.state_names[i], {}
+
+    def linear(power: float) -> bool:
+        shift = side * 2.0**power
+        paths[power] = there = _path(system.with_initial(**{name: shift}), unit, numerics)
+        return _is_linear(base, there, known, i, shift)
+
+    low, high = _bracket(linear)
+    if low is None:
+        return None
+    while high - low > SETTINGS.range_precision:
+        middle = (low + high) / 2
+        low, high = (middle, high) if linear(middle) else (low, middle)
+    # a bound of a state, where the motion is linear up to it, tells nothing of its size
+    return paths[low] if paths[high].outcome == Outcome.OK else None
+
+
+def _bracket(linear: Callable[[float], bool]) -> tuple[float | None, float]:
+    """Powers of two between which a response that was linear no longer is.
+
+    It need not be linear at first: there the displacement may be below the rounding of other states.
+    """
+    power, low = -SETTINGS.range_powers, None
+    while power <= SETTINGS.range_powers:
+        if linear(power):
+            low = power
+        elif low is not None:
+            return low, power
+        power += SETTINGS.range_stride
+    return None, power
+
+
+def _is_linear(base: _Path, there: _Path, known: np.ndarray, i: int, shift: float) -> bool:
+    """Whether a motion answers to a shift of state i at the start of another one as to a small one."""
+    if there.outcome != Outcome.OK and there.outcome != base.outcome:
+        return False
+    # events may come sooner or later, and so be counted or not
+    least = min(len(base.kinds), len(there.kinds))
+    if abs(len(base.kinds) - len(there.kinds)) > 1 or (base.kinds[:least] != there.kinds[:least]).any():
+        return False
+    count = min(len(base.strobes), len(there.strobes))
+    response = shift * base.maps[:count, :, i]
+    off = np.abs(there.strobes[:count] - base.strobes[:count] - response).max(axis=0, initial=0.0)
+    scale = np.maximum(known, np.abs(response).max(axis=0, initial=0.0))
+    scale[i] = max(scale[i], abs(shift))
+    counts = known > 0
+    counts[i] = True
+    return bool((off <= SETTINGS.off_linear * scale)[counts].all())
+
+
+def _path(system: HybridSystem, unit: float, numerics: Numerics, tangents: bool = False) -> _Path:
+    """The motion from the system's own start over ``SETTINGS.sized_units`` units."""
+    d, parts = len(system.state_names), SETTINGS.characteristic_samples
+    frame = np.eye(d) if tangents else None
+    run = Run(system, unit, numerics, tangents=frame, orthonormalise=False, samples=parts)
+    samples = np.zeros((2 * parts, d + len(system.quadratures) + 1))
+    events = np.zeros((SETTINGS.most_events, layout.EVENT_COLUMNS + 2 * d))
+    largest, outcome = np.abs(run.x), Outcome.OK
+    kinds: list[int] = []
+    strobes, maps = [], []
+    for _ in range(SETTINGS.sized_units):
+        outcome, full = run.advance(1, samples, events)
+        if outcome != Outcome.OK or full:
+            break
+        rows, count = run.filled()
+        largest = np.fmax(largest, np.abs(samples[:rows, :d]).max(axis=0, initial=0.0))
+        kinds += events[:count, layout.EVENT_KIND].astype(int).tolist()
+        strobes.append(run.x.copy())
+        maps.append(run.vectors.T.copy())
+    taken = [k for k in kinds if not system.transitions[k].marks_only()]
+    return _Path(
+        outcome, np.reshape(strobes, (-1, d)), np.array(maps), np.array(taken, dtype=int), largest
+    )  # fmt: skip
