@@ -1,5 +1,6 @@
 """Sizes of states that stay zero on a motion: how far beside it they go before the motion there departs from linear."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -9,6 +10,7 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
+from chaosdrill.engine.structure import sizes_of
 from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.settings import SETTINGS
 
@@ -18,13 +20,12 @@ class _Path:
     """A motion over some units of time."""
 
     outcome: Outcome  # what ended it
-    strobes: np.ndarray  # (k, d): states after each unit
-    maps: np.ndarray  # (k, d, d): tangent maps from its start, or none
+    states: np.ndarray  # (k, d): at its start and after each part of a unit
+    maps: np.ndarray  # (k, d, d): tangent maps from its start to there, or none
     kinds: np.ndarray  # int (E,): transitions taken, without those that change nothing
-    largest: np.ndarray  # (d,): largest values
 
 
-def sizes_beside(system: HybridSystem, unit: float, numerics: Numerics, known: np.ndarray) -> np.ndarray:
+def sizes_beside(system: HybridSystem, numerics: Numerics, known: np.ndarray, unit: float | None = None) -> np.ndarray:
     """Sizes of the states that stay zero on the motion from the system's own start, shape (d,), and the known ones.
 
     Each such state is displaced at the start, farther and farther, until the motion departs from the linear response:
@@ -34,10 +35,10 @@ def sizes_beside(system: HybridSystem, unit: float, numerics: Numerics, known: n
 
     Parameters
     ----------
-    unit : float
-        A period of the forcing, or a characteristic time.
     known : ndarray, shape (d,)
         Sizes of the states; 0 where unknown.
+    unit : float, optional
+        A period of the forcing, or a characteristic time; by default a turn of the fastest linear motion.
 
     Returns
     -------
@@ -45,16 +46,18 @@ def sizes_beside(system: HybridSystem, unit: float, numerics: Numerics, known: n
         The known ones as they were. A state beside which all is linear is as large as displacements of others make it;
         0 where none moves it.
     """
+    if known.all():
+        return known
+    unit = unit or math.tau * sizes_of(system)[1]
     base = _path(system, unit, numerics, tangents=True)
     found, moved = known.copy(), np.zeros_like(known)
-    if not len(base.strobes):
-        return found
     for i in np.flatnonzero(known == 0).tolist():
         for side in (-1.0, 1.0):
             last = _last_linear(system, unit, numerics, base, known, i, side)
             if last is not None:
-                found[i] = min(found[i] or np.inf, last.largest[i])
-                moved = np.fmax(moved, last.largest)
+                largest = np.abs(last.states).max(axis=0)
+                found[i] = min(found[i] or np.inf, largest[i])
+                moved = np.fmax(moved, largest)
     return np.where(found > 0, found, moved)
 
 
@@ -102,36 +105,27 @@ def _is_linear(base: _Path, there: _Path, known: np.ndarray, i: int, shift: floa
     least = min(len(base.kinds), len(there.kinds))
     if abs(len(base.kinds) - len(there.kinds)) > 1 or (base.kinds[:least] != there.kinds[:least]).any():
         return False
-    count = min(len(base.strobes), len(there.strobes))
+    count = min(len(base.states), len(there.states))
     response = shift * base.maps[:count, :, i]
-    off = np.abs(there.strobes[:count] - base.strobes[:count] - response).max(axis=0, initial=0.0)
+    off = np.abs(there.states[:count] - base.states[:count] - response).max(axis=0, initial=0.0)
     scale = np.maximum(known, np.abs(response).max(axis=0, initial=0.0))
-    scale[i] = max(scale[i], abs(shift))
     counts = known > 0
     counts[i] = True
     return bool((off <= SETTINGS.off_linear * scale)[counts].all())
 
 
 def _path(system: HybridSystem, unit: float, numerics: Numerics, tangents: bool = False) -> _Path:
-    """The motion from the system's own start over ``SETTINGS.sized_units`` units."""
+    """The motion from the system's own start over ``SETTINGS.sized_units`` units, seen at parts of them."""
     d, parts = len(system.state_names), SETTINGS.characteristic_samples
-    frame = np.eye(d) if tangents else None
-    run = Run(system, unit, numerics, tangents=frame, orthonormalise=False, samples=parts)
-    samples = np.zeros((2 * parts, d + len(system.quadratures) + 1))
+    run = Run(system, unit / parts, numerics, tangents=np.eye(d) if tangents else None, orthonormalise=False)
     events = np.zeros((SETTINGS.most_events, layout.EVENT_COLUMNS + 2 * d))
-    largest, outcome = np.abs(run.x), Outcome.OK
-    kinds: list[int] = []
-    strobes, maps = [], []
-    for _ in range(SETTINGS.sized_units):
-        outcome, full = run.advance(1, samples, events)
+    states, maps, kinds, outcome = [run.x.copy()], [run.vectors.T.copy()], [], Outcome.OK
+    for _ in range(SETTINGS.sized_units * parts):
+        outcome, full = run.advance(1, events=events)
+        kinds += events[: run.filled()[1], layout.EVENT_KIND].astype(int).tolist()
         if outcome != Outcome.OK or full:
             break
-        rows, count = run.filled()
-        largest = np.fmax(largest, np.abs(samples[:rows, :d]).max(axis=0, initial=0.0))
-        kinds += events[:count, layout.EVENT_KIND].astype(int).tolist()
-        strobes.append(run.x.copy())
+        states.append(run.x.copy())
         maps.append(run.vectors.T.copy())
     taken = [k for k in kinds if not system.transitions[k].marks_only()]
-    return _Path(
-        outcome, np.reshape(strobes, (-1, d)), np.array(maps), np.array(taken, dtype=int), largest
-    )  # fmt: skip
+    return _Path(outcome, np.array(states), np.array(maps), np.array(taken, dtype=int))

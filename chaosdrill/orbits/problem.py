@@ -1,6 +1,5 @@
 """Orbits of one system, with the parameters that are left free: the compiled shooting problem behind plain calls."""
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -23,7 +22,7 @@ from chaosdrill.engine.sample_orbit import sample_orbit
 from chaosdrill.engine.setup import scratch_of, settings_of, states_of, tables_of
 from chaosdrill.engine.shifts import Shifts, shifts_of
 from chaosdrill.engine.stepper import machine
-from chaosdrill.engine.structure import passes, sizes_of
+from chaosdrill.engine.structure import passes
 from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.guess import Place, events_until_escape
 from chaosdrill.orbits.linear_range import sizes_beside
@@ -240,9 +239,7 @@ class Problem:
         found = np.where(np.isfinite(largest), largest, 0.0)
         for given in self._given(found):
             found = np.where(found > SETTINGS.rounded * given, found, given)
-        if not found.all():
-            unit = self.unit or math.tau * sizes_of(self.plain)[1]
-            found = sizes_beside(self.plain, unit, self.numerics, found)
+        found = sizes_beside(self.plain, self.numerics, found, self.unit)
         return np.where(found > 0, found, 1.0)
 
     def _given(self, sizes: np.ndarray) -> Iterator[np.ndarray]:

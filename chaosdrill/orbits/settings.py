@@ -12,12 +12,12 @@ class Settings:
     off_linear: float = 0.25
     """Part of the linear response by which a motion beside another may be off: then the next order of the response,
     which a pitchfork or a fold lives on, is about as large."""
-    range_powers: float = 200.0
-    """Binary powers, up and down, between which displacements of states that stay zero are tried: any unit is among
-    them, and their cubes are numbers."""
-    range_stride: float = 10.0
-    """Binary powers from one displacement to the next, few enough not to step over all that are linear."""
-    range_precision: float = 1e-6
+    range_powers: float = 120.0
+    """Binary powers, up and down, between which displacements of states that stay zero are tried: 1e-36 to 1e36."""
+    range_stride: float = 5.0
+    """Binary powers from one displacement to the next: the first that is not linear is not so large that a motion on a
+    fifth power is a thousand times as fast."""
+    range_precision: float = 1e-4
     """Binary powers to which the farthest linear displacement is known: steps are then as long in any unit."""
     smallest_size: float = 0.1
     """Part of that size by which a state counts at least, where it is smaller along an orbit."""

@@ -230,6 +230,7 @@ def _starts(
     from scipy.stats.qmc import Halton
 
     from chaosdrill.analysis.seeds import make_seeds
+    from chaosdrill.orbits.linear_range import sizes_beside
 
     names, region = list(system.state_names), given.region or {}
     own = np.array([[system.initial[name] for name in names]], dtype=float)
@@ -242,6 +243,7 @@ def _starts(
         low[i], high[i] = one
     sizes = np.maximum((high - low) / 2, np.abs(seen).max(axis=0) * [i not in limits for i in range(len(names))])
     # a state that is zero and stays there has no size of its own
+    sizes = sizes_beside(system, job.numerics, sizes)
     sizes = np.where(sizes > 0, sizes, 1.0)
     spread = low + (high - low) * Halton(len(names), scramble=False).random(given.starts + 1)[1:]
     seeds = make_seeds(system, given.seeds, None, needed=False).starts
