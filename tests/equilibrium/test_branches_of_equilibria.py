@@ -48,6 +48,25 @@ def test_branches_that_cross_are_followed_from_either(rate, start):
     assert found["special_multiplicity"].values.tolist().count(1) == found.sizes["special"]
 
 
+def test_branches_from_rest_at_zero_are_the_same_in_any_unit():
+    """x^2 = m u^2 crosses x = 0; y begins to turn with the amplitude 2 u sqrt(m)."""
+    forked = flow("forked", {"x": "m*x - x**3/u**2"}, {"m": -0.3, "u": 1.0}, x=0.0)
+    turning = flow("turning", {"y": "z", "z": "m*z - y - y**2*z/u**2"}, {"m": -0.3, "u": 1.0}, y=0.0, z=0.0)
+    kinds, counts, cycles = set(), set(), []
+    for unit in (1e-9, 1.0, 1e8):
+        found = cd.equilibria(forked.with_parameters(u=unit), {"m": (-0.5, 0.4)}, step=0.02)
+        kinds |= {kind for kind, _ in specials(found)}
+        counts.add((found.sizes["branch_number"], found.sizes["point"]))
+        x, m = found["equilibrium_state"].values[:, 0] / unit, found["m"].values
+        assert np.abs(x * (x**2 - m)).max() < 1e-9
+        found = cd.equilibria(turning.with_parameters(u=unit), {"m": (-0.5, 0.4)}, step=0.02)
+        assert abs(found["special_coefficient"].item() * unit**2 + 1 / 4) < 1e-12
+        cycles.append([found["cycle_value"].item(), found["cycle_amplitude"].values[0, 0] / unit])
+    assert (kinds, len(counts), min(counts)[0]) == ({"branch_point"}, 1, 2)
+    np.testing.assert_allclose(cycles, cycles[0], rtol=1e-3)
+    np.testing.assert_allclose(cycles[0][1], 2 * np.sqrt(cycles[0][0]), rtol=1e-2)
+
+
 @pytest.fixture(scope="module")
 def lorenz():
     rates = {"x": "s*(y - x)", "y": "x*(r - z) - y", "z": "x*y - b*z"}

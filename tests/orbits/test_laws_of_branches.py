@@ -317,13 +317,35 @@ def test_partners_that_meet_again_are_walked_once():
     assert len(crossings) == 4
 
 
-def test_a_transcritical_crossing_is_followed_both_ways():
-    system = stepped({x: x + r * x - x**2}, {"r": -0.31}, [0.0])
-    branch = cd.continue_orbit(system, {"r": (-0.5, 0.5)}, start="guess", doublings=1)
-    other = branch["branch"].values > 0
-    values, states = branch["r"].values[other], branch["orbit_state"].values[other, 0]
-    np.testing.assert_allclose(states, values, atol=1e-9)
-    assert [values.min(), values.max()] == [-0.5, 0.5]
+# A state that stays at zero has the unit of what it would do elsewhere.
+
+
+CORNER = [{x: x / 2 + y + mu * unit, y: 0 * x}, {x: y - x / 2 + mu * unit, y: -x / 4}]
+ELSEWHERE = {
+    "pitchfork": ({x: x + mu * x - x**3 / unit**2}, Special.BRANCH_POINT, 3, lambda m, u: u * (u**2 - m)),
+    "transcritical": ({x: x + mu * x - x**2 / unit}, Special.BRANCH_POINT, 3, lambda m, u: u * (u - m)),
+    "flip": ({x: -x - mu * x + x**3 / unit**2}, Special.PERIOD_DOUBLING, 2, lambda m, u: u * (u**2 - m)),
+    "corner": (CORNER, Special.OUTCOME_SWITCH, 1, lambda m, u: u - m / np.where(m < 0, 0.5, 1.75)),
+}
+
+
+@pytest.mark.parametrize(("images", "kind", "count", "off"), ELSEWHERE.values(), ids=ELSEWHERE)
+def test_branches_of_orbits_at_zero_are_the_same_in_any_unit(images, kind, count, off):
+    """Whole branches of closed forms in u = x / unit, with one special point at mu = 0 and as many points."""
+    corner = isinstance(images, list)
+    begin = [-0.6, 0.0] if corner else [0.0]
+    system = stepped(images, {"mu": -0.3, "unit": 1.0}, begin, x <= 0 if corner else None)
+    points = set()
+    for size in (1e-9, 1.0, 1e9):
+        here = system.with_parameters(unit=size).with_initial(x=begin[0] * size)
+        branch = cd.continue_orbit(here, {"mu": (-0.4, 0.4)}, start="guess", doublings=1, step=0.05)
+        points.add(branch.sizes["point"])
+        assert (kinds(branch), len(branch["branch_end"])) == ([kind], count)
+        assert abs(branch["special_value"].item()) <= branch["special_error"].item()
+        assert np.abs(off(branch["mu"].values, branch["orbit_state"].values[:, 0] / size)).max() < 1e-9
+        for one in range(count):
+            assert np.abs(branch["mu"].values[branch["branch"].values == one]).max() == 0.4
+    assert len(points) == 1
 
 
 @pytest.mark.parametrize("step", [0.01, 0.03])
