@@ -64,10 +64,10 @@ def incommensurate(points: np.ndarray) -> bool:
     return False
 
 
-def frequencies(values: np.ndarray) -> list[float]:
+def frequencies(values: np.ndarray) -> Iterator[float]:
     """Frequencies of the strongest lines of a sequence that are known, in cycles a sample."""
-    tops = [_top(values, guess) for _, guess in _guesses(values) if _is_apart(guess, len(values))]
-    return [top for top in tops if np.isfinite(top)]
+    tops = (_top(values, guess) for _, guess in _guesses(values) if _is_apart(guess, len(values)))
+    return (top for top in tops if np.isfinite(top))
 
 
 def _lines(values: np.ndarray) -> Iterator[tuple[float, float, float]]:
@@ -117,9 +117,11 @@ def _top(values: np.ndarray, guess: float) -> float:
         bend = 2 * np.pi * ((np.conj(zeroth) * second).real - abs(first) ** 2)
         if bend <= 0:
             return np.nan
-        frequency += slope / bend
+        before, frequency = frequency, frequency + slope / bend
         if abs(frequency - guess) > NARROW / len(values):
             return np.nan
+        if frequency == before:
+            break
     return float(frequency)
 
 

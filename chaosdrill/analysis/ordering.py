@@ -6,6 +6,8 @@ not depend on how many there are; in any other motion, strange nonchaotic ones i
 average has to converge, so that neither the jumps of states nor the wrinkles of a torus that is about to break hide it.
 """
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from chaosdrill.analysis.frequencies import frequencies
@@ -43,8 +45,12 @@ NODES, ALIKE = 8, 2.0
 """Neighbours by angle through which the curve between them is drawn, and how much faster or slower it may seem to move
 where they are twice as far apart: what it lacks for their distance is hundreds of times more then."""
 
-FAR, PASSES = 3.0, 4
-"""Times the median by which a point at a jump is missed, and steps in which the turn is refined."""
+ASKED = 256
+"""Points that tell how far the curve through others lies beside them, at most, spread evenly along it."""
+
+FAR, PASSES, FINER = 3.0, 4, 1e-3
+"""Times the median by which a point at a jump is missed, steps in which the turn is refined, and part of what is missed
+that a step is worth at least. What is left of it is fitted with the motion."""
 
 WAVES = 2
 """Waves along a curve of which its motion consists, as of a circle that shrinks, or moves on as it is."""
@@ -78,23 +84,23 @@ def ordered(points: np.ndarray) -> tuple[bool, bool]:
             continue
         told = path[:, [fills.argmax()]]
         for turn, parts in _turns(told[:, 0]):
-            if _way(told, turn) > LONGEST * np.ptp(told):
+            way = _way(told, turn)[0]
+            if way > LONGEST * np.ptp(told):
                 continue
-            best = min(turn + NEARBY / len(path) ** 2, key=lambda one: float(_way(told, one)[0]))
+            nearby = turn + NEARBY / len(path) ** 2
+            best = nearby[np.argmin([way, *(_way(told, one)[0] for one in nearby[1:])])]
             if all(_follows(points[k::curves], best) for k in range(curves)):
                 moves = any(_moves_on(points[k::curves], best, WAVES * parts) for k in range(curves))
                 return not moves and not comes_back(points), moves
     return False, False
 
 
-def _turns(values: np.ndarray) -> list[tuple[float, int]]:
+def _turns(values: np.ndarray) -> Iterator[tuple[float, int]]:
     """Turns of which a sequence may be a function, its strongest lines and parts of them, and which parts."""
-    return [
-        ((line + k) / parts, parts)
-        for line in frequencies(values)
-        for parts in range(1, PARTS + 1)
-        for k in range(parts)
-    ]
+    for line in frequencies(values):
+        for parts in range(1, PARTS + 1):
+            for k in range(parts):
+                yield (line + k) / parts, parts
 
 
 def _follows(points: np.ndarray, turn: float) -> bool:
@@ -115,8 +121,11 @@ def comes_back(points: np.ndarray, stays: float = STAYS) -> bool:
     if len(points) <= LAST:
         return False
     windows = np.lib.stride_tricks.sliding_window_view(points, LAST, axis=0)
-    beside = np.abs(windows[:-1] - windows[-1]).max(axis=(1, 2))[-int(BACK * len(points)) :]
-    lag = len(beside) - int(beside.argmin())
+    before = windows[:-1][-int(BACK * len(points)) :]
+    # no window is nearer than its last point, so that few have to be looked at
+    least = np.abs(before[:, :, -1] - points[-1]).max(axis=1)
+    near = np.flatnonzero(least <= np.abs(before[least.argmin()] - windows[-1]).max())
+    lag = len(before) - int(near[np.abs(before[near] - windows[-1]).max(axis=(1, 2)).argmin()])
     apart = (np.abs(points[lag:] - points[:-lag]) / np.ptp(points, axis=0)).max(axis=1)
     # where a jump lies between two points they are far apart
     before, after = (np.median(part) for part in np.array_split(apart, 2))
@@ -133,10 +142,11 @@ def _moves_on(points: np.ndarray, turn: float, waves: int) -> bool:
     if missed <= MOVES / 4:
         return False
     pace, explained = _pace(points, turn, waves, *halves)
-    fewer, _ = _pace(points, turn, waves, *halves, 2)
+    by_halves = explained > EXPLAINED and pace / ALIKE <= _pace(points, turn, waves, *halves, 2)[0] <= ALIKE * pace
     first, of_first = _pace(points, turn, waves, slice(quarter), slice(quarter, middle))
+    if not by_halves and of_first <= EXPLAINED:
+        return False
     last, of_last = _pace(points, turn, waves, slice(middle, middle + quarter), slice(middle + quarter, None))
-    by_halves = explained > EXPLAINED and pace / ALIKE <= fewer <= ALIKE * pace
     by_quarters = min(of_first, of_last) > EXPLAINED and first / ALIKE <= last <= ALIKE * first
     if not ((by_halves or by_quarters) and (pace if by_halves else last) * len(points) > MOVES):
         return False
@@ -151,9 +161,13 @@ def _refined(points: np.ndarray, turn: float, some: slice, others: slice) -> tup
     for _ in range(PASSES):
         misses, along, _, _ = _missed(points, turn, some, others)
         missed = float(np.median(np.abs(misses).max(axis=1))) if len(misses) else 0.0
-        if missed <= MOVES / 4 or not (along**2).sum() > 0:
+        square = float((along**2).sum())
+        if missed <= MOVES / 4 or not square > 0:
             break
-        turn += float((along * misses).sum() / (along**2).sum())
+        step = float((along * misses).sum()) / square
+        turn += step
+        if step**2 * square <= FINER**2 * float((misses**2).sum()):
+            break
     return turn, missed
 
 
@@ -193,7 +207,10 @@ def _missed(
         What is missed, what an error of one in the turn would make of it, how much later the others are, the angles.
     """
     angle, times = np.arange(len(points)) * turn % 1.0, np.arange(len(points))
-    order, sought, most = np.argsort(angle[others], kind="stable")[::thin], angle[some], NODES // 2
+    order, most = np.argsort(angle[others], kind="stable")[::thin], NODES // 2
+    asked = times[some][np.argsort(angle[some], kind="stable")]
+    asked = asked[:: max(1, len(asked) // ASKED)]
+    sought = angle[asked]
     a, x, t = (one[others][order] for one in (angle, points, times))
     a = np.concatenate([a[-most:] - 1, a, a[:most] + 1])
     x, t = (np.concatenate([one[-most:], one, one[:most]]) for one in (x, t))
@@ -204,8 +221,8 @@ def _missed(
     ratios = (sought[:, np.newaxis] - a[near])[:, np.newaxis] / np.where(apart == 0, np.nan, apart)
     ratios[:, itself, itself] = 1.0
     weight = ratios.prod(axis=2)
-    misses = np.einsum("wk,wki->wi", weight, x[near]) - points[some]
-    later = (weight * t[near]).sum(axis=1) - times[some]
+    misses = np.einsum("wk,wki->wi", weight, x[near]) - points[asked]
+    later = (weight * t[near]).sum(axis=1) - asked
     slope = (x[place] - x[place - 1]) / (a[place] - a[place - 1])[:, np.newaxis]
     size = np.abs(misses).max(axis=1)
     known = size <= FAR * np.nanmedian(size) if np.isfinite(size).any() else np.zeros(len(size), dtype=bool)

@@ -146,13 +146,14 @@ def only_grows(
         parts = (len(here), PARTS, -1, steps.shape[2])
         onward, way = (one.reshape(parts).mean(axis=2) for one in (steps, np.abs(steps)))
         pace = onward[:, :-1] + onward[:, 1:]
-        steady = (pace[:, -1] >= STEADY * pace.max(axis=1)) & ~_is_passage(pace)
+        steady = pace[:, -1] >= STEADY * pace.max(axis=1)
         size = np.maximum(sizes(path, known[here]), np.abs(first))
         far = np.sign(net) * (path[:, -1] - first) > FAR * size
         # towards zero from further out than it ever was
         inward = (net * path[:, -1] < 0) & (known[here] * BEYOND <= np.maximum(np.abs(first), np.abs(path[:, 0])))
         beyond = inward | (np.abs(path[:, -1]) >= BEYOND * known[here])
-        found[here] = (onward > ONWARD * way).all(axis=1) & steady & far & beyond & ~bounded
+        grows = (onward > ONWARD * way).all(axis=1) & steady & far & beyond & ~bounded
+        found[here] = grows & ~_is_passage(pace) if grows.any() else grows
     return found
 
 
@@ -290,7 +291,8 @@ def examine(
         moving = states[k][:, weight[k] > 0] * weight[k, weight[k] > 0]
         if flow is None:
             in_order[k], winds_up = ordered(moving)
-            returns[k] = winds_up or (moving.size > 0 and comes_back(moving, 0.0))
+            # what is in order does not come back
+            returns[k] = winds_up or (not in_order[k] and moving.size > 0 and comes_back(moving, 0.0))
             # on a torus that settles averages part for a while, but its points are in order
             torus[k] = smooth[k] and (in_order[k] or not parting[k]) and not returns[k] and _by_gaps(moving)
         elif smooth[k] and not parting[k]:
@@ -453,7 +455,8 @@ def _by_neighbours(
     weight = _one_over_extent(path[np.newaxis, :, :-1], known[np.newaxis])[0]
     points = path[:, :-1] * weight
     near = len(path) // SUCCESSIVE
-    part, bent, across = np.zeros((3, len(path)))
+    part, across = np.zeros((2, len(path)))
+    off_flow, along_flow, away = (np.zeros((len(path), NEIGHBOURS, size)) for size in (points.shape[1], 1, 1))
     rates = np.stack([shifts.rates(state[:-1], flow(state[:-1], int(state[-1]))) for state in window])
     paces = np.abs(rates) / np.maximum(np.ptp(path[:, :-1], axis=0), sizes(path[np.newaxis, :, :-1], known)[0])
     if (weight == 0).any() and paces[:, weight == 0].max() > CLOSE * paces[:, weight > 0].max():
@@ -475,11 +478,35 @@ def _by_neighbours(
             off = np.linalg.norm(beside, axis=1)
             across[k] = off.mean()
             part[k] = (off / distance[nearest]).max()
-            bend = along[:, np.newaxis] ** (2, 3)
-            left = beside - bend @ np.linalg.lstsq(bend, beside, rcond=None)[0]
-            bent[k] = (np.linalg.norm(left, axis=1) / distance[nearest]).max()
+            off_flow[k, : len(nearest)], along_flow[k, : len(nearest), 0] = beside, along
+            away[k, : len(nearest), 0] = distance[nearest]
     early, late = (np.median(half) for half in np.array_split(across, 2))
     apart_for_good = bool(np.median(part) >= ACROSS and STAYS * early <= late <= early / STAYS)
     told = points[:, weight > 0]
     torus = apart_for_good and incommensurate(told)
-    return bool(np.median(part) <= ALONG), bool(np.median(bent) <= THIN), torus
+    line = bool(np.median(_unbent(off_flow, along_flow[..., 0], away[..., 0])) <= THIN)
+    return bool(np.median(part) <= ALONG), line, torus
+
+
+def _unbent(beside: np.ndarray, along: np.ndarray, distance: np.ndarray) -> np.ndarray:
+    """Part of their distance by which neighbours lie beside a curve that bends, at most; shape (W,).
+
+    Of what lies beside the flow, shape (W, K, n), squares and cubes of the way along it, shape (W, K), are taken off by
+    least squares; at a distance of zero there is no neighbour.
+    """
+    scale = np.abs(along).max(axis=1, keepdims=True)
+    way = np.divide(along, scale, out=np.zeros_like(along), where=scale > 0)
+    square, cube = way**2, way**3
+    # orthogonal columns; what differs from the first by round-off alone is no other one
+    other = cube - square * _share(cube[..., np.newaxis], square)
+    other[(other**2).sum(axis=1) <= ROUND_OFF**2 * (cube**2).sum(axis=1)] = 0.0
+    for column in (square, other):
+        beside = beside - column[..., np.newaxis] * _share(beside, column)[:, np.newaxis]
+    off = np.linalg.norm(beside, axis=2)
+    return np.asarray(np.divide(off, distance, out=np.zeros_like(off), where=distance > 0).max(axis=1))
+
+
+def _share(values: np.ndarray, column: np.ndarray) -> np.ndarray:
+    """Least squares of values, shape (W, K, n), by one column, shape (W, K); shape (W, n)."""
+    products, squares = np.einsum("wk,wki->wi", column, values), (column**2).sum(axis=1)[:, np.newaxis]
+    return np.divide(products, squares, out=np.zeros_like(products), where=squares > 0)
