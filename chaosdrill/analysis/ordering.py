@@ -109,7 +109,7 @@ def _follows(points: np.ndarray, turn: float) -> bool:
     way, early, late = (_way(part, turn) / extent for part in (points, points[:half], points[half:]))
     if not ((way <= LONGEST) & (way - np.minimum(early, late) <= LONGER)).all():
         return False
-    angle = np.sort(np.arange(len(points)) * turn % 1.0)
+    angle = np.sort(_angles(len(points), turn))
     return bool(np.diff(angle, append=angle[0] + 1.0).max() * RESOLVED * way.max() <= 1.0)
 
 
@@ -206,7 +206,7 @@ def _missed(
     misses, along, later, angle : ndarray, shapes (K, n), (K, n), (K,), (K,)
         What is missed, what an error of one in the turn would make of it, how much later the others are, the angles.
     """
-    angle, times = np.arange(len(points)) * turn % 1.0, np.arange(len(points))
+    angle, times = _angles(len(points), turn), np.arange(len(points))
     order, most = np.argsort(angle[others], kind="stable")[::thin], NODES // 2
     asked = times[some][np.argsort(angle[some], kind="stable")]
     asked = asked[:: max(1, len(asked) // ASKED)]
@@ -237,5 +237,11 @@ def _rest(columns: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, float]:
 
 def _way(points: np.ndarray, turn: float) -> np.ndarray:
     """Way to and fro of every state along the closed curve, shape (n,)."""
-    path = points[np.argsort(np.arange(len(points)) * turn % 1.0, kind="stable")]
-    return np.asarray(np.abs(np.diff(path, axis=0, append=path[:1])).sum(axis=0))
+    path = points[np.argsort(_angles(len(points), turn), kind="stable")]
+    return np.asarray(np.abs(path[1:] - path[:-1]).sum(axis=0) + np.abs(path[0] - path[-1]))
+
+
+def _angles(count: int, turn: float) -> np.ndarray:
+    """Angles of points in parts of a turn, shape (count,); a remainder takes longer."""
+    turned = np.arange(count) * turn
+    return np.asarray(turned - np.floor(turned))

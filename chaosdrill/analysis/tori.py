@@ -142,9 +142,9 @@ def only_grows(
         net = path[:, -1] - path[:, 0]
         steps = np.diff(path, axis=1) * np.sign(net)[:, np.newaxis]
         # all parts of one length, so that an even pace is even to round-off
-        steps = steps[:, -((count - 1) // PARTS) * PARTS :]
-        parts = (len(here), PARTS, -1, steps.shape[2])
-        onward, way = (one.reshape(parts).mean(axis=2) for one in (steps, np.abs(steps)))
+        each = (count - 1) // PARTS
+        steps, begins = steps[:, -each * PARTS :], each * np.arange(PARTS)
+        onward, way = (np.add.reduceat(one, begins, axis=1) / each for one in (steps, np.abs(steps)))
         pace = onward[:, :-1] + onward[:, 1:]
         steady = pace[:, -1] >= STEADY * pace.max(axis=1)
         size = np.maximum(sizes(path, known[here]), np.abs(first))
