@@ -15,7 +15,7 @@ import numpy as np
 from chaosdrill.analysis.recurrence import CLOSE, FLOOR, ROUND_OFF, Recurrence, recurrence
 from chaosdrill.analysis.stationarity import departs, stationarity
 from chaosdrill.analysis.statistics import SINKS, STAYS, error_of_exponents, leading
-from chaosdrill.analysis.tori import LEAST, REPEATS, aside, closes, examine, only_grows, rests
+from chaosdrill.analysis.tori import LEAST, REPEATS, Regularity, aside, closes, examine, only_grows, rests
 from chaosdrill.analysis.words import Evidence, words
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED
@@ -161,16 +161,18 @@ def evidence_of_records(
     ended = np.full(len(windows), int(Outcome.OK))
     windows, coarse = undrawn(system, windows), undrawn(system, coarse)
     e = evidence_of(system, structure, shifts, averages, windows, known, ended, coarse[:, 0], part)
+    leaving, settling = e.leaving, e.settling
     if part < 1.0:
-        leaving, settling = stationarity(shifts.quotient(coarse), shifts.sizes(known))
-        e.leaving, e.settling = e.leaving | leaving, e.settling | settling
+        earlier = stationarity(shifts.quotient(coarse), shifts.sizes(known))
+        e.leaving, e.settling = leaving | earlier[0], settling | earlier[1]
     if system.draws:
         return e
     found = recurrence(aside(windows, shifts), shifts.sizes(known), windows.shape[1] // REPEATS)
     e.recurs = found.period > 0
     e.exact = e.recurs & (found.residual <= ROUND_OFF)
     unclear = np.flatnonzero(~e.positive & ~e.negative)
-    add_regularity(e, unclear, windows[unclear], known[unclear], shifts, flow)
+    _add_seen(e, unclear, examine(windows[unclear], known[unclear], shifts, flow), flow is None)
+    e.leaving[unclear], e.settling[unclear] = leaving[unclear], settling[unclear]
     if passages is not None:
         # along an unstable cycle that round-off does not leave, tangents grow as in chaos
         open_ = np.flatnonzero(np.isin(words(e), (*OPEN_ANSWERS, Outcome.CHAOTIC)))
@@ -391,8 +393,12 @@ def add_regularity(
     flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
 ) -> None:
     """Add what longer records of some points say, see `examine`."""
-    seen = examine(windows, known, shifts, flow)
+    _add_seen(e, which, examine(windows, known, shifts, flow), flow is None)
     e.leaving[which], e.settling[which] = stationarity(aside(windows, shifts)[:, :, :-1], shifts.sizes(known))
+
+
+def _add_seen(e: Evidence, which: np.ndarray, seen: Regularity, strobed: bool) -> None:
+    """Add what was found of some points, at strobes or at instants of any kind."""
     e.drifts[which], e.long_cycle[which] = seen.drifts, seen.long_cycle
     e.torus[which], e.converges[which], e.agrees[which] = seen.torus, seen.converges, seen.agrees
     e.curve[which], e.line[which], e.ordered[which], e.returns[which] = (
@@ -401,7 +407,7 @@ def add_regularity(
         seen.ordered,
         seen.returns,
     )
-    if flow is not None:
+    if not strobed:
         # instants of a short laminar phase may look like those of a torus
         e.torus[which] &= seen.agrees | e.unmoved[which]
 

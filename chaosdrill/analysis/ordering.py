@@ -116,16 +116,16 @@ def _follows(points: np.ndarray, turn: float) -> bool:
 def comes_back(points: np.ndarray, stays: float = STAYS) -> bool:
     """Whether points come back where they come nearest to the last ones, or come closer from turn to turn.
 
-    The latter, if no more than such a part of their distance ``stays``. So few points as are looked for show neither.
+    The latter, if no more than such a part of their distance ``stays``. Too few points do not tell.
     """
     if len(points) <= LAST:
         return False
     windows = np.lib.stride_tricks.sliding_window_view(points, LAST, axis=0)
-    before = windows[:-1][-int(BACK * len(points)) :]
+    earlier = windows[:-1][-int(BACK * len(points)) :]
     # no window is nearer than its last point, so that few have to be looked at
-    least = np.abs(before[:, :, -1] - points[-1]).max(axis=1)
-    near = np.flatnonzero(least <= np.abs(before[least.argmin()] - windows[-1]).max())
-    lag = len(before) - int(near[np.abs(before[near] - windows[-1]).max(axis=(1, 2)).argmin()])
+    least = np.abs(earlier[:, :, -1] - points[-1]).max(axis=1)
+    near = np.flatnonzero(least <= np.abs(earlier[least.argmin()] - windows[-1]).max())
+    lag = len(earlier) - int(near[np.abs(earlier[near] - windows[-1]).max(axis=(1, 2)).argmin()])
     apart = (np.abs(points[lag:] - points[:-lag]) / np.ptp(points, axis=0)).max(axis=1)
     # where a jump lies between two points they are far apart
     before, after = (np.median(part) for part in np.array_split(apart, 2))

@@ -90,11 +90,14 @@ def in_blocks(values: np.ndarray, blocks: int) -> np.ndarray:
 
 
 @lru_cache(16)
+@lru_cache(maxsize=16)
 def fading(length: int) -> np.ndarray:
-    """Weights of an average that fades in and out smoothly, shape (length - 1,); their sum is 1."""
+    """Weights of an average that fades in and out smoothly, shape (length - 1,), not to be changed; their sum is 1."""
     t = np.arange(1, length) / length
     weight = np.exp(-1 / (t * (1 - t)))
-    return np.asarray(weight / weight.sum())
+    weight /= weight.sum()
+    weight.flags.writeable = False
+    return weight
 
 
 def whole_cycles(ends: np.ndarray, cycle: int) -> np.ndarray:
