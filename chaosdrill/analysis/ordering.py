@@ -159,8 +159,10 @@ def _refined(points: np.ndarray, turn: float, some: slice, others: slice) -> tup
     """The turn with which points lie on the curve through others, and by how much they miss it all the same."""
     missed = 0.0
     for _ in range(PASSES):
-        misses, along, _, _ = _missed(points, turn, some, others)
+        misses, along, later, _ = _missed(points, turn, some, others)
         missed = float(np.median(np.abs(misses).max(axis=1))) if len(misses) else 0.0
+        # in a few turns of nearly whole numbers angles tell times, and what is drawn through neighbours is hardly later
+        missed *= len(points) / 2 / max(float(np.median(np.abs(later))), 1.0) if len(later) else 1.0
         square = float((along**2).sum())
         if missed <= MOVES / 4 or not square > 0:
             break
