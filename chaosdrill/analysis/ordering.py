@@ -116,7 +116,7 @@ def _follows(points: np.ndarray, turn: float) -> bool:
 def comes_back(points: np.ndarray, stays: float = STAYS) -> bool:
     """Whether points come back where they come nearest to the last ones, or come closer from turn to turn.
 
-    The latter, if no more than such a part of their distance ``stays``. Too few points do not tell.
+    The latter, if no more than such a part of their distance ``stays``. So few points as are looked for show neither.
     """
     if len(points) <= LAST:
         return False
