@@ -1,5 +1,7 @@
 """Taylor coefficients from outside: Cauchy's integral in many digits, of expressions that mpmath evaluates."""
 
+from functools import cache
+
 import mpmath
 import numpy as np
 import pytest
@@ -9,17 +11,29 @@ DIGITS = 160
 RADIUS = mpmath.mpf("1e-4")
 
 
-def _cauchy(function, order):
-    """Coefficients 0 to order at 0 of a function that is real there; the aliases are smaller by RADIUS^(order + 1)."""
+@cache
+def _turns(count):
+    """Unit roots: (cos, sin) of j/count of a turn."""
+    with mpmath.workdps(DIGITS):
+        return [(z.real, z.imag) for z in (mpmath.expjpi(mpmath.mpf(2 * j) / count) for j in range(count))]
+
+
+def _circle(order):
+    """Places on one half of the circle; the values of a function that is real on the axis are conjugate on the other."""
+    return [RADIUS * mpmath.mpc(*z) for z in _turns(order + 1)[: (order + 1) // 2 + 1]]
+
+
+def _cauchy(values, order):
+    """Coefficients 0 to order at 0 from values on ``_circle``; the aliases are smaller by RADIUS^(order + 1)."""
     count = order + 1
-    turns = [mpmath.expjpi(mpmath.mpf(2 * j) / count) for j in range(count)]
-    values = [function(RADIUS * z) for z in turns[: count // 2 + 1]]
-    # at conjugate places they are conjugate
-    values += [mpmath.conj(values[count - j]) for j in range(count // 2 + 1, count)]
+    turns = _turns(count)
+    # a place and its conjugate give twice the real part; what is its own conjugate counts once
+    parts = [(v.real, v.imag) if 2 * j % count == 0 else (2 * v.real, 2 * v.imag) for j, v in enumerate(values)]
     found = []
     for k in range(count):
-        total = mpmath.fsum(value * turns[(-j * k) % count] for j, value in enumerate(values))
-        found.append(mpmath.re(total) / (count * RADIUS**k))
+        at = [turns[j * k % count] for j in range(len(parts))]
+        total = mpmath.fsum(x * c + y * s for (x, y), (c, s) in zip(parts, at, strict=True))
+        found.append(total / (count * RADIUS**k))
     return found
 
 
@@ -34,10 +48,23 @@ def numeric():
 
 
 @pytest.fixture
-def coefficients():
-    """``coefficients(function, order)`` of a function of a complex mpmath number."""
+def circle():
+    """``circle(order)``: the places at which ``from_circle(values, order)`` wants values, in the digits it needs."""
     with mpmath.workdps(DIGITS):
-        yield _cauchy
+        yield _circle
+
+
+@pytest.fixture
+def from_circle():
+    """Coefficients of a function from its values at the places of ``circle``."""
+    with mpmath.workdps(DIGITS):
+        yield lambda values, order: _cauchy([mpmath.mpc(v) for v in values], order)
+
+
+@pytest.fixture
+def coefficients(circle, from_circle):
+    """``coefficients(function, order)`` of a function of a complex mpmath number."""
+    return lambda function, order: from_circle([function(z) for z in circle(order)], order)
 
 
 @pytest.fixture(scope="session")
@@ -45,7 +72,8 @@ def polynomial():
     """A polynomial with double coefficients as a function of an mpmath number, exact."""
 
     def make(row):
-        return lambda s: mpmath.polyval([mpmath.mpf(float(a)) for a in row[::-1]], s)
+        exact = [mpmath.mpf(float(a)) for a in row[::-1]]
+        return lambda s: mpmath.polyval(exact, s)
 
     return make
 

@@ -125,7 +125,7 @@ def side_by_side(kernels, mode):
     return first
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def expand(kernels):
     def one(mode, c, rows):
         ws = np.full((rows + 4, COLUMNS), np.nan)
@@ -148,48 +148,64 @@ def exact(values):
     return [mpmath.mpf(v) for v in values]
 
 
+@pytest.fixture(scope="module")
+def around(kernels):
+    """Where what these kernels gave for one name is kept for the three tests of it."""
+    return {}
+
+
 @pytest.fixture
-def rate(numeric):
+def evaluated(expand, numeric, circle, polynomial, around):
+    """Numbers of the kernels, f as a function, and x, y and f of the computed series at the places of a circle."""
+
     def make(name):
-        f = numeric((X, Y, T, P, Q, W), EXPRESSIONS[name.removesuffix(BESIDE)])
-        return lambda x, y, s: f(x, y, mpmath.mpf(TIME) + s, *exact(NUMBERS.values()))
+        if name not in around:
+            ws, row = expand(name)
+            x, y = polynomial(ws[0, : ORDER + 1]), polynomial(ws[1, : ORDER + 1])
+            f = numeric((X, Y, T, P, Q, W), EXPRESSIONS[name.removesuffix(BESIDE)])
+            time, numbers = mpmath.mpf(TIME), exact(NUMBERS.values())
+            places = [(s, x(s), y(s)) for s in circle(ORDER)]
+
+            def rate(x, y, s):
+                return f(x, y, time + s, *numbers)
+
+            around[name] = ws, row, rate, places, [rate(x, y, s) for s, x, y in places]
+        return around[name]
 
     return make
 
 
 @pytest.mark.parametrize("name", [*NAMES, *(name + BESIDE for name in SIDE_BY_SIDE)])
-def test_state(name, expand, rate, coefficients, polynomial, agree):
-    ws, _ = expand(name)
-    x, y, f = polynomial(ws[0, : ORDER + 1]), polynomial(ws[1, : ORDER + 1]), rate(name)
-    derivative = coefficients(lambda s: f(x(s), y(s), s), ORDER)
+def test_state(name, evaluated, from_circle, agree):
+    ws, _, _, _, values = evaluated(name)
+    derivative = from_circle(values, ORDER)
     expected = [PLACE[0], *(derivative[k] / (k + 1) for k in range(ORDER))]
     agree(ws[0, : ORDER + 1], expected, 2e-14)
 
 
 @pytest.mark.parametrize("name", [*NAMES, *(name + BESIDE for name in SIDE_BY_SIDE)])
-def test_guard(name, expand, rate, coefficients, polynomial, agree):
-    ws, _ = expand(name)
-    x, y, f = polynomial(ws[0, : ORDER + 1]), polynomial(ws[1, : ORDER + 1]), rate(name)
-    expected = coefficients(lambda s: f(x(s), y(s), s) + x(s) * y(s) - mpmath.mpf("0.125"), ORDER)
-    agree(ws[3, : ORDER + 1], expected, 2e-14)
+def test_guard(name, evaluated, from_circle, agree):
+    ws, _, _, places, values = evaluated(name)
+    guard = [f + x * y - mpmath.mpf("0.125") for f, (_, x, y) in zip(values, places, strict=True)]
+    agree(ws[3, : ORDER + 1], from_circle(guard, ORDER), 2e-14)
 
 
 @pytest.mark.parametrize("name", [*NAMES, *(name + BESIDE for name in SIDE_BY_SIDE)])
-def test_tangents(name, expand, rate, coefficients, polynomial, agree):
-    """d' = J d, with J d as a difference of the field along the tangent in 160 digits."""
-    ws, row = expand(name)
-    x, y, f = polynomial(ws[0, : ORDER + 1]), polynomial(ws[1, : ORDER + 1]), rate(name)
+def test_tangents(name, evaluated, from_circle, polynomial, agree):
+    """d' = J d, with J d as a difference of the field along the tangent in 160 digits.
+
+    What the difference leaves out is itself a series, of the size of ``tiny``: one side is enough.
+    """
+    ws, row, rate, places, values = evaluated(name)
     tiny = mpmath.mpf("1e-40")
     for half in range(2):
         vector = ws[row + 2 * half : row + 2 * half + 2, : ORDER + 1]
         dx, dy = (polynomial(series) for series in vector)
-
-        def along(s, dx=dx, dy=dy):
-            ahead = f(x(s) + tiny * dx(s), y(s) + tiny * dy(s), s)
-            behind = f(x(s) - tiny * dx(s), y(s) - tiny * dy(s), s)
-            return (ahead - behind) / (2 * tiny)
-
-        derivative = coefficients(along, ORDER)
+        along = [
+            (rate(x + tiny * dx(s), y + tiny * dy(s), s) - f) / tiny
+            for f, (s, x, y) in zip(values, places, strict=True)
+        ]
+        derivative = from_circle(along, ORDER)
         expected = [vector[0, 0], *(derivative[k] / (k + 1) for k in range(ORDER))]
         agree(vector[0], expected, 5e-14, beside=ws[:2, : ORDER + 1])
         second = vector[1]
