@@ -19,7 +19,7 @@ def _turns(count):
 
 
 def _circle(order):
-    """Places on one half of the circle; the values of a function that is real on the axis are conjugate on the other."""
+    """Places on half of a circle; on the other half a function that is real on the axis has the conjugate values."""
     return [RADIUS * mpmath.mpc(*z) for z in _turns(order + 1)[: (order + 1) // 2 + 1]]
 
 
