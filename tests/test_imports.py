@@ -16,7 +16,7 @@ import pytest
 import chaosdrill
 
 PACKAGE = Path(chaosdrill.__file__).parent
-SETTINGS = PACKAGE.parent / "pyproject.toml"
+TUNING = PACKAGE.parent / "pyproject.toml"
 FILES = sorted(PACKAGE.rglob("*.py"))
 
 MOST_ARGUMENTS = 12
@@ -32,14 +32,14 @@ _LINT = "from importlinter.cli import lint_imports_command; lint_imports_command
 
 def order():
     """The room's place by its name, 0 at the top."""
-    (contract,) = tomllib.loads(SETTINGS.read_text())["tool"]["importlinter"]["contracts"]
+    (contract,) = tomllib.loads(TUNING.read_text())["tool"]["importlinter"]["contracts"]
     return {name.strip(): place for place, layer in enumerate(contract["layers"]) for name in layer.split(":")}
 
 
 def lint(folder):
     """What import-linter says of the package in a folder."""
     pytest.importorskip("importlinter")
-    command = [sys.executable, "-c", _LINT, "--no-cache", "--config", str(SETTINGS)]
+    command = [sys.executable, "-c", _LINT, "--no-cache", "--config", str(TUNING)]
     return subprocess.run(command, cwd=folder, env={"PYTHONPATH": ":".join([str(folder), *sys.path])}, **AS_TEXT)
 
 

@@ -13,7 +13,7 @@ from chaosdrill.version import __version__
 
 PACKAGE = Path(chaosdrill.__file__).parent
 ROOT = PACKAGE.parent
-SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+TUNING = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 
 def files():
@@ -22,7 +22,7 @@ def files():
 
 def test_data_files_are_listed():
     """Setuptools takes modules by itself, and of the rest what is listed."""
-    patterns = SETTINGS["tool"]["setuptools"]["package-data"]["chaosdrill"]
+    patterns = TUNING["tool"]["setuptools"]["package-data"]["chaosdrill"]
     data = [one.as_posix() for one in files() if one.suffix != ".py"]
     assert data
     assert [one for one in data if not any(fnmatch(one, pattern) for pattern in patterns)] == []

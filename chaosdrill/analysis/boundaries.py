@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.analysis.recurrence import CLOSE
-from chaosdrill.analysis.settings import BOUNDARIES
+from chaosdrill.analysis.tuning import BOUNDARIES
 
 if TYPE_CHECKING:
     import xarray as xr

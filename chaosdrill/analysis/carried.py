@@ -15,7 +15,7 @@ from chaosdrill.analysis.matching import number_attractors
 from chaosdrill.analysis.measuring import Arrays, may_be_left, measure, point_columns
 from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.points import Axis, Task
-from chaosdrill.analysis.settings import ATTRACTORS, CYCLES, PLAN
+from chaosdrill.analysis.tuning import ATTRACTORS, CYCLES, PLAN
 from chaosdrill.analysis.visits import merge
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED

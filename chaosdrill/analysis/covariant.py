@@ -17,9 +17,9 @@ import xarray as xr
 
 from chaosdrill.analysis.arguments import SLICE, Span, check_record, tangent_count
 from chaosdrill.analysis.finite_times import density
-from chaosdrill.analysis.settings import COVARIANT, WINDOWS
 from chaosdrill.analysis.spectra import computed_exponents
 from chaosdrill.analysis.statistics import error_of_exponents, in_blocks
+from chaosdrill.analysis.tuning import COVARIANT, WINDOWS
 from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.kinds import Pointer, int64, void
 from chaosdrill.codegen.signatures import cube, integer_matrix, integers, matrix

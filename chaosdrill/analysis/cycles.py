@@ -17,9 +17,9 @@ import numpy as np
 from chaosdrill.analysis.classification import HYPERBOLIC, Verdict, judge
 from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence, sizes, trend
-from chaosdrill.analysis.settings import CYCLES, PLAN
 from chaosdrill.analysis.statistics import block_ends, free_exponents, margin
 from chaosdrill.analysis.tori import aside
+from chaosdrill.analysis.tuning import CYCLES, PLAN
 from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED

@@ -11,9 +11,9 @@ from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.blocks import Blocks
 from chaosdrill.analysis.records import ENDED, Arrays, ValueTask, carry_out, ended_by, swept
 from chaosdrill.analysis.recurrence import sizes
-from chaosdrill.analysis.settings import WINDOWS
 from chaosdrill.analysis.spectra import computed_exponents, run_with_tangents
 from chaosdrill.analysis.statistics import in_blocks, standard_error
+from chaosdrill.analysis.tuning import WINDOWS
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.build import dataset
 from chaosdrill.engine.run import Run

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from chaosdrill.analysis.section_map import Images, Preimage, SectionMap
-from chaosdrill.analysis.settings import CURVES
+from chaosdrill.analysis.tuning import CURVES
 from chaosdrill.dataset.curves import CurveBreak, CurveEnd
 
 

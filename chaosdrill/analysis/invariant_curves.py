@@ -11,7 +11,7 @@ from chaosdrill.analysis.orbit_start import orbit_start
 from chaosdrill.analysis.recording import record_returns
 from chaosdrill.analysis.section_map import SectionMap
 from chaosdrill.analysis.sections import Section, find_section
-from chaosdrill.analysis.settings import CURVES
+from chaosdrill.analysis.tuning import CURVES
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.build import dataset
 from chaosdrill.dataset.curves import CurveBreak, CurveEnd

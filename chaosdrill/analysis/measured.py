@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 from warnings import catch_warnings
 
-from chaosdrill.analysis.settings import RECURRENCES
+from chaosdrill.analysis.tuning import RECURRENCES
 from chaosdrill.errors import SettingsError
 from chaosdrill.names import shown
 from chaosdrill.settings import positive, whole

@@ -16,9 +16,9 @@ from chaosdrill.analysis.cycles import Begun, Cycles, at_points, continued, esca
 from chaosdrill.analysis.matching import moments
 from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.recurrence import CLOSE, sizes
-from chaosdrill.analysis.settings import CYCLES, PLAN
 from chaosdrill.analysis.statistics import block_ends, error_of_mean_rate, whole_cycles
 from chaosdrill.analysis.tori import LENGTH
+from chaosdrill.analysis.tuning import CYCLES, PLAN
 from chaosdrill.analysis.words import Evidence, words
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from chaosdrill.analysis.settings import SCALING
+from chaosdrill.analysis.tuning import SCALING
 
 SCALES = 2.0 ** np.arange(-26.0, 2.25, 0.5)
 """Distances, in standard deviations of the states; below the first one the digits of states end."""

@@ -8,7 +8,7 @@ import numpy as np
 from chaosdrill.analysis.recording import record_returns
 from chaosdrill.analysis.recurrence import CLOSE
 from chaosdrill.analysis.sections import find_section
-from chaosdrill.analysis.settings import SECTIONS
+from chaosdrill.analysis.tuning import SECTIONS
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run

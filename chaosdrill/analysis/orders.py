@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.analysis.settings import TIES
+from chaosdrill.analysis.tuning import TIES
 from chaosdrill.errors import SettingsError
 from chaosdrill.names import shown
 from chaosdrill.settings import positive, real

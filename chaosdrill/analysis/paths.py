@@ -9,7 +9,7 @@ import numpy as np
 from chaosdrill.analysis.arguments import Span
 from chaosdrill.analysis.recording import Record, record, record_returns
 from chaosdrill.analysis.sections import Section, settled_at
-from chaosdrill.analysis.settings import SECTIONS
+from chaosdrill.analysis.tuning import SECTIONS
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run

@@ -9,9 +9,9 @@ import numpy as np
 from chaosdrill.analysis.arguments import tangent_count
 from chaosdrill.analysis.base import Points
 from chaosdrill.analysis.sections import Section, find_section
-from chaosdrill.analysis.settings import PLAN
 from chaosdrill.analysis.statistics import block_ends
 from chaosdrill.analysis.tori import LENGTH
+from chaosdrill.analysis.tuning import PLAN
 from chaosdrill.engine.ahead import LANES, compile_ahead
 from chaosdrill.engine.batch import Batch, Returns
 from chaosdrill.engine.numerics import Numerics

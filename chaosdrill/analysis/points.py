@@ -10,7 +10,7 @@ import numpy as np
 from chaosdrill.analysis.matching import KNOWN_BY, count_attractors, number_attractors
 from chaosdrill.analysis.measuring import Arrays, beside_unstable, may_be_left, measure, point_columns
 from chaosdrill.analysis.plan import Plan
-from chaosdrill.analysis.settings import ATTRACTORS, PLAN
+from chaosdrill.analysis.tuning import ATTRACTORS, PLAN
 from chaosdrill.analysis.visits import merge
 from chaosdrill.dataset import Outcome, count_outcomes
 from chaosdrill.dataset.outcomes import MEASURED

@@ -15,7 +15,7 @@ from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.precision_advice import recommend
 from chaosdrill.analysis.precision_errors import QUANTITIES, Errors, Yardstick, measure
 from chaosdrill.analysis.precision_start import Place, Survey, find_place, survey
-from chaosdrill.analysis.settings import PRECISION
+from chaosdrill.analysis.tuning import PRECISION
 from chaosdrill.dataset import Outcome
 from chaosdrill.declared import METHODS
 from chaosdrill.engine.numerics import Numerics

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaosdrill.analysis.settings import PRECISION
+from chaosdrill.analysis.tuning import PRECISION
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from chaosdrill.analysis.precision_start import TIGHT, TIGHT_METHODS, Mapped, Place, Survey, find_cycle, run_map
-from chaosdrill.analysis.settings import PRECISION
+from chaosdrill.analysis.tuning import PRECISION
 from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at

@@ -19,7 +19,7 @@ import mpmath
 import numpy as np
 import sympy
 
-from chaosdrill.analysis.settings import PRECISION
+from chaosdrill.analysis.tuning import PRECISION
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 from chaosdrill.model import HybridSystem

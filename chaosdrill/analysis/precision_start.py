@@ -11,8 +11,8 @@ from chaosdrill.analysis.arguments import Span
 from chaosdrill.analysis.precision_reference import DIGITS, Exact, Itinerary, Point, Truth, find_truth
 from chaosdrill.analysis.recording import Record, record
 from chaosdrill.analysis.recurrence import find_period
-from chaosdrill.analysis.settings import PRECISION
 from chaosdrill.analysis.statistics import standard_error
+from chaosdrill.analysis.tuning import PRECISION
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.methods import METHODS

@@ -8,8 +8,8 @@ from fractions import Fraction
 import numpy as np
 
 from chaosdrill.analysis.arguments import check_record
-from chaosdrill.analysis.settings import SECTIONS
 from chaosdrill.analysis.tori import rests
+from chaosdrill.analysis.tuning import SECTIONS
 from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at

@@ -13,8 +13,8 @@ from chaosdrill.analysis.neighbours import SCALES, Counted, Shares, neighbours, 
 from chaosdrill.analysis.records import Measure, over_records
 from chaosdrill.analysis.recurrence import CLOSE, sizes
 from chaosdrill.analysis.section_points import Taken, phases_of
-from chaosdrill.analysis.settings import SCALING
 from chaosdrill.analysis.statistics import in_blocks, standard_error
+from chaosdrill.analysis.tuning import SCALING
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.errors import SettingsError

@@ -10,7 +10,7 @@ import numpy as np
 
 from chaosdrill.analysis.recording import flow_of, record_returns
 from chaosdrill.analysis.sections import Section
-from chaosdrill.analysis.settings import SECTION_MAP
+from chaosdrill.analysis.tuning import SECTION_MAP
 from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at

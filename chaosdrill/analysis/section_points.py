@@ -9,8 +9,8 @@ import xarray as xr
 from chaosdrill.analysis.recording import Record, record, record_returns
 from chaosdrill.analysis.recurrence import CLOSE, find_period, sizes
 from chaosdrill.analysis.sections import Section, find_section, settled_at
-from chaosdrill.analysis.settings import SECTIONS
 from chaosdrill.analysis.statistics import block_ends, error_of_mean_rate, whole_cycles
+from chaosdrill.analysis.tuning import SECTIONS
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.build import dataset
 from chaosdrill.dataset.schema import names_of_errors

@@ -13,7 +13,7 @@ import numpy as np
 
 from chaosdrill.analysis.arguments import Span
 from chaosdrill.analysis.recording import record_returns, time_of_motion
-from chaosdrill.analysis.settings import SECTIONS
+from chaosdrill.analysis.tuning import SECTIONS
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run

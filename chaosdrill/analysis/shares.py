@@ -23,8 +23,8 @@ from chaosdrill.analysis.measuring import Arrays
 from chaosdrill.analysis.plan import Plan, make_plan
 from chaosdrill.analysis.points import Axis
 from chaosdrill.analysis.seeds import make_seeds
-from chaosdrill.analysis.settings import ATTRACTORS
 from chaosdrill.analysis.starts import share_of, states_and_modes
+from chaosdrill.analysis.tuning import ATTRACTORS
 from chaosdrill.analysis.visits import merge
 from chaosdrill.dataset import count_outcomes
 from chaosdrill.dataset.branches import AttractorEnd

@@ -14,8 +14,8 @@ from chaosdrill.analysis.measuring import mean_names
 from chaosdrill.analysis.plan import Plan, make_plan
 from chaosdrill.analysis.points import Axis, LineTask, PointTask, StartTask, endings
 from chaosdrill.analysis.seeds import make_seeds
-from chaosdrill.analysis.settings import ATTRACTORS
 from chaosdrill.analysis.starts import settled_modes, share_of, states_and_modes
+from chaosdrill.analysis.tuning import ATTRACTORS
 from chaosdrill.analysis.visits import merge
 from chaosdrill.dataset import count_outcomes
 from chaosdrill.dataset.build import dataset

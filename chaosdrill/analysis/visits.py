@@ -16,8 +16,8 @@ from chaosdrill.analysis.classification import undrawn
 from chaosdrill.analysis.matching import KNOWN_BY, alike_first, moments
 from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.recurrence import CLOSE, recurrence, sizes
-from chaosdrill.analysis.settings import ATTRACTORS
 from chaosdrill.analysis.tori import aside
+from chaosdrill.analysis.tuning import ATTRACTORS
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.batch import Batch
 from chaosdrill.engine.shifts import Shifts

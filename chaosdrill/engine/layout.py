@@ -16,7 +16,7 @@ Cube = Annotated[Any, cube]
 Integers = Annotated[Any, integers]
 IntegerMatrix = Annotated[Any, integer_matrix]
 
-SETTINGS = np.dtype(
+TUNING = np.dtype(
     [
         *((name, np.int64) for name in ("method", "order", "quadratures", "samples", "recording", "orthonormalise")),
         *((name, np.int64) for name in ("absolute_time", "max_events", "max_stalls", "target", "own_jacobian")),
@@ -28,7 +28,7 @@ SETTINGS = np.dtype(
 is recorded: nothing, ``EVENLY`` so many samples a period, or states at ``INSTANTS`` that the buffer's rows hold,
 ``dense_noise`` is the rounding units by which the dense output of the method moves the polynomial of a state."""
 
-AllSettings = Annotated[Any, Array(RecordOf(SETTINGS), 1)]
+AllSettings = Annotated[Any, Array(RecordOf(TUNING), 1)]
 
 EVENLY, INSTANTS = 1, 2
 
@@ -212,7 +212,7 @@ class Machine(NamedTuple):
     search: Any
     """`chaosdrill.engine.first_event.first_event`, for lanes and orbits"""
     settings: AllSettings
-    """(1,) of SETTINGS"""
+    """(1,) of TUNING"""
     tables: Tables
     states: States
     scratch: Scratch

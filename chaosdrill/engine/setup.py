@@ -36,7 +36,7 @@ def settings_of(
             f"method is {numerics.method!r}, which takes series of expressions, but {system.name} has a Python "
             f"function, {one.name!r:.60} at {place:.200}; pass method={' or '.join(others)}"
         )
-    settings = np.zeros(1, dtype=at.SETTINGS)
+    settings = np.zeros(1, dtype=at.TUNING)
     settings["method"] = _stepping(numerics.traits)
     settings["order"] = order
     settings["quadratures"] = len(system.quadratures)

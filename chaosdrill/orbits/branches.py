@@ -26,10 +26,10 @@ from chaosdrill.orbits.problem import CONVERGED, LostError, Shot
 from chaosdrill.orbits.rests import rest_behind
 from chaosdrill.orbits.results import NO_FORM, NO_GRAZING, BranchResult, Cascade, GrazingForm, NormalForm
 from chaosdrill.orbits.roots import bracketed
-from chaosdrill.orbits.settings import SETTINGS
 from chaosdrill.orbits.sliding import TOUCHING, sliding_between, sliding_beyond
 from chaosdrill.orbits.switching import crossing, curve_behind, doubled
 from chaosdrill.orbits.table import branch_table, cascade_from, nothing
+from chaosdrill.orbits.tuning import TUNING
 
 ENDS = {
     Special.GRAZING: BranchEnd.GRAZING,
@@ -167,7 +167,7 @@ def met(curve: Curve, orbit: Orbit, known: Sequence[BranchSegment]) -> bool:
     """Whether an orbit coincides with an end of a known segment."""
     weights = curve.weights(orbit)
     ends = (p.orbit for s in known if len(s) for p in (s.points[0], s.points[-1]))
-    return any(curve.met(end, orbit, weights, SETTINGS.meeting) is not None for end in ends)
+    return any(curve.met(end, orbit, weights, TUNING.meeting) is not None for end in ends)
 
 
 def trace_branch(
@@ -199,7 +199,7 @@ def trace_branch(
     branch, home, special = Branch(), first, isinstance(curve, SpecialCurve)
     if not special and curve.outside(first.orbit):
         return branch.ended(BranchEnd.NO_CONVERGENCE)
-    for _ in range(SETTINGS.most_borders):
+    for _ in range(TUNING.most_borders):
         room = most - len(branch)
         if room < 1:
             return branch
@@ -221,7 +221,7 @@ def trace_branch(
             return branch.ended(BranchEnd.CLOSED)
         if met(curve, first.orbit, others):
             return branch.ended(BranchEnd.JOINED)
-    branch.words = f"more than {SETTINGS.most_borders} changes of the sequence of events"
+    branch.words = f"more than {TUNING.most_borders} changes of the sequence of events"
     return branch
 
 
@@ -247,7 +247,7 @@ def _to_no_speed(curve: Curve, part: Continued) -> None:
     before, last = points[-2:]
     slow = slowness(problem, last.orbit, problem.shoot(last.orbit, False))
     event = int(slow.argmin())
-    if not slow[event] <= SETTINGS.touching:
+    if not slow[event] <= TUNING.touching:
         return
 
     def speed(share: float) -> float:
@@ -257,7 +257,7 @@ def _to_no_speed(curve: Curve, part: Continued) -> None:
     tried: dict[float, Point] = {}
     try:
         h = 2 * curve.gap(before.orbit, last.orbit, last.weights)
-        beyond = curve.after(points[-1 - SETTINGS.predictor_points : -1], h)[0]
+        beyond = curve.after(points[-1 - TUNING.predictor_points : -1], h)[0]
         if speed(0.0) * speed(1.0) >= 0:
             return
         found = tried[bracketed(speed, 0.0, 1.0)]
@@ -337,7 +337,7 @@ def _ended_at(branch: Branch, curve: Curve, part: Continued, last: BranchSegment
 def _lost(segment: BranchSegment) -> str:
     """Why Newton's method could not follow a branch, if its durations show it."""
     durations = segment.durations.sum(axis=1)
-    if durations[-1] > SETTINGS.longer * durations[0]:
+    if durations[-1] > TUNING.longer * durations[0]:
         return (
             f"the duration grows without bound, to {durations[-1]:.3g}: the orbit approaches a connection of equilibria"
         )
@@ -355,7 +355,7 @@ def _marked(segment: BranchSegment, count: int) -> tuple[BranchSegment, list[Mar
     """The segment with the special points among its first ``count`` points inserted, and their marks."""
     points, marks = list(segment.points), []
     for k in reversed(steps_with(segment.with_points(points[:count]))):
-        for one in reversed(_between(segment, k, SETTINGS.finer)):
+        for one in reversed(_between(segment, k, TUNING.finer)):
             points.insert(k, one.point)
             marks.append(one)
     places = {id(p): k for k, p in enumerate(points)}
@@ -397,9 +397,9 @@ def _between(segment: BranchSegment, k: int, finer: int) -> list[Located]:
     part = continue_curve(
         segment.curve.unlimited(),
         before,
-        gap / SETTINGS.finer_parts,
-        8 * SETTINGS.finer_parts,
-        gap / SETTINGS.finer_parts,
+        gap / TUNING.finer_parts,
+        8 * TUNING.finer_parts,
+        gap / TUNING.finer_parts,
     )
     points = [p for p in part.points if p.arclength < before.arclength + 1.02 * gap]
     points += part.points[len(points) : len(points) + 1]
@@ -522,7 +522,7 @@ def _passed(curve: Curve, found: list[Branch], point: Point, error: float) -> bo
     return any(
         mark.kind == Special.BRANCH_POINT
         and abs(branch.value(mark) - float(curve.values(point.orbit)[0])) <= 2 * (mark.error + error)
-        and curve.met(branch.orbit(mark), point.orbit, point.weights, SETTINGS.meeting**0.5) is not None
+        and curve.met(branch.orbit(mark), point.orbit, point.weights, TUNING.meeting**0.5) is not None
         for branch in found
         for mark in branch.marks
     )
@@ -534,9 +534,9 @@ def _beside(curve: Curve, orbit: Orbit, shot: Shot, step: float) -> Point:
     first = curve.first(orbit, shot)
     values = multipliers(problem, orbit, shot.monodromy, problem.states)
     values = free_multipliers(values, problem.neutral.count)
-    if not len(values) or np.minimum(np.abs(values - 1), np.abs(values + 1)).min() > SETTINGS.at_special:
+    if not len(values) or np.minimum(np.abs(values - 1), np.abs(values + 1)).min() > TUNING.at_special:
         return first
-    moved = problem.moved(orbit, shot, SETTINGS.beside_special * step * first.tangent.change)
+    moved = problem.moved(orbit, shot, TUNING.beside_special * step * first.tangent.change)
     code, other, seen, _ = problem.newton(moved, first.tangent.row[np.newaxis])
     if code != CONVERGED or not admissible(other, seen):
         return first
@@ -546,7 +546,7 @@ def _beside(curve: Curve, orbit: Orbit, shot: Shot, step: float) -> Point:
 def _unmoved(branch: Branch) -> bool:
     """Whether nothing but the parameter changes along a branch, neither the orbits nor what becomes of deviations."""
     segments = [s for s in branch.segments if len(s)]
-    still = all((np.abs(s.tangents[:, :-1]) <= SETTINGS.no_effect * np.abs(s.tangents[:, -1:])).all() for s in segments)
+    still = all((np.abs(s.tangents[:, :-1]) <= TUNING.no_effect * np.abs(s.tangents[:, -1:])).all() for s in segments)
     return still and all(
         (np.ptp(s.monodromies, axis=0) <= np.sqrt(noise_of(s.monodromies[0], len(s.orbit(0))))).all() for s in segments
     )
@@ -601,7 +601,7 @@ def _doubled_branch(
     longest, before = step, np.inf
     if turn > 0:
         before = abs(born - found[parent].born)
-        longest = min(step, before / SETTINGS.steps_between_doublings)
+        longest = min(step, before / TUNING.steps_between_doublings)
         scale = longest / step
     others, span = [s for one in found for s in one.segments], float(curve.spans[0])
     best: Branch | None = None

@@ -20,8 +20,8 @@ from chaosdrill.orbits.grazing import height_of_return
 from chaosdrill.orbits.multipliers import all_multipliers, free_multipliers, pair_near
 from chaosdrill.orbits.problem import LostError
 from chaosdrill.orbits.roots import bracketed
-from chaosdrill.orbits.settings import SETTINGS
 from chaosdrill.orbits.special import Touching
+from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.branches import Branch, BranchSegment
@@ -114,7 +114,7 @@ def _circling(curve: "SpecialCurve", point: "Point") -> float:
 
 
 def _on_circle(curve: "SpecialCurve", point: "Point") -> bool:
-    return pair_on_circle(_rest(curve, point)) < SETTINGS.missed_multiplier and _complex(curve, point)
+    return pair_on_circle(_rest(curve, point)) < TUNING.missed_multiplier and _complex(curve, point)
 
 
 def _complex(curve: "SpecialCurve", point: "Point") -> bool:
@@ -174,7 +174,7 @@ def _returning(number: int) -> Condition:
     """A return after an event that grazes is as high as the guard, and none before."""
 
     def first(curve: "SpecialCurve", point: "Point") -> bool:
-        return all(abs(_height(curve, point, k)) > SETTINGS.missed_multiplier for k in range(1, number))
+        return all(abs(_height(curve, point, k)) > TUNING.missed_multiplier for k in range(1, number))
 
     values = _each(lambda curve, point: _height(curve, point, number))
     return Condition(Special.RESONANT_GRAZING, Special.GRAZING, values, 0, first)
@@ -295,14 +295,14 @@ def _located(curve: "SpecialCurve", condition: Condition, before: "Point", after
     except _PoleError:
         return None
     point = tried[part]
-    if abs(value(part)) > SETTINGS.jump * max(abs(low), abs(high)) or not condition.proper(curve, point):
+    if abs(value(part)) > TUNING.jump * max(abs(low), abs(high)) or not condition.proper(curve, point):
         return None
     own, rise = condition.error(curve, point), abs(high - low)
     # of a function that is zero all along the curve only errors change sign
-    if not max(own, *(condition.error(curve, end) for end in (before, after))) < SETTINGS.jump * rise:
+    if not max(own, *(condition.error(curve, end) for end in (before, after))) < TUNING.jump * rise:
         return None
     way = abs(float(curve.values(after.orbit)[0] - curve.values(before.orbit)[0]))
-    own *= max(1.0, curve.problem.accuracy / SETTINGS.tangent_error)
+    own *= max(1.0, curve.problem.accuracy / TUNING.tangent_error)
     error = curve.problem.accuracy * curve.size(point.orbit) + curve.error_at(point) + own * way / rise
     return Located(replace(point, special=condition.kind), part, float(error), condition.multiplicity)
 
@@ -316,7 +316,7 @@ def _again(curve: "SpecialCurve", one: Located, found: Sequence[tuple[int, float
     earlier = [other for _, _, other in found if other.point.arclength < one.point.arclength]
     return any(
         other.point.special == one.point.special
-        and curve.met(other.point.orbit, one.point.orbit, one.point.weights, SETTINGS.meeting) is not None
+        and curve.met(other.point.orbit, one.point.orbit, one.point.weights, TUNING.meeting) is not None
         for other in earlier
     )
 

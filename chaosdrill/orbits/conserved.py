@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.orbit import Orbit
@@ -44,11 +44,11 @@ def conserved_at(problem: "Problem", orbit: "Orbit", shot: "Shot") -> np.ndarray
         return nothing
     fixed = np.vstack([np.eye(problem.columns(orbit))[d + 1 + count :], problem.held(orbit)]) / weights
     _, _, right = np.linalg.svd(np.vstack([_scaled(problem, orbit, shot, weights)[0], fixed]))
-    beside = problem.moved(orbit, shot, SETTINGS.beside_family * right[-1] / weights)
+    beside = problem.moved(orbit, shot, TUNING.beside_family * right[-1] / weights)
     code, other, seen, _ = problem.newton(beside, weights=weights)
     if code or not len(_dependencies(problem, other, seen, weights)):
         return nothing
-    if np.linalg.norm((other.starts - orbit.starts)[:, :d] * weights[:d]) < SETTINGS.beside_family / 10:
+    if np.linalg.norm((other.starts - orbit.starts)[:, :d] * weights[:d]) < TUNING.beside_family / 10:
         return nothing
     return _gradients(problem, orbit, left, weights)
 
@@ -75,7 +75,7 @@ def _gradients(problem: "Problem", orbit: "Orbit", left: np.ndarray, weights: np
     rows = left[:, count : count + d] / weights[:d]
     lengths = np.linalg.norm(rows, axis=1, keepdims=True)
     rows = rows[lengths[:, 0] > 0] / lengths[lengths[:, 0] > 0]
-    rows[np.abs(rows) < SETTINGS.smallest_singular_value] = 0.0
+    rows[np.abs(rows) < TUNING.smallest_singular_value] = 0.0
     largest = np.take_along_axis(rows, np.abs(rows).argmax(axis=1, keepdims=True), axis=1)
     return np.asarray(np.sign(largest) * rows * weights[:d])
 
@@ -96,7 +96,7 @@ def _dependencies(problem: "Problem", orbit: "Orbit", shot: "Shot", weights: np.
     """Combinations of the linearised equations that vanish, shape (m, rows)."""
     matrix, scale = _scaled(problem, orbit, shot, weights)
     vectors, sizes = _from_the_left(problem, orbit, matrix)
-    small = sizes <= SETTINGS.smallest_singular_value * sizes[0]
+    small = sizes <= TUNING.smallest_singular_value * sizes[0]
     return np.asarray(vectors[:, : len(sizes)][:, small].T / scale)
 
 

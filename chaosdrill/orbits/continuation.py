@@ -16,7 +16,7 @@ from chaosdrill.orbits.halves import Halves, up_to_half
 from chaosdrill.orbits.points import Border, Point, plane_at
 from chaosdrill.orbits.problem import LostError
 from chaosdrill.orbits.rests import rounds, shrinks
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.orbit import Orbit
@@ -33,7 +33,7 @@ class Birth:
     def longest(self, curve: Curve, orbit: "Orbit", step: float) -> float:
         """Longest step from an orbit, at least ``step``."""
         away = abs(float(curve.values(orbit)[0]) - self.value)
-        steps = SETTINGS.steps_between_doublings if away < self.before else SETTINGS.steps_beyond_doublings
+        steps = TUNING.steps_between_doublings if away < self.before else TUNING.steps_beyond_doublings
         return max(step, min(self.widest, away / float(curve.spans[0]) / steps))
 
 
@@ -75,9 +75,9 @@ def continue_curve(
     halves = Halves(curve.problem.halves_apart(first.orbit, first.weights))
     found = Continued(points)
     planar, turned = first.orbit.segments[0, at.SEGMENT_END] == at.PLANE, False
-    h = SETTINGS.first_step * step if first_step is None else first_step
+    h = TUNING.first_step * step if first_step is None else first_step
     while len(points) < most:
-        if planar and (len(points) - anchor > SETTINGS.section_points or turned):
+        if planar and (len(points) - anchor > TUNING.section_points or turned):
             if curve.kind == Special.REGULAR and shrinks(curve, points[anchor], points[-1], 2 * step):
                 found.end = BranchEnd.REST
                 return found
@@ -85,11 +85,11 @@ def continue_curve(
             points[-1] = _on_own_section(curve, points[-1])
         last = points[-1]
         try:
-            point, error = curve.after(points[max(anchor, len(points) - SETTINGS.predictor_points) :], h)
+            point, error = curve.after(points[max(anchor, len(points) - TUNING.predictor_points) :], h)
             limit = curve.at_limit(last, point) if curve.outside(point.orbit) else point
         except LostError:
             h *= 0.5
-            if h < SETTINGS.shortest_step * step:
+            if h < TUNING.shortest_step * step:
                 found.end, found.border, found.lost = BranchEnd.NO_CONVERGENCE, _lost(curve, points, step), True
                 return found
             continue
@@ -130,7 +130,7 @@ def continue_curve(
             found.end = BranchEnd.DOUBLING
             return found
         growth = (
-            (SETTINGS.prediction_error / error) ** (1.0 / min(len(points) - anchor, SETTINGS.predictor_points))
+            (TUNING.prediction_error / error) ** (1.0 / min(len(points) - anchor, TUNING.predictor_points))
             if error > 0
             else 2.0
         )
@@ -171,20 +171,20 @@ def _closed(curve: Curve, before: Point, last: Point, home: Point) -> Point | No
 
     low, high = along(before), along(last)
     # the start itself, the first time
-    if low <= SETTINGS.meeting * step or high > 0:
+    if low <= TUNING.meeting * step or high > 0:
         return None
     part = low / (low - high)
     try:
-        for _ in range(SETTINGS.touch_steps):
+        for _ in range(TUNING.touch_steps):
             point = curve.between(before, last, part)
             left = along(point)
-            if abs(left) <= SETTINGS.meeting * step:
+            if abs(left) <= TUNING.meeting * step:
                 break
             part += left / (low - high)
     except LostError:
         return None
     away = curve.gap(point.orbit, start, before.weights)
-    return point if away <= max(SETTINGS.meeting, 2 * SETTINGS.meeting * step) else None
+    return point if away <= max(TUNING.meeting, 2 * TUNING.meeting * step) else None
 
 
 def _turns(points: list[Point]) -> bool:
@@ -216,7 +216,7 @@ def _lost(curve: Curve, points: list[Point], step: float) -> Border:
 
 def _left(points: list[Point], step: float) -> float:
     """How far beyond the last point the slowest event would lose its speed; at least the smallest step."""
-    left = SETTINGS.shortest_step * step
+    left = TUNING.shortest_step * step
     if len(points) > 1:
         before, last = points[-2:]
         slowest = int(last.shot.speeds.argmin())

@@ -21,7 +21,7 @@ from chaosdrill.engine.setup import constrained_states
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.problem import LostError
 from chaosdrill.orbits.results import NormalForm
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.problem import Problem, Shot
@@ -69,7 +69,7 @@ class ReturnMap:
         starts[0, :d] += self.sizes * (self.basis @ deviation)
         path, durations = replace(self.path, starts=starts), slice(d + 1, d + 1 + count)
         total, last = float(self.path.durations.sum()), np.inf
-        for _ in range(SETTINGS.newton_steps):
+        for _ in range(TUNING.newton_steps):
             shot = self.problem.shoot(path, False)
             if shot.outcome != DONE or not np.isfinite(shot.equations).all():
                 raise LostError("the path beside the orbit cannot be followed")
@@ -81,9 +81,9 @@ class ReturnMap:
             except np.linalg.LinAlgError as failure:
                 raise LostError("an event is met at no speed") from failure
             moved = float(np.abs(correction[durations]).max()) / total
-            if not moved < SETTINGS.farthest:
+            if not moved < TUNING.farthest:
                 raise LostError("the events beside the orbit are far from its own")
-            if moved <= SETTINGS.residual or (moved < SETTINGS.converged_path and moved > 0.3 * last):
+            if moved <= TUNING.residual or (moved < TUNING.converged_path and moved > 0.3 * last):
                 break
             last = moved
             path = replace(
@@ -215,8 +215,8 @@ def cubic_term(problem: "Problem", orbit: Orbit, near: complex) -> tuple[float, 
 def _decided(kind: Special, returns: ReturnMap) -> NormalForm:
     (quadratic, cubic), (quadratic_error, error) = _terms(returns, _CRITICAL[kind])
     if kind == Special.BRANCH_POINT:
-        quadratic_error += SETTINGS.crossing_known * abs(cubic)
-        error += SETTINGS.crossing_known * abs(cubic)
+        quadratic_error += TUNING.crossing_known * abs(cubic)
+        error += TUNING.crossing_known * abs(cubic)
         if abs(quadratic) > quadratic_error:
             return NormalForm(Criticality.TRANSCRITICAL)
     if not abs(cubic) > error:
@@ -231,13 +231,13 @@ def _terms(returns: ReturnMap, distances_of: Callable[[np.ndarray], np.ndarray])
     distances = distances_of(values)
     k = int(distances.argmin())
     mu, q = values[k], right[:, k]
-    if distances[k] > SETTINGS.missed_multiplier:
+    if distances[k] > TUNING.missed_multiplier:
         raise LostError("no multiplier is critical there")
     others, left = np.linalg.eig(at_rest.T)
     p = left[:, int(np.abs(others - mu).argmin())]
     if mu.imag == 0:
         mu, q, p = mu.real, q.real, p.real
-    elif min(abs(mu**m - 1) for m in (1, 2, 3, 4)) < SETTINGS.resonant:
+    elif min(abs(mu**m - 1) for m in (1, 2, 3, 4)) < TUNING.resonant:
         raise LostError("another normal form holds at a strong resonance")
     q = q / np.linalg.norm(q)
     p = p / (p @ q)
@@ -279,7 +279,7 @@ def extrapolated(function: Callable[[float], np.ndarray]) -> tuple[np.ndarray, n
     """
     best, errors = np.zeros(1), np.full(1, np.inf)
     before: list[np.ndarray] = []
-    for distance in SETTINGS.difference_distances:
+    for distance in TUNING.difference_distances:
         try:
             row = [function(distance)]
         except LostError:
@@ -287,13 +287,13 @@ def extrapolated(function: Callable[[float], np.ndarray]) -> tuple[np.ndarray, n
             continue
         for j, old in enumerate(before):
             row.append(row[j] + (row[j] - old) / (4.0 ** (j + 1) - 1))
-            error = SETTINGS.difference_safety * np.maximum(np.abs(row[-1] - row[-2]), np.abs(row[-1] - old))
+            error = TUNING.difference_safety * np.maximum(np.abs(row[-1] - row[-2]), np.abs(row[-1] - old))
             better = error < errors
             best, errors = np.where(better, row[-1], best), np.where(better, error, errors)
         before = row
     if not np.isfinite(errors).all():
         raise LostError("the map has no differences beside the orbit")
-    return best, errors + SETTINGS.tangent_error**0.75 * np.abs(best)
+    return best, errors + TUNING.tangent_error**0.75 * np.abs(best)
 
 
 _CRITICAL: dict[Special, Callable[[np.ndarray], np.ndarray]] = {

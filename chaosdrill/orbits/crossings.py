@@ -20,7 +20,7 @@ from chaosdrill.orbits.curve import shares_of
 from chaosdrill.orbits.multipliers import free_multipliers
 from chaosdrill.orbits.problem import LostError
 from chaosdrill.orbits.roots import bracketed
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.branches import BranchSegment
@@ -55,7 +55,7 @@ def outside(values: np.ndarray) -> np.ndarray:
 
 def is_paired(values: np.ndarray) -> np.ndarray:
     """Which multipliers belong to a complex pair."""
-    return np.asarray(np.abs(values.imag) > SETTINGS.real * np.abs(values))
+    return np.asarray(np.abs(values.imag) > TUNING.real * np.abs(values))
 
 
 def pair_on_circle(values: np.ndarray) -> float:
@@ -70,7 +70,7 @@ def free_of(segment: "BranchSegment") -> np.ndarray:
 
 def noise_of(monodromy: np.ndarray, segments: int) -> np.ndarray:
     """Error of the determinants of tangent maps, shape (..., d, d), around orbits with this number of segments."""
-    return SETTINGS.tangent_error * segments * np.maximum(1.0, np.abs(monodromy).max(axis=(-2, -1))) ** 2
+    return TUNING.tangent_error * segments * np.maximum(1.0, np.abs(monodromy).max(axis=(-2, -1))) ** 2
 
 
 def changes(values: np.ndarray, noise: np.ndarray | float = 0.0) -> list[int]:
@@ -128,7 +128,7 @@ def _products(values: np.ndarray) -> np.ndarray:
 
 def _pair(values: np.ndarray) -> int:
     """2 where a complex pair is on the circle; two real ones with the product 1 are not."""
-    return 2 if pair_on_circle(values) <= SETTINGS.missed_multiplier else 0
+    return 2 if pair_on_circle(values) <= TUNING.missed_multiplier else 0
 
 
 def _turning(segment: "BranchSegment") -> tuple[np.ndarray, float]:
@@ -276,7 +276,7 @@ class _Step:
                 # where branches cross the equations are singular, and on a straight branch exactly so
                 orbit = self.before.orbit.between(self.after.orbit, part)
                 shot = self.curve.problem.shoot(orbit)
-                if not singular or not shot.residual < SETTINGS.straight:
+                if not singular or not shot.residual < TUNING.straight:
                     raise
                 length = self.before.arclength + part * (self.after.arclength - self.before.arclength)
                 self.points[part] = replace(self.before, orbit=orbit, shot=shot.bare(), arclength=length)
@@ -306,7 +306,7 @@ class _Step:
         point = self.points[part]
         free = free_of(self.pair.with_points([point]))[0]
         missed = test.critical(free).min(initial=np.inf)
-        if abs(value(part)) > SETTINGS.jump * max(abs(low), abs(high)) or missed > SETTINGS.missed_multiplier:
+        if abs(value(part)) > TUNING.jump * max(abs(low), abs(high)) or missed > TUNING.missed_multiplier:
             raise LostError("the function jumps")
         kind, multiplicity = test.kind, test.multiplicity(free)
         if not multiplicity:
@@ -333,7 +333,7 @@ class _Step:
                 return self._size(part, place, place + 1)
 
             part = bracketed(one, 0.0, 1.0)
-            if abs(one(part)) > SETTINGS.missed_multiplier:
+            if abs(one(part)) > TUNING.missed_multiplier:
                 raise LostError("a modulus jumps")
             found.append((part, place))
         marks: list[Located] = []
@@ -341,7 +341,7 @@ class _Step:
         for group in _together(found):
             part, count = group[0][0], len(group)
             point = self.points[part]
-            noise = SETTINGS.tangent_error * len(point.orbit) * max(1.0, float(np.abs(point.shot.monodromy).max()))
+            noise = TUNING.tangent_error * len(point.orbit) * max(1.0, float(np.abs(point.shot.monodromy).max()))
             first, last = min(place for _, place in group), 1 + max(place for _, place in group)
 
             def size(part: float, first: int = first, last: int = last) -> float:
@@ -375,10 +375,10 @@ class _Step:
         At the crossing the equations are singular, and an orbit is known to the root of its residual only. Beside it
         it is known the better the further off it is, as the polynomial through such points is the worse.
         """
-        count, best = SETTINGS.sharp_nodes, None
+        count, best = TUNING.sharp_nodes, None
         nodes = np.cos(np.pi * (np.arange(count) + 0.5) / count)
         way = max(self._way, 1e-300)
-        for reach in SETTINGS.sharp_reaches:
+        for reach in TUNING.sharp_reaches:
             parts = part + reach * nodes
             try:
                 points = [self.point(float(one), False) for one in parts]
@@ -386,7 +386,7 @@ class _Step:
                 errors = rise * np.array([self.curve.error_at(one) for one in points]) / way
             except LostError:
                 continue
-            errors += [SETTINGS.tangent_error * max(1.0, float(np.abs(p.shot.monodromy).max())) for p in points]
+            errors += [TUNING.tangent_error * max(1.0, float(np.abs(p.shot.monodromy).max())) for p in points]
             roots = [_root(parts, values, degree, part) for degree in (count - 3, count - 1)]
             if roots[0] is None or roots[1] is None:
                 continue
@@ -420,7 +420,7 @@ class _Step:
             # the equations vanish there to second order across, so that the orbit is known to the root of its residual
             error = 3 * scale**0.5 * size
         elif kind != Special.FOLD or self.held:
-            error += noise * scale / SETTINGS.tangent_error * max(self._way, 1e-300) / rise
+            error += noise * scale / TUNING.tangent_error * max(self._way, 1e-300) / rise
         if kind != Special.BRANCH_POINT:
             error += curve.error_at(point)
         return Located(replace(point, special=kind), part, float(error), multiplicity)
@@ -447,7 +447,7 @@ def _together(found: Sequence[tuple[float, int]]) -> list[list[tuple[float, int]
     """Crossings at one place of a step: those that are no further apart than round-off may put them."""
     groups: list[list[tuple[float, int]]] = []
     for one in sorted(found):
-        if groups and one[0] - groups[-1][-1][0] < SETTINGS.same_crossing:
+        if groups and one[0] - groups[-1][-1][0] < TUNING.same_crossing:
             groups[-1].append(one)
         else:
             groups.append([one])
@@ -471,4 +471,4 @@ def _crossed(curve: "Curve", before: "Point", there: "Point", after: "Point") ->
     """Whether the equations lose rank at an orbit, unlike at its neighbours."""
     problem, weights = curve.problem, before.weights
     smallest = [problem.regularity(p.orbit, problem.shoot(p.orbit, False), weights) for p in (before, there, after)]
-    return smallest[1] < SETTINGS.singular * min(smallest[0], smallest[2])
+    return smallest[1] < TUNING.singular * min(smallest[0], smallest[2])

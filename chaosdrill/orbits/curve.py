@@ -18,7 +18,7 @@ from chaosdrill.engine.layout import DONE
 from chaosdrill.orbits.find import admissible
 from chaosdrill.orbits.points import Border, Direction, Plane, Point, Root, Whole, plane_at
 from chaosdrill.orbits.problem import CONVERGED, LostError
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.orbit import Orbit
@@ -139,7 +139,7 @@ class Curve:
 
     def _solved(self, guess: "Orbit", near: Point, conditions: np.ndarray) -> tuple["Orbit", "Shot"]:
         code, orbit, shot, _ = self.problem.newton(
-            guess, conditions, SETTINGS.farthest, weights=near.weights, section=near.section
+            guess, conditions, TUNING.farthest, weights=near.weights, section=near.section
         )
         if code != CONVERGED or not np.isfinite(shot.equations).all():
             raise LostError("no orbit beside the curve")
@@ -166,8 +166,8 @@ class Curve:
         smallest = self.problem.regularity(point.orbit, shot, point.weights)
         change = point.tangent.change
         along = abs(float(change[-len(self.spans)])) / np.linalg.norm(point.weights * change)
-        off = SETTINGS.states_to_parameters * self.problem.accuracy
-        return float(along * off / max(smallest, SETTINGS.smallest_pivot))
+        off = TUNING.states_to_parameters * self.problem.accuracy
+        return float(along * off / max(smallest, TUNING.smallest_pivot))
 
     def blocked(self, point: Point) -> tuple["Orbit", "Shot"] | None:
         """The orbit at or beside a point if it is not admissible; None if it is."""
@@ -210,14 +210,14 @@ class Curve:
         predicted = self.predicted(points, h)
         point = self.correct(predicted, last, last.tangent.row)
         error = self.gap(predicted, point.orbit, last.weights)
-        if not error < SETTINGS.farthest:
+        if not error < TUNING.farthest:
             raise LostError("the orbit is far from where it was predicted")
         way = self.apart(last.orbit, point.orbit, last.weights)
         if not way @ last.tangent.course > 0:
             raise LostError("the orbit lies behind the last one")
         length = float(np.sqrt(way @ way))
         point = self.aligned(replace(point, arclength=last.arclength + length), points)
-        if not self.cosine(last, point) > SETTINGS.bend:
+        if not self.cosine(last, point) > TUNING.bend:
             raise LostError("the curve bends too much")
         return point, error
 
@@ -262,7 +262,7 @@ class Curve:
         row[len(row) - len(values) + k] = 1.0
         guess = guess.with_values(values, self.problem.states)
         point = self.correct(guess, last, row)
-        if not self.gap(guess, point.orbit, last.weights) < SETTINGS.farthest:
+        if not self.gap(guess, point.orbit, last.weights) < TUNING.farthest:
             raise LostError("the orbit at the limit is far from where it was predicted")
         return replace(point, arclength=last.arclength + self.gap(last.orbit, point.orbit, last.weights))
 
@@ -273,7 +273,7 @@ class Curve:
         """
         good, bad, part = last, self.blocked(beyond), 1.0
         row = last.tangent.row
-        for _ in range(SETTINGS.bisections):
+        for _ in range(TUNING.bisections):
             half = 0.5 * part
             try:
                 point = self.between(good, beyond, half, row)
@@ -302,9 +302,9 @@ class Curve:
         step = abs(float((self.values(before.orbit) - self.values(border.orbit))[0]))
         if error <= within or not step > 0:
             return error
-        low, high, least = np.log(SETTINGS.known_from), min(0.0, float(np.log(error / step))), error
+        low, high, least = np.log(TUNING.known_from), min(0.0, float(np.log(error / step))), error
         tried = high
-        for _ in range(SETTINGS.known_tried):
+        for _ in range(TUNING.known_tried):
             try:
                 point = self.between(border, before, float(np.exp(tried)), before.tangent.row)
             except LostError:
@@ -390,21 +390,19 @@ class SpecialCurve(Curve):
             across = across.times(-1)
         conditions = np.vstack([row, across.row])
         step, value = np.inf, np.nan
-        for _ in range(SETTINGS.secant_steps):
+        for _ in range(TUNING.secant_steps):
             before, moved = value, step
             orbit, shot = self._solved(guess, near, conditions)
             value, tracked = self.test.value(self.problem, orbit, shot, plane, tracked)
-            if SETTINGS.secant_noise < abs(moved) < np.inf:
+            if TUNING.secant_noise < abs(moved) < np.inf:
                 slope = (value - before) / moved
             if slope == 0:
                 break
             step = -value / slope
-            if abs(step) <= SETTINGS.secant_step or (
-                abs(step) < SETTINGS.secant_noise and abs(step) > 0.3 * abs(moved)
-            ):
+            if abs(step) <= TUNING.secant_step or (abs(step) < TUNING.secant_noise and abs(step) > 0.3 * abs(moved)):
                 new = plane_at(self.problem, orbit, shot, self.weights(orbit), plane)
                 return orbit, shot, Root(new, across, slope, abs(step), tracked)
-            if not abs(step) < SETTINGS.farthest:
+            if not abs(step) < TUNING.farthest:
                 break
             guess = self.problem.moved(orbit, shot, step * across.change)
         raise LostError("the secant method found no point of the curve")
@@ -414,10 +412,10 @@ class SpecialCurve(Curve):
         values, direction = [], plane.direction(part)
         near = Point(orbit, shot, plane.weights, direction, orbit)
         for sign in (1, -1):
-            guess = self.problem.moved(orbit, shot, sign * SETTINGS.difference * direction.change)
+            guess = self.problem.moved(orbit, shot, sign * TUNING.difference * direction.change)
             beside = self._solved(guess, near, plane.duals)
             values.append(self.test.value(self.problem, *beside, plane, tracked)[0])
-        return (values[0] - values[1]) / (2 * SETTINGS.difference)
+        return (values[0] - values[1]) / (2 * TUNING.difference)
 
     def followed(self, point: Point) -> tuple["Orbit", "Shot"] | None:
         if not self.margin:
@@ -436,8 +434,8 @@ class SpecialCurve(Curve):
     def aligned(self, point: Point, points: list[Point]) -> Point:
         last, course = points[-1], points[-1].tangent.course
         assert point.root is not None
-        if point.arclength - last.arclength > SETTINGS.apart:
-            nodes = points[1 - SETTINGS.predictor_points :]
+        if point.arclength - last.arclength > TUNING.apart:
+            nodes = points[1 - TUNING.predictor_points :]
             shares = shares_of(np.array([*(p.arclength for p in nodes), point.arclength]), point.arclength, 1)
             course = shares @ np.array([self.apart(last.orbit, p.orbit, last.weights) for p in (*nodes, point)])
         plane = point.root.plane

@@ -23,7 +23,7 @@ from chaosdrill.model.lifted import Lifted, lifted
 from chaosdrill.orbits.expressions import slopes_of_surfaces
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.results import Derived, underived
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.problem import Problem, Shot
@@ -55,8 +55,8 @@ class _Task:
 
 def _coarser(numerics: Numerics) -> Numerics:
     """Steps whose errors are several times as large."""
-    fewer = max(2, int(numerics.steps_a_period / SETTINGS.coarser_steps)) if numerics.traits.fixed_step else None
-    return replace(numerics, tolerance=SETTINGS.coarser * numerics.tolerance, steps=fewer)
+    fewer = max(2, int(numerics.steps_a_period / TUNING.coarser_steps)) if numerics.traits.fixed_step else None
+    return replace(numerics, tolerance=TUNING.coarser * numerics.tolerance, steps=fewer)
 
 
 class Carrier:
@@ -178,7 +178,7 @@ def _numbered(problem: "Problem", task: _Task) -> _Task:
     begins = ends - orbit.durations
     segment = min(int(np.searchsorted(begins, strobe, side="right")) - 1, len(orbit) - 1)
     length = strobe - float(begins[segment])
-    if length <= SETTINGS.same_instant * period:
+    if length <= TUNING.same_instant * period:
         return replace(task, strobe=segment, turn=turn, events=tuple(order.tolist()), turns=tuple(turns.tolist()))
     state = problem.at([orbit], np.array([[strobe]]))[0][0]
     before = orbit.segments[[segment]] * [1, 0, 1] + [0, at.SHARE, 0]
@@ -235,7 +235,7 @@ class _Equations:
         self.scale = np.where(scale > 0, scale, 1.0)
         self.matrix = matrix / self.scale
         left, self.sizes, self.across = np.linalg.svd(self.matrix, full_matrices=False)
-        self.regular = self.finite & (self.sizes[:, -1] > SETTINGS.smallest_pivot * self.sizes[:, 0])
+        self.regular = self.finite & (self.sizes[:, -1] > TUNING.smallest_pivot * self.sizes[:, 0])
         sizes = np.where(self.regular[:, np.newaxis], self.sizes, 1.0)
         self.inverse = (self.across.swapaxes(1, 2) / sizes[:, np.newaxis]) @ left.swapaxes(1, 2)
         self.misses = self.right(rows[:, :, -1:])
@@ -291,7 +291,7 @@ class _Plain:
         paces = self.problem.paces(orbit)
         slow = int(np.argmin(speeds / paces))
         end, outcome = orbit.segments[slow, [at.SEGMENT_END, at.SEGMENT_OUTCOME]].tolist()
-        if end >= 0 and not speeds[slow] > SETTINGS.grazing_speed * paces[slow]:
+        if end >= 0 and not speeds[slow] > TUNING.grazing_speed * paces[slow]:
             name = self.problem.plain.transitions[outcome].name
             return f"{name!r} meets its guard at zero speed, where derivatives by parameters are infinite"
         return "the equations of the orbit are singular, as at a fold: derivatives by parameters are infinite there"
@@ -301,7 +301,7 @@ class _Plain:
         n, here, there = self.carrier.n, self.equations, coarse.equations
         missed = np.maximum(np.abs(here.misses), np.abs(there.misses)).max(axis=(1, 2))
         weakest = here.across[:, -1, :, np.newaxis] / here.weights
-        weakest *= (np.maximum(missed, SETTINGS.rounding) / here.sizes[:, -1])[:, np.newaxis, np.newaxis]
+        weakest *= (np.maximum(missed, TUNING.rounding) / here.sizes[:, -1])[:, np.newaxis, np.newaxis]
         change = here.solved(there.misses)
         along = np.sign((change * here.weights * weakest * here.weights).sum(axis=1, keepdims=True))
         change = (change + np.where(along < 0, -weakest, weakest))[:, :, 0]
@@ -599,7 +599,7 @@ def _errors(
             np.divide(np.abs(difference), share, out=known, where=share > 0)
             ratios.append(known.reshape(len(off), -1))
     units = np.array([_median(one) for one in np.concatenate(ratios, axis=1)])
-    units = SETTINGS.hidden * np.maximum(units, np.finfo(float).eps / 2)
+    units = TUNING.hidden * np.maximum(units, np.finfo(float).eps / 2)
 
     def error(difference: np.ndarray, share: np.ndarray) -> np.ndarray:
         return np.asarray(np.abs(difference) + units.reshape(-1, *[1] * (share.ndim - 1)) * share)

@@ -28,8 +28,8 @@ from chaosdrill.orbits.multipliers import based
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.points import Border
 from chaosdrill.orbits.problem import CONVERGED, LostError, Problem, Shot
-from chaosdrill.orbits.settings import SETTINGS
 from chaosdrill.orbits.sliding import switched, unswitched
+from chaosdrill.orbits.tuning import TUNING
 
 
 @dataclass(frozen=True)
@@ -54,16 +54,16 @@ class Touch:
             No maximum nearby: it has left the segment.
         """
         total = float(orbit.durations.sum())
-        now, gap = instant, SETTINGS.touch_probe * total
+        now, gap = instant, TUNING.touch_probe * total
         rate = self._look(problem, orbit, now)[1]
-        for _ in range(SETTINGS.touch_steps):
+        for _ in range(TUNING.touch_steps):
             before, now = now, now + gap
             rate_before, rate = rate, self._look(problem, orbit, now)[1]
             curvature = (rate - rate_before) / (now - before)
             if not curvature < 0:
                 break
             gap = -rate / curvature
-            if abs(gap) <= SETTINGS.touch_settled * total:
+            if abs(gap) <= TUNING.touch_settled * total:
                 return self._look(problem, orbit, now + gap)[0], now + gap
         raise LostError("the guard has no greatest value in the segment any more")
 
@@ -83,13 +83,13 @@ def touches(problem: Problem, orbit: Orbit) -> Iterator[tuple[float, Touch, floa
     transitions = problem.plain.transitions
     begin = 0.0
     for i, (mode, _, _) in enumerate(orbit.segments.tolist()):
-        instants = begin + orbit.durations[i] * (np.arange(SETTINGS.guard_samples) + 0.5) / SETTINGS.guard_samples
+        instants = begin + orbit.durations[i] * (np.arange(TUNING.guard_samples) + 0.5) / TUNING.guard_samples
         states = problem.at([orbit], instants[np.newaxis])[0][0]
         for j, event in enumerate(kernels_of(problem.system).events[mode]):
             if all(transitions[k].marks_only() for k in event.outcomes):
                 continue
             values, _ = _guard(problem, orbit, i, j, instants, states)
-            side = event.direction or -int(np.sign(values[SETTINGS.guard_samples // 2]))
+            side = event.direction or -int(np.sign(values[TUNING.guard_samples // 2]))
             heights = side * values
             # orbits without events have segments that end nowhere in particular
             padded = np.pad(heights, 1, mode="wrap") if orbit.eventless else np.pad(heights, 1, constant_values=np.inf)
@@ -107,7 +107,7 @@ def touches(problem: Problem, orbit: Orbit) -> Iterator[tuple[float, Touch, floa
 def nearest_touch(problem: Problem, orbit: Orbit) -> tuple[Touch, float] | None:
     """The guard that an orbit touches at a border, and the time; None if it touches none."""
     found = min(touches(problem, orbit), key=lambda one: one[0], default=None)
-    return found[1:] if found is not None and found[0] <= SETTINGS.touching else None
+    return found[1:] if found is not None and found[0] <= TUNING.touching else None
 
 
 def slowness(problem: Problem, orbit: Orbit, shot: Shot) -> np.ndarray:
@@ -116,7 +116,7 @@ def slowness(problem: Problem, orbit: Orbit, shot: Shot) -> np.ndarray:
     parts = np.full(len(orbit), np.inf)
     for i, (_, end, _) in enumerate(orbit.segments.tolist()):
         if end >= 0:
-            instants = begin + orbit.durations[i] * (np.arange(SETTINGS.guard_samples) + 0.5) / SETTINGS.guard_samples
+            instants = begin + orbit.durations[i] * (np.arange(TUNING.guard_samples) + 0.5) / TUNING.guard_samples
             _, rates = _guard(problem, orbit, i, end, instants, problem.at([orbit], instants[np.newaxis])[0][0])
             parts[i] = shot.speeds[i] / max(float(np.abs(rates).max()), 1e-300)
         begin += float(orbit.durations[i])
@@ -127,7 +127,7 @@ def slowest_event(problem: Problem, orbit: Orbit, shot: Shot) -> int | None:
     """Index of the event with zero normal speed; or None."""
     parts = slowness(problem, orbit, shot)
     slowest = int(parts.argmin())
-    return slowest if parts[slowest] <= SETTINGS.touching else None
+    return slowest if parts[slowest] <= TUNING.touching else None
 
 
 def taken(problem: Problem, orbit: Orbit, segment: int, guard: int, after: float) -> int:
@@ -208,12 +208,12 @@ def _met_at(problem: Problem, border: Border) -> Change:
             came = taken(problem, orbit, i, int(shot.crossed[i]), float(shot.met[i]))
             first = kernels_of(problem.system).events[mode][shot.crossed[i]].outcomes[0]
             name = system.transitions[came if came >= 0 else first].name
-            if shot.crossed[i] == end and shot.met[i] >= (1 - SETTINGS.end_of_stay) * orbit.durations[i]:
+            if shot.crossed[i] == end and shot.met[i] >= (1 - TUNING.end_of_stay) * orbit.durations[i]:
                 # met twice in a row, the second time from behind: between the two it was met at no speed
                 return Change(Special.GRAZING, f"{names[i]} vanishes")
-            if shot.met[i] <= SETTINGS.end_of_stay * orbit.durations[i]:
+            if shot.met[i] <= TUNING.end_of_stay * orbit.durations[i]:
                 return Change(Special.EVENT_SWAP, f"{name} coincides with {names[i - 1]}")
-            if shot.met[i] >= (1 - SETTINGS.end_of_stay) * orbit.durations[i]:
+            if shot.met[i] >= (1 - TUNING.end_of_stay) * orbit.durations[i]:
                 return Change(Special.EVENT_SWAP, f"{name} coincides with {names[i]}")
             return Change(Special.GRAZING, f"{name} appears")
         if events[i] and shot.came[i] != outcome:
@@ -223,9 +223,9 @@ def _met_at(problem: Problem, border: Border) -> Change:
             return Change(Special.OUTCOME_SWITCH, f"{names[i]} has another outcome")
     slow = slowness(problem, orbit, shot)
     short = orbit.durations / orbit.durations.sum()
-    if slow.min(initial=np.inf) <= SETTINGS.tangential:
+    if slow.min(initial=np.inf) <= TUNING.tangential:
         return Change(Special.GRAZING, f"{names[int(slow.argmin())]} vanishes")
-    if short.min() <= SETTINGS.tangential:
+    if short.min() <= TUNING.tangential:
         i = int(short.argmin())
         return Change(Special.EVENT_SWAP, f"{names[i - 1]} and {names[i]} coincide")
     return Change(Special.REGULAR, "")
@@ -248,8 +248,7 @@ def _changed(problem: Problem, border: Border, after: Orbit) -> Change:
         if names:
             parts.append(f"{' and '.join(counted)} {one if len(names) == 1 else many}")
     touches = (
-        slowness(problem, before, border.shot).min() <= SETTINGS.tangential
-        or nearest_touch(problem, before) is not None
+        slowness(problem, before, border.shot).min() <= TUNING.tangential or nearest_touch(problem, before) is not None
     )
     return Change(Special.GRAZING if touches else Special.BORDER_COLLISION, ", ".join(parts))
 
@@ -259,7 +258,7 @@ def branch_behind(curve: Curve, border: Border) -> Continuation | None:
     tried = [border.good]
     further: list[Orbit] = []
     for guess in chain(_guesses(curve, border), _emptied(further)):
-        if len(tried) > SETTINGS.border_tried:
+        if len(tried) > TUNING.border_tried:
             break
         if any(_same_cycle(guess, old) for old in tried):
             continue
@@ -299,7 +298,7 @@ def _guesses(curve: Curve, border: Border) -> Iterator[Orbit]:
     yield from switched(problem, border.good)
     yield from unswitched(problem, border.good)
     last = border.bad if border.bad is not None else border.good
-    for part in SETTINGS.border_beside:
+    for part in TUNING.border_beside:
         for orbit in (border.good, last):
             values = orbit.starts[0, d:]
             guess = _own_path(problem, orbit, values + part * np.where(values == 0, curve.spans, np.abs(values)))
@@ -319,7 +318,7 @@ def _own_ahead(curve: Curve, border: Border) -> Iterator[Orbit]:
     if shot.outcome != 0 or not np.isfinite(shot.equations).all():
         return
     direction = problem.direction(orbit, shot, curve.weights(orbit))
-    for length in (SETTINGS.ahead, -SETTINGS.ahead):
+    for length in (TUNING.ahead, -TUNING.ahead):
         moved = problem.moved(orbit, shot, length * direction)
         seen = problem.shoot(moved)
         if seen.outcome == 0 and not admissible(moved, seen):
@@ -344,7 +343,7 @@ def _other_outcomes(curve: Curve, border: Border) -> Iterator[Orbit]:
     if shot.outcome != 0 or not np.isfinite(shot.equations).all():
         return
     direction = problem.direction(orbit, shot, weights)
-    for length in SETTINGS.border_beside[1:]:
+    for length in TUNING.border_beside[1:]:
         moved = problem.moved(orbit, shot, length * direction)
         came = problem.shoot(moved, False).came
         changed = np.flatnonzero((came != orbit.segments[:, at.SEGMENT_OUTCOME]) & (came >= 0))
@@ -359,7 +358,7 @@ def _other_outcomes(curve: Curve, border: Border) -> Iterator[Orbit]:
 
 def without_events(problem: Problem, orbit: Orbit) -> Iterator[Orbit]:
     """The path without its events, if it stays in one mode but for moments."""
-    lasting = orbit.durations > SETTINGS.tangential * orbit.durations.sum()
+    lasting = orbit.durations > TUNING.tangential * orbit.durations.sum()
     if orbit.eventless or len(set(orbit.segments[lasting, at.SEGMENT_MODE].tolist())) > 1:
         return
     values, longest = orbit.starts[0, problem.states :], int(orbit.durations.argmax())
@@ -418,7 +417,7 @@ def _same_cycle(one: Orbit, other: Orbit) -> bool:
     total = float(other.durations.sum())
     return len(one) == len(other) and any(
         np.array_equal(np.roll(one.segments, k, axis=0), other.segments)
-        and np.abs(np.roll(one.durations, k) - other.durations).max() < SETTINGS.same_cycle * total
+        and np.abs(np.roll(one.durations, k) - other.durations).max() < TUNING.same_cycle * total
         for k in range(len(one))
     )
 
@@ -439,8 +438,8 @@ def _branch_from(curve: Curve, guess: Orbit, border: Border, further: list[Orbit
     conditions = (direction * weights**2)[np.newaxis]
     for length in lengths:
         start = problem.moved(guess, shot, length * direction)
-        code, orbit, seen, _ = problem.newton(start, conditions, SETTINGS.reach_beside)
-        if code != CONVERGED or distance(problem, orbit, border.good, weights) > SETTINGS.border_near:
+        code, orbit, seen, _ = problem.newton(start, conditions, TUNING.reach_beside)
+        if code != CONVERGED or distance(problem, orbit, border.good, weights) > TUNING.border_near:
             continue
         if orbit.repeats(problem) or at_rest(problem, orbit):
             continue
@@ -462,13 +461,13 @@ def _into(problem: Problem, guess: Orbit, shot: Shot, weights: np.ndarray) -> tu
     none of whose paths the system follows. At a border where such a stay begins this branch crosses the one that is
     looked for, and which of the two the equations there lead along is a matter of round-off. The stay is what grows.
     """
-    short = np.flatnonzero(guess.durations <= SETTINGS.touching * guess.durations.sum())
+    short = np.flatnonzero(guess.durations <= TUNING.touching * guess.durations.sum())
     if len(short):
         plane = problem.loosely_null(guess, shot, weights)
         growth = plane[:, problem.states + 1 + short].sum(axis=1)
         if len(plane) > 1 and growth.any():
-            return growth @ plane / np.linalg.norm(growth) / weights, [s for s in SETTINGS.border_steps if s > 0]
-    return problem.direction(guess, shot, weights), SETTINGS.border_steps
+            return growth @ plane / np.linalg.norm(growth) / weights, [s for s in TUNING.border_steps if s > 0]
+    return problem.direction(guess, shot, weights), TUNING.border_steps
 
 
 def distance(problem: Problem, orbit: Orbit, other: Orbit, weights: np.ndarray) -> float:
@@ -480,7 +479,7 @@ def distance(problem: Problem, orbit: Orbit, other: Orbit, weights: np.ndarray) 
     apart = float(abs(orbit.starts[0, -1] - other.starts[0, -1])) * weights[-1]
     if not problem.forced:
         apart += abs(float(np.log(orbit.durations.sum() / other.durations.sum())))
-        if apart > SETTINGS.border_near:
+        if apart > TUNING.border_near:
             return apart
         return apart + max(passing(problem, *pair, weights[:d]) for pair in ((orbit, other), (other, orbit)))
     here, there = (problem.strobes([o])[0][0] for o in (orbit, other))
@@ -497,12 +496,12 @@ def passing(problem: Problem, orbit: Orbit, other: Orbit, weights: np.ndarray) -
     state = standpoint(problem, other)[2]
     total = float(orbit.durations.sum())
     first, width, closest = 0.0, total, np.inf
-    for _ in range(SETTINGS.passing_samples[1]):
-        instants = np.unique(np.linspace(first, first + width, SETTINGS.passing_samples[0] + 1) % total)
+    for _ in range(TUNING.passing_samples[1]):
+        instants = np.unique(np.linspace(first, first + width, TUNING.passing_samples[0] + 1) % total)
         away = problem.shifts.across(problem.at([orbit], instants[np.newaxis])[0][0] - state)
         away = (np.abs(away) * weights).max(axis=1)
         closest = min(closest, float(away.min()))
-        width *= 2 / SETTINGS.passing_samples[0]
+        width *= 2 / TUNING.passing_samples[0]
         first = float(instants[away.argmin()]) - width / 2
     return closest
 
@@ -513,25 +512,23 @@ def _leads_back(problem: Problem, orbit: Orbit, shot: Shot, border: Border, weig
     A branch that only passes by may be as near as the first orbits of one behind a touch, which change with the root of
     the distance from it.
     """
-    near = max(SETTINGS.begins, SETTINGS.root_near * float(np.sqrt(border.error * weights[-1])))
+    near = max(TUNING.begins, TUNING.root_near * float(np.sqrt(border.error * weights[-1])))
     away = distance(problem, orbit, border.good, weights)
-    if away <= SETTINGS.same_path:
+    if away <= TUNING.same_path:
         return True
-    for _ in range(SETTINGS.bisections):
+    for _ in range(TUNING.bisections):
         if away <= near:
             return True
         direction = problem.direction(orbit, shot, weights)
         nearest = None
         # a step counts all points of the orbit, and what it changes at one of them may be many times as much
-        for part in SETTINGS.way_back:
+        for part in TUNING.way_back:
             for sign in (1.0, -1.0):
                 moved = problem.moved(orbit, shot, sign * part * away * direction)
-                code, there, seen, _ = problem.newton(
-                    moved, (direction * weights**2)[np.newaxis], SETTINGS.reach_beside
-                )
+                code, there, seen, _ = problem.newton(moved, (direction * weights**2)[np.newaxis], TUNING.reach_beside)
                 if code == CONVERGED and np.isfinite(seen.equations).all():
                     left = distance(problem, there, border.good, weights)
-                    if left < SETTINGS.nearer * away and (nearest is None or left < nearest[0]):
+                    if left < TUNING.nearer * away and (nearest is None or left < nearest[0]):
                         nearest = left, there, seen
             if nearest is not None:
                 break
@@ -547,10 +544,10 @@ def _away(problem: Problem, orbit: Orbit, shot: Shot, border: Border, weights: n
     farthest, away = 0.0, None
     least = 2 * distance(problem, orbit, border.good, weights)
     # the next change of events may be near
-    for step in sorted({max(SETTINGS.border_probe * part, least) for part in (1.0, 0.1, 0.01)}, reverse=True):
+    for step in sorted({max(TUNING.border_probe * part, least) for part in (1.0, 0.1, 0.01)}, reverse=True):
         for sign in (1.0, -1.0):
             moved = problem.moved(orbit, shot, sign * step * direction)
-            code, there, seen, _ = problem.newton(moved, (direction * weights**2)[np.newaxis], SETTINGS.reach_beside)
+            code, there, seen, _ = problem.newton(moved, (direction * weights**2)[np.newaxis], TUNING.reach_beside)
             if code == CONVERGED and admissible(there, seen):
                 far = distance(problem, there, border.good, weights)
                 if far > farthest:

@@ -30,7 +30,7 @@ from chaosdrill.orbits.multipliers import based
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.problem import CONVERGED, SINGULAR, SLOW, Problem, Shot
 from chaosdrill.orbits.results import FoundOrbit
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 from chaosdrill.orbits.verification import describe, no_orbit
 
 
@@ -70,7 +70,7 @@ def tie_words(problem: Problem, orbit: Orbit) -> str:
 
 def lasting(orbit: Orbit) -> np.ndarray:
     """Durations of the segments, one of rounding's length between two events in one instant as a positive one."""
-    return np.where(orbit.tied, SETTINGS.same_instant * float(orbit.durations.sum()), orbit.durations)
+    return np.where(orbit.tied, TUNING.same_instant * float(orbit.durations.sum()), orbit.durations)
 
 
 def inadmissible_words(problem: Problem, orbit: Orbit, shot: Shot) -> str:
@@ -92,11 +92,11 @@ def inadmissible_words(problem: Problem, orbit: Orbit, shot: Shot) -> str:
 
 def at_rest(problem: Problem, orbit: Orbit) -> bool:
     """Whether the orbit is at rest: no event occurs, except for slips of zero length."""
-    if not orbit.eventless and orbit.durations.min() > SETTINGS.slip_at_rest * orbit.durations.sum():
+    if not orbit.eventless and orbit.durations.min() > TUNING.slip_at_rest * orbit.durations.sum():
         return False
     total = float(orbit.durations.sum())
     path = problem.shifts.still(problem.at([orbit], np.linspace(0, total, 33)[np.newaxis, :-1])[0][0])
-    return bool((np.ptp(path, axis=0) <= SETTINGS.at_rest * np.maximum(problem.sizes, np.abs(path).max(axis=0))).all())
+    return bool((np.ptp(path, axis=0) <= TUNING.at_rest * np.maximum(problem.sizes, np.abs(path).max(axis=0))).all())
 
 
 def understood(problem: Problem, place: Place, failure: NoOrbitError) -> NoOrbitError:
@@ -105,7 +105,7 @@ def understood(problem: Problem, place: Place, failure: NoOrbitError) -> NoOrbit
     unit = unit_of(problem, place)
     run = place.run(unit, problem.numerics)
     points = [run.x.copy()]
-    for _ in range(SETTINGS.watched_units):
+    for _ in range(TUNING.watched_units):
         outcome = run.advance(1)[0]
         if outcome == failure.outcome:
             return failure
@@ -119,7 +119,7 @@ def understood(problem: Problem, place: Place, failure: NoOrbitError) -> NoOrbit
     if not growing.any():
         return failure
     each = "a period" if problem.forced else "a unit of time"
-    net = (points[-1] - points[0]) / (SETTINGS.watched_units if problem.forced else SETTINGS.watched_units * unit)
+    net = (points[-1] - points[0]) / (TUNING.watched_units if problem.forced else TUNING.watched_units * unit)
     told = ", ".join(f"{system.state_names[i]} by {net[i]:.3g}" for i in np.flatnonzero(growing))
     return NoOrbitError(
         Outcome.OPEN,
@@ -136,7 +136,7 @@ def _rests(problem: Problem, run: Run) -> bool:
     mode = system.mode_names.index(run.mode)
     kernels_of(system).functions.field(mode, run.elapsed, run.c, run.x, rates)
     moved = np.abs(problem.shifts.beside(rates[: len(run.x)])) * run.period
-    return bool((moved <= SETTINGS.at_rest * np.maximum(problem.sizes, np.abs(run.x))).all())
+    return bool((moved <= TUNING.at_rest * np.maximum(problem.sizes, np.abs(run.x))).all())
 
 
 def _growing(points: np.ndarray, sizes: np.ndarray) -> np.ndarray:
@@ -145,7 +145,7 @@ def _growing(points: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     way = np.abs(steps).sum(axis=0)
     halves = np.abs(steps.reshape(2, -1, points.shape[1]).sum(axis=1))
     size = np.maximum(np.abs(points).max(axis=0), sizes)
-    return (halves.min(axis=0) > SETTINGS.evenly * way) & (way > 1e-3 * size)
+    return (halves.min(axis=0) > TUNING.evenly * way) & (way > 1e-3 * size)
 
 
 def why_not(code: int, residuals: np.ndarray) -> str:
@@ -223,7 +223,7 @@ def starting_orbit(
         values = np.array([system.parameters[name] for name in free])
         guesses = [partial(guess_of_autonomous, problem, place, 2 * float(start), values, float(start))]
     failure, shorter = None, None
-    for initial, reach in product(guesses, SETTINGS.reaches):
+    for initial, reach in product(guesses, TUNING.reaches):
         try:
             orbit, shot, residuals = orbit_read(problem, initial, period, reach, level=True)
         except NoOrbitError as error:
@@ -247,7 +247,7 @@ def orbit_read(
     problem: Problem,
     initial: InitialGuess,
     period: int,
-    reach: float = SETTINGS.reaches[0],
+    reach: float = TUNING.reaches[0],
     *,
     level: bool = False,
 ) -> tuple[Orbit, Shot, np.ndarray]:
@@ -262,7 +262,7 @@ def orbit_read(
     """
     failure = NoOrbitError(Outcome.NO_ORBIT, "")
     seen: list[Orbit] = []
-    for _ in range(SETTINGS.guesses):
+    for _ in range(TUNING.guesses):
         outcome, guess = initial()
         if seen and guess is None:
             raise failure
@@ -287,7 +287,7 @@ def orbit_read(
 
 
 def solved(
-    problem: Problem, guess: Orbit, reach: float = SETTINGS.reaches[0], *, level: bool = False
+    problem: Problem, guess: Orbit, reach: float = TUNING.reaches[0], *, level: bool = False
 ) -> tuple[Orbit, Shot, np.ndarray]:
     """The orbit to which Newton's method takes a guess; it need not be admissible.
 
@@ -321,7 +321,7 @@ def solved(
 def _solved(problem: Problem, guess: Orbit, reach: float) -> tuple[Orbit, Shot, np.ndarray]:
     """The orbit to which Newton's method takes a guess."""
     code, orbit, shot, residuals = problem.newton(guess, reach=reach)
-    if code == SLOW and residuals[-1] <= SETTINGS.converging:
+    if code == SLOW and residuals[-1] <= TUNING.converging:
         code, orbit, shot, more = problem.newton(orbit, reach=reach)
         residuals = np.concatenate([residuals, more[1:]])
     if code != CONVERGED:
@@ -338,7 +338,7 @@ def _comes_with_another(problem: Problem, guess: Orbit) -> str:
         shot = problem.shoot(
             replace(one, segments=one.segments[:1], starts=one.starts[:1], durations=one.durations[:1]), watched=False
         )
-        if abs(shot.equations[0, -1]) > SETTINGS.off_guard * abs(shot.speeds[0]) * guess.durations.sum():
+        if abs(shot.equations[0, -1]) > TUNING.off_guard * abs(shot.speeds[0]) * guess.durations.sum():
             cause, event = (problem.plain.transitions[guess.segments[k, at.SEGMENT_OUTCOME]].name for k in (i - 1, i))
             return (
                 f"the reset of {cause!r} throws the state across the guard of {event!r}, and an orbit is not followed "
@@ -357,7 +357,7 @@ def least_period(problem: Problem, orbit: Orbit) -> tuple[Orbit, str]:
         if count % times or (problem.forced and periods % times):
             continue
         step = count // times
-        if orbit.comes_again(step, SETTINGS.same_point, problem):
+        if orbit.comes_again(step, TUNING.same_point, problem):
             least = replace(
                 orbit,
                 segments=orbit.segments[:step],
@@ -373,12 +373,12 @@ def least_period(problem: Problem, orbit: Orbit) -> tuple[Orbit, str]:
 def _one_turn(problem: Problem, orbit: Orbit) -> Orbit:
     """An orbit of a smooth flow, a single segment, traversed once."""
     d = problem.states
-    turns = np.arange(SETTINGS.most_turns, 1, -1)
+    turns = np.arange(TUNING.most_turns, 1, -1)
     ends = float(orbit.durations[0]) / turns
     states = problem.at([orbit], ends[np.newaxis])[0][0]
     size = np.maximum(np.abs(orbit.starts[0, :d]), 1e-6 * problem.sizes)
     away = np.abs(problem.shifts.across(states - orbit.starts[0, :d])) / size
-    back = np.flatnonzero(away.max(axis=1) < SETTINGS.same_point)
+    back = np.flatnonzero(away.max(axis=1) < TUNING.same_point)
     if not len(back):
         return orbit
     return replace(orbit, durations=ends[back[:1]], drift=_drift_within(problem, orbit, states[back[0]]))

@@ -19,7 +19,7 @@ from chaosdrill.orbits.functions import Functions
 from chaosdrill.orbits.points import Plane, plane_at
 from chaosdrill.orbits.problem import CONVERGED, LostError
 from chaosdrill.orbits.roots import bracketed
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.branches import Branch, BranchSegment
@@ -80,11 +80,11 @@ class Extremal:
     ) -> tuple[float, float]:
         here = plane_at(problem, orbit, shot, plane.weights, plane)
         ahead = here.direction(np.array([here.rows[1, -1], -here.rows[0, -1]]))
-        conditions, step = np.vstack([ahead.row, np.eye(len(ahead.row))[-1]]), SETTINGS.function_step
+        conditions, step = np.vstack([ahead.row, np.eye(len(ahead.row))[-1]]), TUNING.function_step
         found = []
         for steps in (-2, -1, 1, 2):
             guess = problem.moved(orbit, shot, steps * step * ahead.change)
-            code, beside, _, _ = problem.newton(guess, conditions, SETTINGS.farthest, here.weights, orbit)
+            code, beside, _, _ = problem.newton(guess, conditions, TUNING.farthest, here.weights, orbit)
             if code != CONVERGED:
                 raise LostError("no orbit beside the optimum")
             found.append(self.functions.at(self.index, problem, beside))
@@ -151,7 +151,7 @@ def _levels(
             missing.append(f"where {name} = {value:g} near {_place(segment, k)} was not located")
             continue
         low, high = values[k - 1] - value, values[k] - value
-        if left > SETTINGS.jump * max(abs(low), abs(high)):
+        if left > TUNING.jump * max(abs(low), abs(high)):
             continue
         point = tried[part]
         way = abs(float(curve.values(after.orbit)[0] - curve.values(before.orbit)[0]))
@@ -197,7 +197,7 @@ def _top(segment: "BranchSegment", functions: Functions, index: int, before: "Po
 
     Its error is how far that of a polynomial of two degrees less is away, and what errors of the values make of it.
     """
-    curve, count = segment.curve, SETTINGS.function_nodes
+    curve, count = segment.curve, TUNING.function_nodes
     parts = (1 - np.cos(np.pi * np.arange(count) / (count - 1))) / 2
     points = [before, *(curve.between(before, after, float(part)) for part in parts[1:-1]), after]
     values, errors = functions(curve.problem, *_seen(points))

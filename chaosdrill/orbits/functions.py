@@ -12,7 +12,7 @@ import numpy as np
 
 from chaosdrill.codegen.formulas import function_of
 from chaosdrill.orbits.orbit_record import PythonFunction, value_of
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -221,14 +221,14 @@ class Functions:
         total, error = np.zeros(len(lap.orbits)), np.zeros(len(lap.orbits))
         for stretch in stretches:
             pieces, found, off = 1, np.full(len(lap.orbits), np.inf), np.zeros(0)
-            while pieces <= SETTINGS.function_pieces:
+            while pieces <= TUNING.function_pieces:
                 parts = ((np.arange(pieces)[:, np.newaxis] + (NODES + 1) / 2) / pieces).ravel()
                 shares = np.tile(WEIGHTS, pieces) / (2 * pieces)
                 values = self._values(index, lap, stretch, parts)[2]
                 found, before, sizes = values @ shares, found, np.abs(values) @ shares
                 off = np.abs(found - before)
                 pieces *= 2
-                if not (off > SETTINGS.function_error * sizes).any():
+                if not (off > TUNING.function_error * sizes).any():
                     break
             errors = self._known(index, lap, stretch, parts)[1]
             total += stretch.durations * found
@@ -243,7 +243,7 @@ class Functions:
         sign = 1.0 if self.functions[index].take == "maximum" else -1.0
         best, error = np.full(len(lap.orbits), -np.inf), np.zeros(len(lap.orbits))
         for stretch in stretches:
-            parts = np.linspace(0.0, 1.0, SETTINGS.function_grid + 1)
+            parts = np.linspace(0.0, 1.0, TUNING.function_grid + 1)
             values, errors = self._known(index, lap, stretch, parts)
             top = self._top(index, lap, stretch, sign * values, sign)
             error = np.where(top > best, errors.max(axis=1), error)
@@ -259,7 +259,7 @@ class Functions:
         with np.errstate(divide="ignore", invalid="ignore"):
             rise = np.where((middle >= left) & (middle >= right) & (bend > 0), (right - left) ** 2 / (8 * bend), 0.0)
         centre, width, best = (1 + (middle + rise).argmax(axis=1)) / last, 1.0 / last, values.max(axis=1)
-        while width > SETTINGS.function_narrowest:
+        while width > TUNING.function_narrowest:
             near = np.clip(centre[:, np.newaxis] + width * np.linspace(-1, 1, 9), 0.0, 1.0)
             found = sign * self._values(index, lap, stretch, near)[2]
             place = found.argmax(axis=1)
@@ -273,10 +273,10 @@ class Functions:
         errors = np.finfo(float).eps * np.abs(values)
         for i, size in enumerate(lap.sizes):
             moved = states.copy()
-            moved[:, :, i] += SETTINGS.function_shift * size
+            moved[:, :, i] += TUNING.function_shift * size
             beside = self._computed(index, lap, stretch.mode, times, moved)
             with np.errstate(invalid="ignore"):
-                errors = errors + lap.errors * np.abs(beside - values) / SETTINGS.function_shift
+                errors = errors + lap.errors * np.abs(beside - values) / TUNING.function_shift
         return values, np.asarray(errors)
 
     def _values(
@@ -301,7 +301,7 @@ def _error(problem: "Problem", shot: "Shot") -> float:
     """Error of an orbit relative to its size: what its residual becomes as it closes, that of the method beside."""
     singular = np.linalg.svd(shot.monodromy - np.eye(len(shot.monodromy)), compute_uv=False)
     kept = singular[: len(singular) - problem.neutral.count]
-    residual = max(shot.residual, SETTINGS.step_error)
+    residual = max(shot.residual, TUNING.step_error)
     # at a fold it is known to the root
     grown = residual / max(float(kept[-1]), residual**0.5) if len(kept) and np.isfinite(kept).all() else residual
     return problem.accuracy + grown

@@ -30,8 +30,8 @@ from chaosdrill.orbits.criticality import cut, extrapolated
 from chaosdrill.orbits.event_changes import Touch, touches
 from chaosdrill.orbits.problem import LostError
 from chaosdrill.orbits.results import GrazingForm
-from chaosdrill.orbits.settings import SETTINGS
 from chaosdrill.orbits.special import Touching, test_function_at
+from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.orbit import Orbit
@@ -112,7 +112,7 @@ class Place:
     def nothing(self, change: np.ndarray, beside: np.ndarray) -> bool:
         """Whether a change of the rates is nothing beside the rates themselves."""
         most = np.abs(beside / self.sizes).max()
-        return bool(np.abs(change / self.sizes).max() <= SETTINGS.touching * max(most, 1 / self.total))
+        return bool(np.abs(change / self.sizes).max() <= TUNING.touching * max(most, 1 / self.total))
 
 
 def grazing_form(problem: "Problem", orbit: "Orbit", shot: "Shot", weights: np.ndarray) -> GrazingForm:
@@ -152,9 +152,9 @@ def grazing_form(problem: "Problem", orbit: "Orbit", shot: "Shot", weights: np.n
 def _several(problem: "Problem", orbit: "Orbit", instant: float) -> bool:
     """Whether an orbit touches a guard elsewhere, too, or still has a stay of no time, as a symmetric one has."""
     total = float(orbit.durations.sum())
-    others = [when for value, _, when in touches(problem, orbit) if value <= SETTINGS.touching]
+    others = [when for value, _, when in touches(problem, orbit) if value <= TUNING.touching]
     apart = [abs((when - instant) / total - round((when - instant) / total)) for when in others]
-    return bool(max(apart, default=0.0) > SETTINGS.tangential or orbit.durations.min() <= SETTINGS.tangential * total)
+    return bool(max(apart, default=0.0) > TUNING.tangential or orbit.durations.min() <= TUNING.tangential * total)
 
 
 def _shift(place: Place) -> Shift | None:
@@ -170,7 +170,7 @@ def _shift(place: Place) -> Shift | None:
     if not fall > 0:
         return None
     taken, image, jump = _event(place, mode, guard, place.field(mode))
-    if taken < 0 or np.abs((image - place.state[: len(image)]) / place.sizes).max() > SETTINGS.touching:
+    if taken < 0 or np.abs((image - place.state[: len(image)]) / place.sizes).max() > TUNING.touching:
         return None
     other = problem.plain.mode_names.index(problem.plain.transitions[taken].target)
     if other == mode:
@@ -245,7 +245,7 @@ def _way_back(place: Place, other: int) -> tuple[int, int] | None:
         targets = {place.problem.plain.transitions[k].target for k in event.outcomes}
         value, _, gradient = place.guard(other, j)
         size = np.abs(gradient * place.sizes).max()
-        if place.problem.plain.mode_names[place.mode] in targets and abs(value) <= SETTINGS.touching * size:
+        if place.problem.plain.mode_names[place.mode] in targets and abs(value) <= TUNING.touching * size:
             return j, int(event.direction)
     return None
 
@@ -257,7 +257,7 @@ def _form(place: Place, shift: Shift, orbit: "Orbit", instant: float) -> Grazing
     families = len(problem.conserved) or neutral.count > int(neutral.flow)
     row, turn, vector, count = _turn(place, shift, orbit, instant)
     coefficient = float(row @ turn @ vector)
-    noise = SETTINGS.tangent_error * count * np.linalg.norm(row) * np.linalg.norm(turn) * np.linalg.norm(vector)
+    noise = TUNING.tangent_error * count * np.linalg.norm(row) * np.linalg.norm(turn) * np.linalg.norm(vector)
     error = float(abs(coefficient) * shift.error + noise)
     if families:
         return GrazingForm(Onset.UNDECIDED, shift.power, coefficient, error)
@@ -329,7 +329,7 @@ class _Returns:
         keep = np.argsort(np.abs(values - 1))[flow:]
         keep = keep[np.argsort(-np.abs(values[keep]), kind="stable")]
         self.values = values[keep]
-        self.doubt = SETTINGS.tangent_error * segments * np.linalg.cond(right) + error
+        self.doubt = TUNING.tangent_error * segments * np.linalg.cond(right) + error
         if np.isfinite(vector).all():
             parts = (row @ right) * np.linalg.solve(right, vector)
             self.parts = parts[keep]
@@ -347,15 +347,15 @@ class _Returns:
             beyond = np.linalg.eigvals(self.turn @ (np.eye(len(self.row)) + np.outer(self.vector, self.row)))
             kept = np.delete(beyond, np.abs(beyond - 1).argmin()) if len(beyond) > len(self.values) else beyond
             return (Onset.CONTINUOUS if (np.abs(kept) < 1).all() else Onset.UNDECIDED), 0
-        if not (self.doubt < SETTINGS.missed_multiplier and np.isfinite(self.vector).all()):
+        if not (self.doubt < TUNING.missed_multiplier and np.isfinite(self.vector).all()):
             return Onset.UNDECIDED, 0
         seen = np.flatnonzero(np.abs(self.parts) > self.noise)
         if not len(seen):
             return Onset.CONTINUOUS, 0
         values, parts = self.values[seen], self.parts[seen]
         first, most = values[0], np.abs(values[0])
-        same = np.abs(values) > (1 - SETTINGS.missed_multiplier) * most
-        for count in range(1, SETTINGS.most_returns + 1):
+        same = np.abs(values) > (1 - TUNING.missed_multiplier) * most
+        for count in range(1, TUNING.most_returns + 1):
             shares = parts * (values / most) ** count
             height, noise = float(shares.sum().real), self.noise * len(shares)
             if abs(height) <= noise:

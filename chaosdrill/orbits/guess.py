@@ -16,7 +16,7 @@ from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 from chaosdrill.engine.setup import bounds_of, values_of_constrained
 from chaosdrill.orbits.orbit import Orbit
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -162,11 +162,11 @@ def characteristic_time(place: Place, numerics: Numerics) -> float:
     A sinusoidal motion takes about nine of these units for a turn.
     """
     unit = _first_unit(place, numerics)
-    for _ in range(SETTINGS.characteristic_rounds):
+    for _ in range(TUNING.characteristic_rounds):
         better, steps = _crossing(place, numerics, unit)
-        if not 1e-12 < better < 1e12 or (better > unit and steps > SETTINGS.characteristic_steps):
+        if not 1e-12 < better < 1e12 or (better > unit and steps > TUNING.characteristic_steps):
             return unit
-        good = 1 / SETTINGS.characteristic_ratio <= better / unit <= SETTINGS.characteristic_ratio
+        good = 1 / TUNING.characteristic_ratio <= better / unit <= TUNING.characteristic_ratio
         unit = better
         if good:
             break
@@ -184,7 +184,7 @@ def _first_unit(place: Place, numerics: Numerics) -> float:
     for unit in units[:-1]:
         run = place.run(unit, numerics)
         run.advance(1)
-        if 10 * run.steps > SETTINGS.characteristic_steps:
+        if 10 * run.steps > TUNING.characteristic_steps:
             return unit
     return units[-1]
 
@@ -197,11 +197,11 @@ def _crossing(place: Place, numerics: Numerics, unit: float) -> tuple[float, int
     """
     system = place.system
     d = len(system.state_names)
-    run = place.run(unit, numerics, samples=SETTINGS.characteristic_samples)
+    run = place.run(unit, numerics, samples=TUNING.characteristic_samples)
     samples = np.zeros(
-        ((SETTINGS.characteristic_units + 2) * SETTINGS.characteristic_samples, d + len(system.quadratures) + 1)
+        ((TUNING.characteristic_units + 2) * TUNING.characteristic_samples, d + len(system.quadratures) + 1)
     )
-    outcome, _ = run.advance(SETTINGS.characteristic_units, samples)
+    outcome, _ = run.advance(TUNING.characteristic_units, samples)
     if outcome == Outcome.ESCAPED:
         events = events_until_escape(place, numerics, unit)
         times = events[:, layout.EVENT_STROBES] * unit + events[:, layout.EVENT_TIME]
@@ -211,7 +211,7 @@ def _crossing(place: Place, numerics: Numerics, unit: float) -> tuple[float, int
     if len(rows) < 2:
         return 0.0, run.steps
     rates = np.zeros((len(rows), d + len(system.quadratures)))
-    times = np.arange(1, len(rows) + 1) * unit / SETTINGS.characteristic_samples
+    times = np.arange(1, len(rows) + 1) * unit / TUNING.characteristic_samples
     for row, time, rate in zip(rows, times, rates, strict=True):
         kernels_of(system).functions.field(int(row[-1]), time, run.c, row[:d].copy(), rate)
     extent = np.ptp(rows[:, :d], axis=0)
@@ -221,14 +221,14 @@ def _crossing(place: Place, numerics: Numerics, unit: float) -> tuple[float, int
     if run.steps <= len(rows):
         # samples show all that moves: rates that they do not follow are round-off along a stiff direction
         seen = np.ptp(times) * extent[moving] / np.abs(np.diff(rows[:, :d], axis=0)).sum(axis=0)[moving]
-        ways = np.where(seen > np.maximum(unit, SETTINGS.characteristic_ratio * ways), seen, ways)
-    returning = ways < SETTINGS.characteristic_units * unit / 2
+        ways = np.where(seen > np.maximum(unit, TUNING.characteristic_ratio * ways), seen, ways)
+    returning = ways < TUNING.characteristic_units * unit / 2
     return float((ways[returning] if returning.any() else ways).max(initial=0.0)), run.steps
 
 
 def events_until_escape(place: Place, numerics: Numerics, unit: float) -> np.ndarray:
     """Events with an effect of a motion that escapes within so many units, shape (E, columns); none if it stays."""
-    outcome, events = _events(place.run(unit, numerics), SETTINGS.characteristic_units)
+    outcome, events = _events(place.run(unit, numerics), TUNING.characteristic_units)
     return _within_bounds(place.system, events) if outcome == Outcome.ESCAPED else events[:0]
 
 
@@ -237,8 +237,8 @@ def settled(problem: "Problem", transient: float) -> tuple[Outcome, Run]:
 
     The transient is in forcing periods, or a time where there are none.
     """
-    parts = int(np.ceil(transient)) if problem.forced else SETTINGS.transient_parts
-    run = Run(problem.plain, problem.period or max(transient, 1e-300) / SETTINGS.transient_parts, problem.numerics)
+    parts = int(np.ceil(transient)) if problem.forced else TUNING.transient_parts
+    run = Run(problem.plain, problem.period or max(transient, 1e-300) / TUNING.transient_parts, problem.numerics)
     return run.advance(parts)[0] if transient else Outcome.OK, run
 
 
@@ -312,10 +312,10 @@ def returns(problem: "Problem", run: Run, periods: int) -> list[InitialGuess]:
     run = place.run(unit_of(problem, place), problem.numerics)
     if not problem.forced:
         places = [place]
-        while len(places) < SETTINGS.places and run.advance(1)[0] == Outcome.OK:
+        while len(places) < TUNING.places and run.advance(1)[0] == Outcome.OK:
             places.append(reached(run, problem.numerics))
         return [initial_guess(problem, one, periods) for one in places]
-    record = strobed(run, SETTINGS.returns_recorded + periods)
+    record = strobed(run, TUNING.returns_recorded + periods)
     states = record.states
     if len(states) <= periods:
         return [lambda: (record.outcome, None)]
@@ -328,8 +328,8 @@ def returns(problem: "Problem", run: Run, periods: int) -> list[InitialGuess]:
 
     whole, parts = away(periods), [q for q in range(1, periods) if periods % q == 0]
     # what is back sooner leads to an orbit of a shorter period
-    sooner = np.min([away(q) for q in parts], axis=0) < SETTINGS.sooner * whole if parts else np.zeros(last, dtype=bool)
-    return [partial(record.guess, problem, j, periods) for j in np.lexsort((whole, sooner))[: SETTINGS.places].tolist()]
+    sooner = np.min([away(q) for q in parts], axis=0) < TUNING.sooner * whole if parts else np.zeros(last, dtype=bool)
+    return [partial(record.guess, problem, j, periods) for j in np.lexsort((whole, sooner))[: TUNING.places].tolist()]
 
 
 @dataclass(frozen=True)
@@ -359,7 +359,7 @@ def strobed(run: Run, length: int) -> Strobed:
     """The strobes of a run, at most ``length`` beyond its start."""
     d = len(run.x)
     samples = np.zeros((length + 3, d + len(run.system.quadratures) + 1))
-    buffer = np.zeros((SETTINGS.most_events, layout.EVENT_COLUMNS + 2 * d))
+    buffer = np.zeros((TUNING.most_events, layout.EVENT_COLUMNS + 2 * d))
     start, mode = run.x.copy(), run.system.mode_names.index(run.mode)
     taken, rows, target, full, outcome = 0, [], length, True, Outcome.OK
     while full:
@@ -387,11 +387,9 @@ def strobed(run: Run, length: int) -> Strobed:
 def guess_of_return(problem: "Problem", place: Place, values: np.ndarray) -> tuple[Outcome, Orbit | None]:
     """The path from a place until it returns, as a guess for an orbit of an autonomous system."""
     unit, outcome, guess = unit_of(problem, place), Outcome.OK, None
-    units = SETTINGS.return_units[0]
-    while guess is None and outcome == Outcome.OK and units <= SETTINGS.return_units[1]:
-        outcome, guess = guess_of_autonomous(
-            problem, place, units * unit, values, near=units < SETTINGS.return_units[1]
-        )
+    units = TUNING.return_units[0]
+    while guess is None and outcome == Outcome.OK and units <= TUNING.return_units[1]:
+        outcome, guess = guess_of_autonomous(problem, place, units * unit, values, near=units < TUNING.return_units[1])
         units *= 8
     return outcome, guess
 
@@ -413,10 +411,10 @@ def guess_of_autonomous(
     """
     system = place.system
     unit = unit_of(problem, place)
-    run = place.run(unit, problem.numerics, samples=SETTINGS.return_samples)
+    run = place.run(unit, problem.numerics, samples=TUNING.return_samples)
     state, mode = run.x.copy(), run.mode
     whole = int(np.ceil(duration / unit))
-    samples = np.zeros(((whole + 2) * SETTINGS.return_samples, len(state) + len(system.quadratures) + 1))
+    samples = np.zeros(((whole + 2) * TUNING.return_samples, len(state) + len(system.quadratures) + 1))
     outcome, events = _events(run, whole, samples)
     d, ended, shifts = len(state), outcome != Outcome.OK, problem.shifts
     path = np.vstack([state, samples[: run.filled()[0], :d]])
@@ -425,7 +423,7 @@ def guess_of_autonomous(
         if expected is not None and run.elapsed < expected:
             return outcome, None
     if expected is not None:
-        moved = path[min(round(expected / unit * SETTINGS.return_samples), len(path) - 1)] - state
+        moved = path[min(round(expected / unit * TUNING.return_samples), len(path) - 1)] - state
     if len(events):
         times = events[:, layout.EVENT_STROBES] * unit + events[:, layout.EVENT_TIME]
         if expected is None:
@@ -458,7 +456,7 @@ def guess_of_autonomous(
     back = _first_return(np.abs(away) / np.where(extent > 0, extent, 1.0), near or ended)
     if back is None:
         return outcome, None
-    lasting = np.array([back * unit / SETTINGS.return_samples])
+    lasting = np.array([back * unit / TUNING.return_samples])
     return Outcome.OK, Orbit(segments, 1, starts, 0.0, lasting, drift_in(problem, path[back] - state))
 
 
@@ -501,17 +499,17 @@ def _first_return(away: np.ndarray, near: bool) -> int | None:
         None if the motion does not leave, or has not come back.
     """
     distance = away.max(axis=1)
-    left = np.flatnonzero(distance > SETTINGS.left)
+    left = np.flatnonzero(distance > TUNING.left)
     if not len(left):
         return None
     inner = (
         left[0] + np.flatnonzero((np.diff(distance[left[0] :])[:-1] <= 0) & (np.diff(distance[left[0] :])[1:] >= 0)) + 1
     )
     if near:
-        inner = inner[distance[inner] <= SETTINGS.left]
+        inner = inner[distance[inner] <= TUNING.left]
     if not len(inner):
         return None
-    return int(inner[distance[inner] <= max(2 * distance[inner].min(), SETTINGS.back)][0])
+    return int(inner[distance[inner] <= max(2 * distance[inner].min(), TUNING.back)][0])
 
 
 def drift_in(problem: "Problem", moved: np.ndarray) -> np.ndarray | None:
@@ -530,14 +528,14 @@ def _shortest_return(away: np.ndarray, states: np.ndarray, kinds: np.ndarray, si
         return None
     spread = np.maximum(np.ptp(away, axis=0), 1e-12 * np.maximum(np.abs(states).max(axis=0), sizes))
     away = (np.abs(away[same]) / spread).max(axis=1)
-    good = same[away <= max(2 * away.min(), SETTINGS.back)]
+    good = same[away <= max(2 * away.min(), TUNING.back)]
     return int(good[0])
 
 
 def _events(run: Run, periods: int, samples: np.ndarray | None = None) -> tuple[Outcome, np.ndarray]:
     """Events with an effect, over ``periods`` periods."""
     d = len(run.x)
-    buffer = np.zeros((SETTINGS.most_events, layout.EVENT_COLUMNS + 2 * d))
+    buffer = np.zeros((TUNING.most_events, layout.EVENT_COLUMNS + 2 * d))
     outcome, full = run.advance(periods, samples, buffer)
     if full:
         return Outcome.EVENT_LIMIT, buffer[:0]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chaosdrill.orbits.problem import LostError
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.curve import Curve
@@ -38,8 +38,8 @@ def halves_met(curve: "Curve", points: "Sequence[Point]", alone: bool) -> bool:
     """
     gaps = [np.abs(curve.problem.halves_apart(p.orbit, points[0].weights)).max(initial=0) for p in points]
     if alone:
-        return bool(gaps[-1] < SETTINGS.halves * max(gaps))
-    return bool(gaps[-1] < SETTINGS.meeting < max(gaps))
+        return bool(gaps[-1] < TUNING.halves * max(gaps))
+    return bool(gaps[-1] < TUNING.meeting < max(gaps))
 
 
 def up_to_half(curve: "Curve", points: "list[Point]", beyond: "Point") -> "list[Point]":
@@ -47,7 +47,7 @@ def up_to_half(curve: "Curve", points: "list[Point]", beyond: "Point") -> "list[
     last, good = points[-1], None
     start = curve.problem.halves_apart(last.orbit, last.weights)
     low, high = 0.0, 1.0
-    while high - low > SETTINGS.tangent_error:
+    while high - low > TUNING.tangent_error:
         middle = 0.5 * (low + high)
         try:
             point = curve.between(last, beyond, middle)

@@ -12,7 +12,7 @@ from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 from chaosdrill.engine.structure import sizes_of
 from chaosdrill.model import HybridSystem
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def _last_linear(
     low, high = _bracket(linear)
     if low is None:
         return None
-    while high - low > SETTINGS.range_precision:
+    while high - low > TUNING.range_precision:
         middle = (low + high) / 2
         low, high = (middle, high) if linear(middle) else (low, middle)
     # a bound of a state, where the motion is linear up to it, tells nothing of its size
@@ -87,13 +87,13 @@ def _bracket(linear: Callable[[float], bool]) -> tuple[float | None, float]:
 
     It need not be linear at first: there the displacement may be below the rounding of other states.
     """
-    power, low = -SETTINGS.range_powers, None
-    while power <= SETTINGS.range_powers:
+    power, low = -TUNING.range_powers, None
+    while power <= TUNING.range_powers:
         if linear(power):
             low = power
         elif low is not None:
             return low, power
-        power += SETTINGS.range_stride
+        power += TUNING.range_stride
     return None, power
 
 
@@ -111,16 +111,16 @@ def _is_linear(base: _Path, there: _Path, known: np.ndarray, i: int, shift: floa
     scale = np.maximum(known, np.abs(response).max(axis=0, initial=0.0))
     counts = known > 0
     counts[i] = True
-    return bool((off <= SETTINGS.off_linear * scale)[counts].all())
+    return bool((off <= TUNING.off_linear * scale)[counts].all())
 
 
 def _path(system: HybridSystem, unit: float, numerics: Numerics, tangents: bool = False) -> _Path:
-    """The motion from the system's own start over ``SETTINGS.sized_units`` units, seen at parts of them."""
-    d, parts = len(system.state_names), SETTINGS.characteristic_samples
+    """The motion from the system's own start over ``TUNING.sized_units`` units, seen at parts of them."""
+    d, parts = len(system.state_names), TUNING.characteristic_samples
     run = Run(system, unit / parts, numerics, tangents=np.eye(d) if tangents else None, orthonormalise=False)
-    events = np.zeros((SETTINGS.most_events, layout.EVENT_COLUMNS + 2 * d))
+    events = np.zeros((TUNING.most_events, layout.EVENT_COLUMNS + 2 * d))
     states, maps, kinds, outcome = [run.x.copy()], [run.vectors.T.copy()], [], Outcome.OK
-    for _ in range(SETTINGS.sized_units * parts):
+    for _ in range(TUNING.sized_units * parts):
         outcome, full = run.advance(1, events=events)
         kinds += events[: run.filled()[1], layout.EVENT_KIND].astype(int).tolist()
         if outcome != Outcome.OK or full:

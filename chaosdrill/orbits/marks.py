@@ -11,7 +11,7 @@ from chaosdrill.engine import layout
 from chaosdrill.engine import shooting as at
 from chaosdrill.orbits.guess import Place, started, step_of
 from chaosdrill.orbits.orbit import segment_by_segment
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -71,7 +71,7 @@ def _marked(
     run.fix_step(step_of(problem, None))
     if came >= 0:
         run.just_took(came)
-    rows = np.zeros((SETTINGS.most_events, layout.EVENT_COLUMNS + 2 * d))
+    rows = np.zeros((TUNING.most_events, layout.EVENT_COLUMNS + 2 * d))
     outcome, full, target = Outcome.OK, True, 1
     while full and outcome == Outcome.OK:
         outcome, full = run.advance(target, events=rows)

@@ -13,7 +13,7 @@ from chaosdrill.engine.setup import constrained_states
 from chaosdrill.engine.structure import Structure, examine, symmetries_of
 from chaosdrill.orbits.guess import run_from, standpoint
 from chaosdrill.orbits.orbit import segment_by_segment
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -278,12 +278,12 @@ def spectra(problem: "Problem", orbit: "Orbit", monodromies: np.ndarray, factors
         So many multipliers are not zero.
     """
     values = multipliers(problem, orbit, monodromies, rank)
-    noise = SETTINGS.tangent_error * len(orbit)
+    noise = TUNING.tangent_error * len(orbit)
     errors = noise * np.maximum(1.0, np.abs(values).max(axis=-1, initial=0.0))
     if rank < 2 or len(orbit) < 2:
         return Spectra(values, errors)
     hidden = np.isfinite(values).all(axis=-1)
-    hidden[hidden] = _hides(values[hidden, rank - 1], monodromies[hidden], SETTINGS.graded_along)
+    hidden[hidden] = _hides(values[hidden, rank - 1], monodromies[hidden], TUNING.graded_along)
     if hidden.any():
         values[hidden], spread = _simultaneous(factors[hidden], rank)
         errors[hidden] = np.minimum(errors[hidden], noise * spread)
@@ -318,7 +318,7 @@ def _simultaneous(factors: np.ndarray, rank: int) -> tuple[np.ndarray, np.ndarra
     before = np.broadcast_to(np.linalg.qr(np.random.default_rng(20260105).normal(size=(d, d)))[0], (count, d, d))
     triangles, basis = np.zeros(factors.shape), before
     logs, apart = np.zeros((count, rank)), np.zeros((count, rank - 1), dtype=bool)
-    for _ in range(SETTINGS.graded_rounds):
+    for _ in range(TUNING.graded_rounds):
         before, turned = basis, apart.all()
         for i in range(steps):
             basis, triangles[:, i] = np.linalg.qr(factors[:, i] @ basis)
@@ -327,7 +327,7 @@ def _simultaneous(factors: np.ndarray, rank: int) -> tuple[np.ndarray, np.ndarra
         sizes = np.abs(np.diagonal(triangles, axis1=-2, axis2=-1)[..., :rank])
         with np.errstate(divide="ignore", invalid="ignore"):
             logs += np.log(sizes).sum(axis=1)
-            apart = -np.diff(logs, axis=-1) > -np.log(SETTINGS.graded_turned)
+            apart = -np.diff(logs, axis=-1) > -np.log(TUNING.graded_turned)
     values = np.zeros((count, d), dtype=complex)
     for k in range(count):
         ends = [*(np.flatnonzero(apart[k]) + 1).tolist(), rank]
@@ -352,7 +352,7 @@ def graded(problem: "Problem", orbit: "Orbit", monodromy: np.ndarray, rank: int)
     Its tangent map is made of pieces none of which is ill conditioned.
     """
     plain = multipliers(problem, orbit, monodromy, rank)
-    if rank < 2 or not _hides(plain[rank - 1], monodromy, SETTINGS.graded):
+    if rank < 2 or not _hides(plain[rank - 1], monodromy, TUNING.graded):
         return plain
     return np.asarray(_simultaneous(np.array(pieces(problem, orbit))[np.newaxis], rank)[0][0])
 
@@ -378,7 +378,7 @@ def _cut(problem: "Problem", one: "Orbit", found: list[np.ndarray], depth: int) 
     sizes = np.linalg.svd(matrix, compute_uv=False)
     # across the surfaces that the mode holds it is zero
     smallest = sizes[-1 - kernels_of(problem.plain).held[one.segments[0, at.SEGMENT_MODE]]]
-    if depth == SETTINGS.piece_halvings or sizes[0] < SETTINGS.piece_condition * smallest:
+    if depth == TUNING.piece_halvings or sizes[0] < TUNING.piece_condition * smallest:
         found.append(matrix)
         return
     half = one.durations / 2

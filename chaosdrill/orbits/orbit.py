@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chaosdrill.engine import shooting as at
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -42,7 +42,7 @@ class Orbit:
     def tied(self) -> np.ndarray:
         """Which segments lie between two events in one instant, bool of shape (N,): they last as long as rounding."""
         events = self.segments[:, at.SEGMENT_END] >= 0
-        return events & np.roll(events, 1) & (np.abs(self.durations) <= SETTINGS.same_instant * self.durations.sum())
+        return events & np.roll(events, 1) & (np.abs(self.durations) <= TUNING.same_instant * self.durations.sum())
 
     def in_order(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Times at which segments end, alike for events in one instant, and the segments that end at events, by these.
@@ -126,7 +126,7 @@ class Orbit:
         """Whether it goes through the same path several times; states are compared by their sizes."""
         count, periods = len(self), self.periods
         parts = [times for times in range(2, periods + 1) if count % times == 0 and periods % times == 0]
-        return any(self.comes_again(count // times, SETTINGS.repeated, problem) for times in parts)
+        return any(self.comes_again(count // times, TUNING.repeated, problem) for times in parts)
 
     def rotated(self, first: int, period: float | None) -> "Orbit":
         """The same path, starting from another segment."""

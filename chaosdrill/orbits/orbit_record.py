@@ -11,7 +11,7 @@ from numpy.polynomial import chebyshev
 from chaosdrill.engine import shooting as at
 from chaosdrill.orbits.multipliers import all_multipliers, free_multipliers
 from chaosdrill.orbits.orbit import segment_by_segment
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.orbit import Orbit
@@ -110,11 +110,11 @@ def value_of(
     """
     record = _record(problem, orbit, 1)
     value, off, pieces = _number(function(record)), np.inf, 2
-    while pieces <= SETTINGS.function_pieces and np.isfinite(value) and not off <= SETTINGS.function_error * abs(value):
+    while pieces <= TUNING.function_pieces and np.isfinite(value) and not off <= TUNING.function_error * abs(value):
         record = _record(problem, orbit, pieces)
         value, before = _number(function(record)), value
         off, pieces = abs(value - before), 2 * pieces
-    error, part = off + np.finfo(float).eps * abs(value), SETTINGS.function_shift
+    error, part = off + np.finfo(float).eps * abs(value), TUNING.function_shift
     for beside in _beside(problem, record):
         error += accuracy * abs(_number(function(beside)) - value) / part
     return value, error
@@ -128,7 +128,7 @@ def _number(value: Any) -> float:
 
 def _beside(problem: "Problem", record: OrbitRecord) -> Iterator[OrbitRecord]:
     """The record with each state changed by a small part, of its size and of itself, and so with all multipliers."""
-    part = SETTINGS.function_shift
+    part = TUNING.function_shift
     for size, (name, values) in zip(problem.sizes, record.states.items(), strict=True):
         by, before = part * max(float(size), float(np.abs(values).max())), record.event_states[name]
         for now, then in ((values + by, before + by), (values * (1 + part), before * (1 + part))):

@@ -6,7 +6,7 @@ import numpy as np
 
 from chaosdrill.engine import shooting as at
 from chaosdrill.orbits.orbit import segment_by_segment
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.orbit import Orbit
@@ -17,7 +17,7 @@ def path(problem: "Problem", orbit: "Orbit") -> tuple[np.ndarray, np.ndarray]:
     """Points of one period from its first strobe on, as close as a straight line between neighbours needs.
 
     Each is met by the dense output of the segment that it lies on, so that an unstable orbit is not left. Halves are
-    taken until the middle of every stretch is within ``SETTINGS.chord`` of its chord, in parts of each state's extent.
+    taken until the middle of every stretch is within ``TUNING.chord`` of its chord, in parts of each state's extent.
 
     Returns
     -------
@@ -29,13 +29,13 @@ def path(problem: "Problem", orbit: "Orbit") -> tuple[np.ndarray, np.ndarray]:
     grids, segments = [], list(segment_by_segment(problem, orbit))
     for one, _ in segments:
         length = float(one.durations[0])
-        grid = np.linspace(0.0, length, SETTINGS.path_parts + 1)
+        grid = np.linspace(0.0, length, TUNING.path_parts + 1)
         if begin < strobe < begin + length:
             grid = np.union1d(grid, strobe - begin)
         grids.append(grid)
         begin += length
     pieces = [problem.at([one], grid[np.newaxis])[0][0] for (one, _), grid in zip(segments, grids, strict=True)]
-    allowed = SETTINGS.chord * np.maximum(np.ptp(np.concatenate(pieces), axis=0), np.finfo(float).tiny)
+    allowed = TUNING.chord * np.maximum(np.ptp(np.concatenate(pieces), axis=0), np.finfo(float).tiny)
     begin, times, states, jumps = 0.0, [], [], []
     for (one, _), grid, piece in zip(segments, grids, pieces, strict=True):
         grid, piece = _refined(problem, one, grid, piece, allowed)
@@ -47,7 +47,7 @@ def path(problem: "Problem", orbit: "Orbit") -> tuple[np.ndarray, np.ndarray]:
     jumps[-1] |= not strobe
     kept = np.concatenate([np.arange(len(one)) < len(one) - (not jump) for one, jump in zip(times, jumps, strict=True)])
     clock, found = np.concatenate(times)[kept], np.concatenate(states)[kept]
-    first = int(np.flatnonzero(np.abs(clock - strobe) <= SETTINGS.same_instant * begin)[-1]) if strobe else 0
+    first = int(np.flatnonzero(np.abs(clock - strobe) <= TUNING.same_instant * begin)[-1]) if strobe else 0
     last = first + 1 if strobe or orbit.segments[-1, at.SEGMENT_END] >= 0 else 0
     clock = np.concatenate([clock[first:], clock[:last] + begin]) - strobe
     again = found[:last] if orbit.drift is None else found[:last] + orbit.drift
@@ -59,7 +59,7 @@ def _refined(
 ) -> tuple[np.ndarray, np.ndarray]:
     """More points of a segment, where straight lines between those that there are do not show it."""
     bent = np.ones(len(grid) - 1, dtype=bool)
-    for _ in range(SETTINGS.path_halvings):
+    for _ in range(TUNING.path_halvings):
         places = np.flatnonzero(bent)
         middles = (grid[places] + grid[places + 1]) / 2
         found = problem.at([one], middles[np.newaxis])[0][0]

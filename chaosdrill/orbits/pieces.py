@@ -7,7 +7,7 @@ from itertools import islice
 
 import numpy as np
 
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 
 
 @dataclass(frozen=True)
@@ -51,8 +51,8 @@ class Pieces:
                 # what has come from within and stays within is nearest to what always does
                 inner = last if r < lasting else min(j, last - 1 - j)
                 found.setdefault((int(kind[j]), int(sequence[j + 1]), int(kind[j + 1])), []).append((-inner, r, j))
-        least, largest = SETTINGS.pieces_of_one
-        most = min(max(least, SETTINGS.pieces // max(1, len(found))), largest)
+        least, largest = TUNING.pieces_of_one
+        most = min(max(least, TUNING.pieces // max(1, len(found))), largest)
         self.groups = sorted(found)
         self.pieces = [[Piece(r, j, g) for _, r, j in sorted(found[g])[:most]] for g in self.groups]
         starts = [np.array([states[p.record][p.index] for p in group]) for group in self.pieces]
@@ -83,7 +83,7 @@ class Pieces:
 
         ``most`` is as for `words`.
         """
-        tables = [self._closed(word) for word in islice(self.words(length, most), SETTINGS.words)]
+        tables = [self._closed(word) for word in islice(self.words(length, most), TUNING.words)]
         for turn in range(max(map(len, tables), default=0)):
             yield sorted((t[turn] for t in tables if turn < len(t)), key=lambda pair: pair[0])
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from chaosdrill.dataset.branches import Special
 from chaosdrill.orbits.problem import LostError
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.orbit import Orbit
@@ -54,7 +54,7 @@ class Whole:
             factors = self.starts[np.newaxis]
         else:
             growth = np.abs(seen[:, :, :d] * self.starts[:, np.newaxis] / self.starts).max(axis=(1, 2))
-            factors = self.starts / (1 + (growth / SETTINGS.fast_growth) ** 2)[:, np.newaxis]
+            factors = self.starts / (1 + (growth / TUNING.fast_growth) ** 2)[:, np.newaxis]
         moved = factors * (seen @ change)
         times = self._times(float(change[d]), change[d + 1 : d + 1 + count])
         course = np.concatenate([moved.ravel(), times, self.rest * change[d + 1 :]])

@@ -28,7 +28,7 @@ from chaosdrill.orbits.guess import Place, events_until_escape
 from chaosdrill.orbits.linear_range import sizes_beside
 from chaosdrill.orbits.multipliers import Neutral, neutral_of
 from chaosdrill.orbits.orbit import Orbit, segment_by_segment
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 
 CLOCK = "forcing period"
 """A mode that no transition enters; its rates are the period and its derivatives by the free parameters."""
@@ -64,7 +64,7 @@ class Shot:
         """Whether all events are met at their times, not only near their guards: late rebounds of chatter are low."""
         met = np.isfinite(self.speeds)
         misses = np.abs(self.equations[: len(orbit), -1])[met]
-        return not (misses > SETTINGS.sharp_events * np.abs(self.speeds[met]) * np.abs(orbit.durations[met])).any()
+        return not (misses > TUNING.sharp_events * np.abs(self.speeds[met]) * np.abs(orbit.durations[met])).any()
 
     def bare(self) -> "Shot":
         """Without the derivatives by the unknowns, which are large and soon known anew."""
@@ -101,7 +101,7 @@ class _Step:
         """Whether this part was not all, and the correction after it is the rest of the way, as it was."""
         part = self.part(reach)
         off = float(np.linalg.norm(weights * (following - (1 - part) * self.correction)))
-        return part < 1 and off <= SETTINGS.linear * part * self.length
+        return part < 1 and off <= TUNING.linear * part * self.length
 
 
 class Problem:
@@ -143,7 +143,7 @@ class Problem:
             kernels.constants(self.system.parameters)[np.newaxis],
             np.zeros((1, n)),
             np.zeros(1, dtype=np.int64),
-            np.array([system.forcing_period() or SETTINGS.unit]),
+            np.array([system.forcing_period() or TUNING.unit]),
             np.zeros((n, n)),
             self.numerics,
         )
@@ -186,7 +186,7 @@ class Problem:
         """Error of an orbit due to the method, relative to its size."""
         if self.numerics.traits.fixed_step:
             return self.numerics.angle**4
-        return max(SETTINGS.tangent_error, self.numerics.tolerance)
+        return max(TUNING.tangent_error, self.numerics.tolerance)
 
     @property
     def neutral(self) -> Neutral:
@@ -226,29 +226,29 @@ class Problem:
         has the size that it has between events in one instant, or that changes of the others by theirs would give it;
         one that nothing moves, that to which the response beside the motion is linear; 1 if it is so everywhere.
         """
-        d, parts = self.states, SETTINGS.characteristic_samples
-        run = Run(self.plain, self.unit or SETTINGS.unit, self.numerics, samples=parts)
-        path = np.zeros((2 + SETTINGS.sized_units * parts, d + len(self.plain.quadratures) + 1))
+        d, parts = self.states, TUNING.characteristic_samples
+        run = Run(self.plain, self.unit or TUNING.unit, self.numerics, samples=parts)
+        path = np.zeros((2 + TUNING.sized_units * parts, d + len(self.plain.quadratures) + 1))
         path[-1, :d] = run.x
-        run.advance(SETTINGS.sized_units, path[:-1])
+        run.advance(TUNING.sized_units, path[:-1])
         if not self.forced:
-            events = events_until_escape(Place(self.plain), self.numerics, self.unit or SETTINGS.unit)
+            events = events_until_escape(Place(self.plain), self.numerics, self.unit or TUNING.unit)
             if len(events) > 1:
                 path = np.concatenate([events[:, layout.EVENT_COLUMNS :].reshape(-1, d), path[-1:, :d]])
         largest = np.abs(path[:, :d]).max(axis=0)
         found = np.where(np.isfinite(largest), largest, 0.0)
         for given in self._given(found):
-            found = np.where(found > SETTINGS.rounded * given, found, given)
+            found = np.where(found > TUNING.rounded * given, found, given)
         found = sizes_beside(self.plain, self.numerics, found, self.unit)
         return np.where(found > 0, found, 1.0)
 
     def _given(self, sizes: np.ndarray) -> Iterator[np.ndarray]:
         """Largest values at events, and what changes of other states by their sizes give a state in some units."""
-        d, unit = self.states, self.unit or SETTINGS.unit
+        d, unit = self.states, self.unit or TUNING.unit
         run = Place(self.plain).run(unit, self.numerics, tangents=np.eye(d), orthonormalise=False)
-        events = np.zeros((SETTINGS.most_events, layout.EVENT_COLUMNS + 2 * d))
+        events = np.zeros((TUNING.most_events, layout.EVENT_COLUMNS + 2 * d))
         moves = np.zeros((d, d))
-        for _ in range(SETTINGS.sized_units):
+        for _ in range(TUNING.sized_units):
             outcome, full = run.advance(1, events=events)
             if outcome != Outcome.OK or full:
                 break
@@ -271,7 +271,7 @@ class Problem:
         """
         d = self.states
         # the starts of segments are solutions, as exact as the equations are
-        self._slack[:d] = SETTINGS.residual * np.maximum(self.sizes, np.abs(orbit.starts[:, :d]).max(axis=0))
+        self._slack[:d] = TUNING.residual * np.maximum(self.sizes, np.abs(orbit.starts[:, :d]).max(axis=0))
         found, room = self._room(len(orbit))
         plane = self._plane(section or orbit)
         if orbit.drift is not None:
@@ -299,7 +299,7 @@ class Problem:
     ) -> tuple[int, Orbit, Shot, np.ndarray]:
         """Newton's method from a guess.
 
-        It has converged when no residual is above ``SETTINGS.residual``, or when none has become smaller where
+        It has converged when no residual is above ``TUNING.residual``, or when none has become smaller where
         round-off, or the change of the steps with the state, may be all that is left of them.
 
         Parameters
@@ -331,9 +331,9 @@ class Problem:
         conditions = np.vstack([conditions, self.held(orbit)])
         residuals: list[float] = []
         code, sharper, shortest = SLOW, 0, reach
-        noise = max(100 * SETTINGS.residual, SETTINGS.residual_of_steps * self.numerics.tolerance)
+        noise = max(100 * TUNING.residual, TUNING.residual_of_steps * self.numerics.tolerance)
         step: _Step | None = None
-        for turn in range(SETTINGS.newton_steps):
+        for turn in range(TUNING.newton_steps):
             shot = self.shoot(orbit, turn > 0, section)
             if step is not None and reach > shortest and not (shot.outcome == DONE and np.isfinite(shot.residual)):
                 reach = shortest
@@ -344,8 +344,8 @@ class Problem:
             if shot.outcome != DONE:
                 code = shot.outcome
                 break
-            close = residual <= SETTINGS.residual or (residual <= noise and residual > 0.3 * before)
-            if turn > 0 and close and (sharper >= SETTINGS.sharper_steps or shot.sharp(orbit)):
+            close = residual <= TUNING.residual or (residual <= noise and residual > 0.3 * before)
+            if turn > 0 and close and (sharper >= TUNING.sharper_steps or shot.sharp(orbit)):
                 code = CONVERGED
                 break
             sharper += close
@@ -385,9 +385,9 @@ class Problem:
         they are followed, and then so much more that a step along a branch is one in them.
         """
         d, count = self.states, len(orbit)
-        size = np.maximum(np.abs(orbit.starts[:, :d]).max(axis=0), SETTINGS.smallest_size * self.sizes)
+        size = np.maximum(np.abs(orbit.starts[:, :d]).max(axis=0), TUNING.smallest_size * self.sizes)
         unit = self.period_at(orbit) or float(orbit.durations.sum())
-        part = 1.0 if spans is None else SETTINGS.states_to_parameters
+        part = 1.0 if spans is None else TUNING.states_to_parameters
         values = np.ones(len(self.free)) if spans is None else 1 / spans
         return np.concatenate([part / size, np.full(1 + count, part / unit), values])
 
@@ -419,7 +419,7 @@ class Problem:
         held = self.held(orbit)
         # an orbit of twice the period has one more where it is born
         ordinary = sizes[: len(sizes) + len(self.free) - count]
-        more = min(int((ordinary <= SETTINGS.smallest_singular_value * sizes[0]).sum()), len(held))
+        more = min(int((ordinary <= TUNING.smallest_singular_value * sizes[0]).sum()), len(held))
         if not more:
             return np.asarray(rows[-count:])
         null = rows[-count - more :]
@@ -434,9 +434,9 @@ class Problem:
         return self._within_families(orbit, shot, weights)[1][-count:]
 
     def loosely_null(self, orbit: Orbit, shot: Shot, weights: np.ndarray) -> np.ndarray:
-        """All directions in which orbits go on to within ``SETTINGS.loose``, shape (m, columns), as `nearly_null`."""
+        """All directions in which orbits go on to within ``TUNING.loose``, shape (m, columns), as `nearly_null`."""
         sizes, rows = self._within_families(orbit, shot, weights)
-        firm = int((sizes > SETTINGS.loose * sizes[0]).sum())
+        firm = int((sizes > TUNING.loose * sizes[0]).sum())
         return rows[min(firm, len(rows) - len(self.free)) :]
 
     def _within_families(self, orbit: Orbit, shot: Shot, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -538,7 +538,7 @@ class Problem:
         """
         period = self.period_at(orbit)
         ahead = -orbit.phase % period if period else 0.0
-        return ahead if period and period - ahead > SETTINGS.same_instant * period else 0.0
+        return ahead if period and period - ahead > TUNING.same_instant * period else 0.0
 
     def paces(self, orbit: Orbit) -> np.ndarray:
         """What speeds at the guards are relative to, shape (N,): states that move by their sizes in a period.
@@ -638,9 +638,9 @@ def solve(matrix: np.ndarray, right: np.ndarray, weights: np.ndarray) -> np.ndar
         widest = np.abs(rows).max(axis=0)
         widest[widest == 0] = 1.0
         factors, pivots, _ = dgetrf(rows / widest)
-        if np.abs(np.diagonal(factors)).min() > SETTINGS.smallest_pivot:
+        if np.abs(np.diagonal(factors)).min() > TUNING.smallest_pivot:
             return np.asarray(dgetrs(factors, pivots, right)[0]) / widest / weights
-    shortest = lstsq(rows, right, SETTINGS.smallest_pivot, lapack_driver="gelsy", check_finite=False)[0]
+    shortest = lstsq(rows, right, TUNING.smallest_pivot, lapack_driver="gelsy", check_finite=False)[0]
     return np.asarray(shortest) / weights
 
 

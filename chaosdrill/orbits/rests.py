@@ -10,7 +10,7 @@ from chaosdrill.engine import shooting as at
 from chaosdrill.engine.layout import DONE
 from chaosdrill.orbits.points import Point
 from chaosdrill.orbits.results import NO_FORM, NormalForm
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.equilibrium.curve import Curve as Equilibria
@@ -53,7 +53,7 @@ def shrinks(curve: "Curve", before: Point, last: Point, reach: float) -> bool:
     if rest is None:
         return False
     away = float(curve.values(rest.point.orbit)[0]) - values[1]
-    return abs(away - left) <= SETTINGS.same_frequency * abs(left)
+    return abs(away - left) <= TUNING.same_frequency * abs(left)
 
 
 def rest_behind(curve: "Curve", last: Point) -> Rest | None:
@@ -74,7 +74,7 @@ def rest_behind(curve: "Curve", last: Point) -> Rest | None:
         which = list(system.parameters).index(problem.free[0])
         bounds = np.tile([-np.inf, np.inf], (problem.states, 1))
         sizes = problem.sizes[list(field.free)]
-        rests = Equilibria(field, which, (value - span, value + span), sizes, bounds, SETTINGS.first_step)
+        rests = Equilibria(field, which, (value - span, value + span), sizes, bounds, TUNING.first_step)
         numbers = field.numbers(middle, list(system.parameters.values()))
         numbers[rests.places[-1]] = value
         found = _hopf(rests, numbers, 2 * np.pi / duration)
@@ -82,7 +82,7 @@ def rest_behind(curve: "Curve", last: Point) -> Rest | None:
             return None
         one, omega, error = found
         point = rests.first(one)
-        step = SETTINGS.beside_special * SETTINGS.first_step
+        step = TUNING.beside_special * TUNING.first_step
         before, after = (rests.after(way, step) for way in (point.turned(), point))
         form = hopf_form(rests, before, point, after, omega, error)
     except (NoFieldError, LostError):
@@ -113,13 +113,13 @@ def _hopf(rests: "Equilibria", numbers: np.ndarray, omega: float) -> "tuple[Equi
 
     span = rests.limits[1] - rests.limits[0]
     first = at_value(float(numbers[place]), numbers)
-    beside = None if first is None else at_value(float(numbers[place]) + SETTINGS.beside_special * span, numbers)
-    for _ in range(SETTINGS.newton_steps):
+    beside = None if first is None else at_value(float(numbers[place]) + TUNING.beside_special * span, numbers)
+    for _ in range(TUNING.newton_steps):
         if first is None or beside is None:
             return None
         (one, pair, error), (other, next_, _) = first, beside
         slope = (next_.real - pair.real) / (rests.value(other) - rests.value(one))
-        if slope == 0 or abs(pair.imag - omega) > SETTINGS.same_frequency * omega:
+        if slope == 0 or abs(pair.imag - omega) > TUNING.same_frequency * omega:
             return None
         if abs(pair.real) <= error:
             return one, pair.imag, error / abs(slope)

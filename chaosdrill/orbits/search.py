@@ -20,7 +20,7 @@ from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.pieces import Pieces
 from chaosdrill.orbits.problem import Problem, Shot
 from chaosdrill.orbits.results import FoundOrbit
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 from chaosdrill.orbits.verification import describe
 
 Solution = tuple[Orbit, Shot, np.ndarray]
@@ -67,16 +67,16 @@ class CloseReturns:
         self.eventful = any(not t.marks_only() for t in problem.plain.transitions)
         if not problem.forced and not self.eventful:
             self.unit, self.turning = _turn(problem, systems, self.unit)
-        self.records = [self._record(system, SETTINGS.record) for system in systems]
+        self.records = [self._record(system, TUNING.record) for system in systems]
         known = self._measured()
         # where every motion escapes, the given ones are no attractor: they show little of where orbits are
-        stays = problem.forced or not self.eventful or any(len(r.states) == SETTINGS.record for r in self.records)
-        short = SETTINGS.short_record * longest
+        stays = problem.forced or not self.eventful or any(len(r.states) == TUNING.record for r in self.records)
+        short = TUNING.short_record * longest
         if stays:
             span = np.ptp(known, axis=0) if len(known) else np.zeros(problem.states)
             self.records += [self._record(system, short) for system in self._scattered(known, span)]
         else:
-            for _ in range(SETTINGS.open_rounds):
+            for _ in range(TUNING.open_rounds):
                 span = np.maximum(self.extent, np.abs(known).max(axis=0, initial=0))
                 self.records += [self._record(system, short) for system in self._scattered(known, span)]
                 known = self._measured()
@@ -187,10 +187,10 @@ class CloseReturns:
         table = constrained_states(self.problem.plain)
         rng = np.random.default_rng(20260106)
         modes = np.concatenate([self._modes(record) for record in self.records])
-        for _ in range(SETTINGS.random_starts if len(known) else 0):
+        for _ in range(TUNING.random_starts if len(known) else 0):
             chosen = int(rng.integers(len(known)))
             low, high = known.min(axis=0), known.max(axis=0)
-            drawn = rng.uniform(low - SETTINGS.wider * span, high + SETTINGS.wider * span)
+            drawn = rng.uniform(low - TUNING.wider * span, high + TUNING.wider * span)
             state = np.where(table[modes[chosen]] == 1, known[chosen], drawn)
             yield started(self.problem.plain, state, self.problem.plain.mode_names[modes[chosen]])
 
@@ -204,9 +204,9 @@ class CloseReturns:
         pairs = [
             (record, j, mode) for record in self.records for j, mode in enumerate(self._modes(record)[:-1].tolist())
         ]
-        for _ in range(SETTINGS.random_starts if pairs else 0):
+        for _ in range(TUNING.random_starts if pairs else 0):
             record, j, mode = pairs[int(rng.integers(len(pairs)))]
-            away = self.extent * 10.0 ** rng.uniform(*SETTINGS.beside_lasting)
+            away = self.extent * 10.0 ** rng.uniform(*TUNING.beside_lasting)
             drawn = record.states[j] + away * rng.normal(size=len(away))
             state = np.where(table[mode] == 1, record.states[j], drawn)
             yield started(self.problem.plain, state, self.problem.plain.mode_names[mode])
@@ -249,7 +249,7 @@ def _events(problem: Problem, system: HybridSystem, length: int, unit: float) ->
     d = problem.states
     run = Place(system).run(unit, problem.numerics)
     buffer = np.zeros((length, layout.EVENT_COLUMNS + 2 * d))
-    run.advance(SETTINGS.event_units * length, events=buffer)
+    run.advance(TUNING.event_units * length, events=buffer)
     rows = buffer[: run.filled()[1]]
     kinds = rows[:, layout.EVENT_KIND].astype(np.int64)
     changing = np.array([not t.marks_only() for t in system.transitions], dtype=bool)[kinds]
@@ -264,8 +264,8 @@ def _events(problem: Problem, system: HybridSystem, length: int, unit: float) ->
 
 def _path(problem: Problem, system: HybridSystem, unit: float, units: int) -> np.ndarray:
     """Samples of a smooth motion."""
-    run = Place(system).run(unit, problem.numerics, samples=SETTINGS.turn_samples)
-    samples = np.zeros(((units + 2) * SETTINGS.turn_samples, problem.states + len(system.quadratures) + 1))
+    run = Place(system).run(unit, problem.numerics, samples=TUNING.turn_samples)
+    samples = np.zeros(((units + 2) * TUNING.turn_samples, problem.states + len(system.quadratures) + 1))
     run.advance(units, samples)
     return samples[: run.filled()[0], : problem.states]
 
@@ -287,9 +287,9 @@ def _turn(problem: Problem, systems: list[HybridSystem], unit: float) -> tuple[f
         if not np.isfinite(spread[state]):
             return unit, 0
         gap = float(gaps[state].mean())
-        if SETTINGS.turn_samples / 4 < gap < 4 * SETTINGS.turn_samples:
-            return unit * gap / SETTINGS.turn_samples, state
-        unit *= max(gap / SETTINGS.turn_samples, 1 / 16)
+        if TUNING.turn_samples / 4 < gap < 4 * TUNING.turn_samples:
+            return unit * gap / TUNING.turn_samples, state
+        unit *= max(gap / TUNING.turn_samples, 1 / 16)
     return unit, state
 
 
@@ -302,7 +302,7 @@ def _maxima(problem: Problem, system: HybridSystem, length: int, unit: float, st
     slope, bend = (right - left) / 2, right - 2 * middle + left
     shift = np.clip(-slope[:, state] / bend[:, state], -1, 1)[:, np.newaxis]
     states = middle + shift * slope + shift**2 / 2 * bend
-    times = (top + 1 + shift[:, 0]) * unit / SETTINGS.turn_samples
+    times = (top + 1 + shift[:, 0]) * unit / TUNING.turn_samples
     kinds = np.full(len(top), mode)
     return Record(states, kinds, kinds, times, np.zeros((len(top), 0)))
 
@@ -365,7 +365,7 @@ def _all_of(period: int, close_returns: CloseReturns, known: "Known") -> None:
     def fresh() -> Iterator[Return]:
         for candidate in close_returns.nearest(period):
             apart = known.distance(candidate.place) / max(candidate.away, 1e-300)
-            if apart > SETTINGS.taken:
+            if apart > TUNING.taken:
                 yield candidate
             else:
                 put_off.append((apart, candidate))
@@ -384,7 +384,7 @@ def _try(candidates: Iterable[Return], known: "Known") -> bool:
     for attempt, candidate in enumerate(candidates, 1):
         if known.add(candidate):
             last = attempt
-        if attempt - last > max(SETTINGS.attempts, SETTINGS.attempts_beyond * last):
+        if attempt - last > max(TUNING.attempts, TUNING.attempts_beyond * last):
             return False
     return True
 
@@ -445,7 +445,7 @@ class Known:
         """Whether two orbits are the same closed path: both take the same time, and one passes the other's start."""
         if len(a) != len(b) or a.periods != b.periods:
             return False
-        if abs(a.durations.sum() - b.durations.sum()) > SETTINGS.same_orbit * a.durations.sum():
+        if abs(a.durations.sum() - b.durations.sum()) > TUNING.same_orbit * a.durations.sum():
             return False
         if a.eventless:
             return self._on_path(a, b)
@@ -455,24 +455,24 @@ class Known:
         if period:
             late = (b.phase + np.cumsum(b.durations) - b.durations - a.phase) / period
             away = np.maximum(away, np.abs(late - np.round(late)))
-        return bool(((away <= SETTINGS.same_orbit) & (b.segments == a.segments[0]).all(axis=1)).any())
+        return bool(((away <= TUNING.same_orbit) & (b.segments == a.segments[0]).all(axis=1)).any())
 
     def _on_path(self, a: Orbit, b: Orbit) -> bool:
         """Whether an orbit without events passes the start of another one, as near as it is sampled."""
         across = self.problem.shifts.across
         if self.problem.forced:
             away = np.abs(across(self.problem.strobes([b])[0][0] - a.starts[0])) / self.extent
-            return bool(away.max(axis=1).min() <= SETTINGS.same_orbit)
+            return bool(away.max(axis=1).min() <= TUNING.same_orbit)
         if id(b) not in self._paths:
-            instants = np.linspace(0, float(b.durations.sum()), SETTINGS.path_samples, endpoint=False)
+            instants = np.linspace(0, float(b.durations.sum()), TUNING.path_samples, endpoint=False)
             self._paths[id(b)] = self.problem.at([b], instants[np.newaxis])[0][0]
         total = float(b.durations.sum())
         away = np.linalg.norm(across(self._paths[id(b)] - a.starts[0]) / self.extent, axis=1)
-        time, width = int(away.argmin()) * total / SETTINGS.path_samples, total / SETTINGS.path_samples
-        for _ in range(SETTINGS.path_closer):
+        time, width = int(away.argmin()) * total / TUNING.path_samples, total / TUNING.path_samples
+        for _ in range(TUNING.path_closer):
             # the path may turn sharply between two samples
             instants = np.sort(np.linspace(time - width, time + width, 65) % total)
             near = self.problem.at([b], instants[np.newaxis])[0][0]
             away = np.linalg.norm(across(near - a.starts[0]) / self.extent, axis=1)
             time, width = float(instants[away.argmin()]), width / 32
-        return bool(away.min() <= SETTINGS.path_distance)
+        return bool(away.min() <= TUNING.path_distance)

@@ -15,7 +15,7 @@ import numpy as np
 from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset.branches import Special
 from chaosdrill.engine import shooting as at
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -64,12 +64,12 @@ def sliding_beyond(problem: "Problem", border: "Border") -> Special | None:
         changed = shot.crossed[i] >= 0 or (outcome >= 0 and shot.came[i] != outcome)
         if changed and (i in brief or (i + 1) % len(orbit) in brief):
             return Special.SWITCHING_SLIDING
-        first, last = SETTINGS.end_of_stay * orbit.durations[i], (1 - SETTINGS.end_of_stay) * orbit.durations[i]
+        first, last = TUNING.end_of_stay * orbit.durations[i], (1 - TUNING.end_of_stay) * orbit.durations[i]
         if shot.crossed[i] >= 0 and first < shot.met[i] < last:
             return Special.ADDING_SLIDING if system.mode_names[mode] in slides else Special.GRAZING_SLIDING
         if outcome >= 0 and shot.came[i] >= 0 and shot.came[i] != outcome:
             expected, came = (system.transitions[k].target in slides for k in (outcome, int(shot.came[i])))
-            ends = orbit.durations[(i + 1) % len(orbit)] <= SETTINGS.tangential * orbit.durations.sum()
+            ends = orbit.durations[(i + 1) % len(orbit)] <= TUNING.tangential * orbit.durations.sum()
             if came and not expected:
                 return Special.CROSSING_SLIDING
             if expected and not came and not ends:
@@ -87,7 +87,7 @@ def switched(problem: "Problem", orbit: "Orbit") -> Iterator["Orbit"]:
     slides, events = sliding_modes(system), kernels_of(problem.system).events
     if not slides or orbit.eventless:
         return
-    names, count, stay = system.mode_names, len(orbit), SETTINGS.ahead * float(orbit.durations.sum())
+    names, count, stay = system.mode_names, len(orbit), TUNING.ahead * float(orbit.durations.sum())
     rows, starts, durations = [], [], []
     for i, (mode, end, outcome) in enumerate(orbit.segments.tolist()):
         rows.append([mode, end, outcome])
@@ -111,7 +111,7 @@ def switched(problem: "Problem", orbit: "Orbit") -> Iterator["Orbit"]:
 def _brief_before_sliding(problem: "Problem", orbit: "Orbit") -> list[int]:
     """The stays of no time behind the surface after which the motion slides: they begin at switching-sliding."""
     system = problem.plain
-    slides, short = sliding_modes(system), SETTINGS.tangential * float(orbit.durations.sum())
+    slides, short = sliding_modes(system), TUNING.tangential * float(orbit.durations.sum())
     sliding = [system.mode_names[m] in slides for m in orbit.segments[:, at.SEGMENT_MODE].tolist()]
     return [
         i
@@ -155,7 +155,7 @@ def _leaves(problem: "Problem", orbit: "Orbit", segment: int, other: int) -> boo
         if any(system.transitions[k].target == system.mode_names[other] for k in event.outcomes):
             value = float(kernels.functions.guard(mode, j, time, constants, state, gradient))
             pace = abs(float(gradient[:n] @ rates[:n] + gradient[n]))
-            return abs(value) <= SETTINGS.tangential * pace * float(orbit.durations.sum())
+            return abs(value) <= TUNING.tangential * pace * float(orbit.durations.sum())
     return False
 
 

@@ -13,7 +13,7 @@ from chaosdrill.orbits.find import least_period
 from chaosdrill.orbits.multipliers import all_multipliers, based, free_multipliers, pair_near
 from chaosdrill.orbits.points import Border, Plane, plane_at
 from chaosdrill.orbits.problem import CONVERGED, LostError
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.orbit import Orbit
@@ -143,7 +143,7 @@ def test_function_at(
         return Touching(found[0]), orbit, shot, found[1]
     for guess in _without_event(problem, orbit, shot):
         code, other, _, _ = problem.newton(based(problem, guess))
-        if code == CONVERGED and distance(problem, other, orbit, weights) < SETTINGS.same_path:
+        if code == CONVERGED and distance(problem, other, orbit, weights) < TUNING.same_path:
             # a doubled orbit whose halves graze one after the other is one of half the period at their common border
             other, _ = least_period(problem, other)
             touched = nearest_touch(problem, other)

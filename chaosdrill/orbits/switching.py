@@ -11,8 +11,8 @@ from chaosdrill.orbits.find import admissible
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.points import Border, Point
 from chaosdrill.orbits.problem import CONVERGED, LostError, Problem, Shot
-from chaosdrill.orbits.settings import SETTINGS
 from chaosdrill.orbits.special import TestFunction, Touching, Vanishing
+from chaosdrill.orbits.tuning import TUNING
 
 
 def doubled(curve: Curve, orbit: Orbit, scale: float, most: float) -> Iterator[tuple[Orbit, Shot, np.ndarray, float]]:
@@ -34,15 +34,15 @@ def doubled(curve: Curve, orbit: Orbit, scale: float, most: float) -> Iterator[t
     inside = plane @ old
     direction = np.array([-inside[1], inside[0]]) @ plane / np.linalg.norm(inside) / weights
     conditions = (direction * weights**2)[np.newaxis]
-    for first in SETTINGS.doubling_distances:
+    for first in TUNING.doubling_distances:
         length = scale * first
-        for _ in range(SETTINGS.doubling_shorter):
+        for _ in range(TUNING.doubling_shorter):
             start = problem.moved(twice, shot, length * direction)
-            code, found, seen, _ = problem.newton(start, conditions, SETTINGS.reach_beside)
+            code, found, seen, _ = problem.newton(start, conditions, TUNING.reach_beside)
             if code != CONVERGED or not admissible(found, seen):
                 break
             gap = np.abs(problem.halves_apart(found, weights)).max()
-            if gap <= SETTINGS.doubling_apart * length:
+            if gap <= TUNING.doubling_apart * length:
                 break
             change = float(np.abs(found.starts[0, d:] - orbit.starts[0, d:]).max())
             if change <= most:
@@ -69,9 +69,9 @@ def crossing(
     across = np.array([-inside[1], inside[0]]) @ plane / weights
     across /= np.linalg.norm(across * weights)
     for sign in (1.0, -1.0):
-        for length in SETTINGS.doubling_distances:
+        for length in TUNING.doubling_distances:
             start = problem.moved(orbit, shot, sign * length * across)
-            code, found, seen, _ = problem.newton(start, (across * weights**2)[np.newaxis], SETTINGS.reach_beside)
+            code, found, seen, _ = problem.newton(start, (across * weights**2)[np.newaxis], TUNING.reach_beside)
             if code != CONVERGED or not admissible(found, seen):
                 continue
             away = (found.reduced(d) - orbit.reduced(d)) * weights
@@ -100,13 +100,13 @@ def curve_behind(curve: SpecialCurve, last: Point, border: Border) -> tuple[Spec
     found = branch_behind(one, flat)
     if found is None:
         return None
-    moved = one.problem.moved(found.orbit, found.shot, SETTINGS.ahead * found.ahead)
+    moved = one.problem.moved(found.orbit, found.shot, TUNING.ahead * found.ahead)
     code, orbit, _, _ = one.problem.newton(
-        moved, (found.ahead * one.weights(moved) ** 2)[np.newaxis], SETTINGS.reach_beside
+        moved, (found.ahead * one.weights(moved) ** 2)[np.newaxis], TUNING.reach_beside
     )
     if code != CONVERGED:
         return None
-    for shift in SETTINGS.shifts:
+    for shift in TUNING.shifts:
         try:
             behind, point = _beside(curve, lifted(orbit, second), second + shift * float(curve.spans[1]))
         except LostError:
@@ -114,7 +114,7 @@ def curve_behind(curve: SpecialCurve, last: Point, border: Border) -> tuple[Spec
         change = (behind.values(point.orbit) - curve.values(last.orbit)) / curve.spans
         gap = max(float(np.linalg.norm(change)), distance(problem, point.orbit, last.orbit, point.weights))
         if (
-            gap < SETTINGS.joined
+            gap < TUNING.joined
             and behind.blocked(point) is None
             and slowest_event(problem, point.orbit, point.shot) is None
         ):

@@ -16,7 +16,7 @@ from chaosdrill.orbits.marks import Columns, section_of
 from chaosdrill.orbits.multipliers import is_stable
 from chaosdrill.orbits.problem import Problem
 from chaosdrill.orbits.results import BranchInfo, BranchResult, Cascade, SpecialPoint
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 from chaosdrill.orbits.verification import verify
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ def _table(segment: "BranchSegment", number: int, sequence: int, columns: Column
     strobes, modes = problem.strobes([p.orbit for p in points])
     values = segment.spectra.values.copy()
     # at grazing the map has no derivative on the side where the guard is crossed
-    values[_slowness(segment) < SETTINGS.grazing_speed] = complex(np.nan, np.nan)
+    values[_slowness(segment) < TUNING.grazing_speed] = complex(np.nan, np.nan)
     marks, wanted = columns.marks, columns.wanted
     none = np.zeros((len(points), 0))
     seen = [p.orbit for p in points], [p.shot for p in points]
@@ -175,16 +175,16 @@ def _misses(segment: "BranchSegment") -> Iterator[str]:
     if not len(segment):
         return
     if segment.curve.kind == Special.REGULAR:
-        clear = segment.durations.min(axis=1) > SETTINGS.clear * segment.durations.sum(axis=1)
-        clear &= _slowness(segment) > SETTINGS.clear
+        clear = segment.durations.min(axis=1) > TUNING.clear * segment.durations.sum(axis=1)
+        clear &= _slowness(segment) > TUNING.clear
         clear &= np.array([p.special == Special.REGULAR for p in segment.points])
     else:
         lengths = segment.arclengths
-        clear = np.minimum(lengths - lengths[0], lengths[-1] - lengths) > SETTINGS.clear
+        clear = np.minimum(lengths - lengths[0], lengths[-1] - lengths) > TUNING.clear
     # next to a border a run may see an event of no speed or not
     clear[[0, -1]] = False
     inner = np.flatnonzero(clear)
-    spread = np.linspace(0, max(len(inner) - 1, 0), SETTINGS.checked if len(inner) else 0).astype(int)
+    spread = np.linspace(0, max(len(inner) - 1, 0), TUNING.checked if len(inner) else 0).astype(int)
     for k in np.unique(inner[spread]).tolist():
         found = segment.curve.followed(segment.points[k])
         words = miss(segment.curve.problem, found[0]) if found is not None else ""

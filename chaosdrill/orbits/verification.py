@@ -20,7 +20,7 @@ from chaosdrill.orbits.multipliers import graded, structural_rank, structure_of
 from chaosdrill.orbits.orbit import segment_by_segment
 from chaosdrill.orbits.path import path
 from chaosdrill.orbits.results import Checks, FoundOrbit
-from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -58,7 +58,7 @@ def volume_contraction(problem: "Problem", orbit: "Orbit") -> float:
 def _integral(problem: "Problem", one: "Orbit", divergence: Any, values: np.ndarray) -> float:
     """Integral of the divergence along a segment, in pieces that are halved where a jump makes it uneven."""
     length = float(one.durations[0])
-    ends = np.linspace(0.0, length, SETTINGS.quadrature_pieces + 1)
+    ends = np.linspace(0.0, length, TUNING.quadrature_pieces + 1)
 
     def pieces(starts: np.ndarray, halves: np.ndarray) -> np.ndarray:
         instants = (starts[:, np.newaxis] + halves[:, np.newaxis] * (1 + NODES)).ravel()
@@ -68,12 +68,12 @@ def _integral(problem: "Problem", one: "Orbit", divergence: Any, values: np.ndar
 
     starts, halves = ends[:-1], np.diff(ends) / 2
     whole, total = pieces(starts, halves), 0.0
-    for _ in range(SETTINGS.quadrature_halvings):
+    for _ in range(TUNING.quadrature_halvings):
         starts, halves = np.column_stack([starts, starts + halves]).ravel(), np.repeat(halves / 2, 2)
         parts = pieces(starts, halves)
         sums = parts.reshape(-1, 2).sum(axis=1)
         # NaN stays NaN
-        uneven = np.abs(sums - whole) > SETTINGS.quadrature_error * max(1.0, abs(total + sums.sum()))
+        uneven = np.abs(sums - whole) > TUNING.quadrature_error * max(1.0, abs(total + sums.sum()))
         total += float(sums[~uneven].sum())
         again = np.repeat(uneven, 2)
         starts, halves, whole = starts[again], halves[again], parts[again]
@@ -115,9 +115,7 @@ class Repeated:
 
     def explained(self, tolerance: float, rounds: int = 1) -> float:
         """Difference that round-off and the tolerance explain after this many rounds."""
-        return min(
-            SETTINGS.slack * (SETTINGS.step_error + tolerance) * max(1.0, self.growth) ** rounds, SETTINGS.closed
-        )
+        return min(TUNING.slack * (TUNING.step_error + tolerance) * max(1.0, self.growth) ** rounds, TUNING.closed)
 
 
 def verify(problem: "Problem", orbit: "Orbit") -> Repeated:
@@ -128,7 +126,7 @@ def verify(problem: "Problem", orbit: "Orbit") -> Repeated:
     """
     repeated = _repeated(problem, orbit, 1)
     parts = 2
-    while repeated.outcome == Outcome.OK and repeated.growth > SETTINGS.fast_growth and parts <= SETTINGS.most_parts:
+    while repeated.outcome == Outcome.OK and repeated.growth > TUNING.fast_growth and parts <= TUNING.most_parts:
         repeated = _repeated(problem, orbit, parts)
         parts *= 2
     return repeated
@@ -184,7 +182,7 @@ def _compare(problem: "Problem", orbit: "Orbit", segment: int, rows: np.ndarray)
     if met == expected:
         return ""
     names = [[transitions[kind].name for _, kind in events] for events in (met, expected)]
-    if max(map(len, names)) <= SETTINGS.named_events:
+    if max(map(len, names)) <= TUNING.named_events:
         went, said = (" ".join(events) or "no event" for events in names)
         return f"{went} instead of {said}"
     first = next((k for k, (a, b) in enumerate(zip(met, expected, strict=False)) if a != b), min(map(len, names)))
@@ -208,9 +206,7 @@ def check(problem: "Problem", orbit: "Orbit", found: FoundOrbit, repeated: Repea
     tolerance = problem.numerics.tolerance
     # the speed at a guard is the less certain the smaller it is, and with it the saltation
     slowest = float(np.abs(problem.shoot(orbit, False).speeds / problem.paces(orbit)).min(initial=1.0))
-    limit = (
-        SETTINGS.same_logarithm + repeated.explained(tolerance) + 10 * (SETTINGS.step_error + tolerance) / slowest**2
-    )
+    limit = TUNING.same_logarithm + repeated.explained(tolerance) + 10 * (TUNING.step_error + tolerance) / slowest**2
     if problem.numerics.traits.fixed_step:
         limit += problem.numerics.angle**4 * max(1.0, repeated.growth)
     disagreements = []
@@ -224,7 +220,7 @@ def check(problem: "Problem", orbit: "Orbit", found: FoundOrbit, repeated: Repea
     # so small that no double holds it: only its exponent is known
     beyond = (
         (moduli == 0)
-        & (exponents * found.duration < SETTINGS.smallest_logarithm)
+        & (exponents * found.duration < TUNING.smallest_logarithm)
         & (np.arange(problem.states) < found.rank)
     )
     logs[beyond] = exponents[beyond] * found.duration
@@ -273,8 +269,8 @@ def exponents_of(problem: "Problem", orbit: "Orbit", moduli: np.ndarray, rank: i
     d = problem.states
     with np.errstate(divide="ignore", invalid="ignore"):
         falls = np.maximum(-np.diff(np.log(moduli[:rank])), 1e-300)
-        needed = -np.log(SETTINGS.exponent_turned) / falls
-    apart = needed <= SETTINGS.exponent_rounds
+        needed = -np.log(TUNING.exponent_turned) / falls
+    apart = needed <= TUNING.exponent_rounds
     rounds = int(np.ceil(max(needed[apart], default=1.0))) + d
     ends = [*(np.flatnonzero(apart) + 1).tolist(), rank]
     segment, time, state = standpoint(problem, orbit)

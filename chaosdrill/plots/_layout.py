@@ -8,7 +8,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.text import Text
 
 from chaosdrill.plots.labels import wrapped
-from chaosdrill.plots.settings import SETTINGS
+from chaosdrill.plots.tuning import TUNING
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -57,7 +57,7 @@ class FittedLayout(ConstrainedLayoutEngine):
             self._whole[text] = (whole, broken) if shown == broken else (shown, shown)
             text.set_text(self._whole[text][0])
         changed = True
-        for _ in range(SETTINGS.label_rounds):
+        for _ in range(TUNING.label_rounds):
             for legend in _legends(fig) if changed else ():
                 fit_legend(legend, fig)
             super().execute(fig)
@@ -88,7 +88,7 @@ def _legends(fig: "Figure") -> "list[Legend]":
 
 def _rooms(fig: "Figure") -> "Iterator[tuple[Text, float]]":
     """Texts beside the axes, each with the length that it may have in pixels."""
-    page, edge = fig.bbox, SETTINGS.edge * fig.dpi / 72
+    page, edge = fig.bbox, TUNING.edge * fig.dpi / 72
     for text in fig.texts:
         yield text, (page.height if text.get_rotation() == 90 else page.width) - 2 * edge
     for ax in fig.axes:
@@ -132,11 +132,11 @@ def _break(text: Text, whole: str, room: float) -> None:
         return float(extent.height if text.get_rotation() == 90 else extent.width)
 
     longest = max(map(len, whole.split("\n")))
-    while (found := length()) > room > 0 and longest > SETTINGS.fewest_letters:
-        longest = max(SETTINGS.fewest_letters, min(longest - 1, int(longest * room / found)))
+    while (found := length()) > room > 0 and longest > TUNING.fewest_letters:
+        longest = max(TUNING.fewest_letters, min(longest - 1, int(longest * room / found)))
         text.set_text("\n".join(wrapped(line, longest) for line in whole.split("\n")))
     if found > room > 0:
-        text.set_fontsize(size * max(SETTINGS.smallest_text, room / found))
+        text.set_fontsize(size * max(TUNING.smallest_text, room / found))
         _sizes[text] = size, float(text.get_fontsize())
 
 
@@ -146,7 +146,7 @@ def fit_legend(legend: "Legend", fig: "Figure") -> bool:
     em = legend.prop.get_size_in_points() * fig.dpi / 72
     room = (
         fig.bbox.width if legend in fig.legends else fig.bbox.x1 - legend.axes.bbox.x0
-    ) - 2 * SETTINGS.edge * fig.dpi / 72
+    ) - 2 * TUNING.edge * fig.dpi / 72
     if own.loc is None:
         room = legend.axes.bbox.width
     pads = em * (legend.handlelength + legend.handletextpad)
@@ -169,7 +169,7 @@ def _broken(label: str, width: float, room: float) -> str:
     if width <= room or room <= 0:
         return label
     longest = max(map(len, label.split("\n")))
-    letters = max(SETTINGS.fewest_letters, int(0.95 * longest * room / width))
+    letters = max(TUNING.fewest_letters, int(0.95 * longest * room / width))
     return "\n".join(wrapped(line, letters) for line in label.split("\n"))
 
 

@@ -12,7 +12,7 @@ from chaosdrill.plots.labels import period_words, subscript, uncertain
 from chaosdrill.plots.markers import tell
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
-from chaosdrill.plots.settings import SETTINGS
+from chaosdrill.plots.tuning import TUNING
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,7 +42,7 @@ def convergence(dataset: "xr.Dataset") -> "Figure":
     values = np.atleast_1d(dataset["lyapunov_exponent"].values)
     errors = np.atleast_1d(dataset["lyapunov_error"].values)
     every = np.flatnonzero(np.isfinite(values)).tolist()
-    finite = every[: SETTINGS.most_panels]
+    finite = every[: TUNING.most_panels]
     figure = new_figure(1.2 + 1.5 * max(len(finite), 1))
     panels = np.atleast_1d(figure.subplots(max(len(finite), 1), 1, sharex=True))
     time = dataset["block_time"].values
@@ -84,7 +84,7 @@ def _panel(panel: "Axes", time: np.ndarray, history: np.ndarray, value: float, e
             label="± one standard error of a run of that length",
         )
     panel.plot(time, history, color=PALETTE[0], label="running mean")
-    settled = history[time >= SETTINGS.settled * time[-1]]
+    settled = history[time >= TUNING.settled * time[-1]]
     reach = max(np.max(np.abs(settled - value)), 4 * error if np.isfinite(error) else 0.0, 1e-12 * abs(value), 1e-15)
     panel.set_ylim(value - 1.15 * reach, value + 1.15 * reach)
     panel.margins(x=0)
@@ -142,19 +142,19 @@ def _quantity(panel: "Axes", dataset: "xr.Dataset", quantity: str) -> None:
     prices = []
     for i, (method, error) in enumerate(zip(dataset["method"].values, errors.values, strict=True)):
         with np.errstate(divide="ignore"):
-            digits = np.clip(-np.log10(error), 0, SETTINGS.most_digits)
+            digits = np.clip(-np.log10(error), 0, TUNING.most_digits)
         price = _line(panel, dataset, i, np.where(np.isfinite(error), digits, np.nan))
         if np.isfinite(price):
             prices.append(f"{method} +{max(price, 0.0):.0%}".replace("%", " %"))
     _ring(panel, dataset, quantity)
     _limit(panel, dataset, quantity)
-    panel.set_xlim(0, SETTINGS.digits_width)
+    panel.set_xlim(0, TUNING.digits_width)
     panel.set_xticks(range(0, 17, 2))
     panel.set_xlabel(r"correct digits (error $10^{-\mathrm{digits}}$)")
     name = NAMES[quantity].removeprefix("the ").capitalize()
     # a price is one word
     told = fill(
-        f"each digit: {', '.join(prices)}".replace(" +", "\u00a0+").replace(" %", "\u00a0%"), SETTINGS.title_letters
+        f"each digit: {', '.join(prices)}".replace(" +", "\u00a0+").replace(" %", "\u00a0%"), TUNING.title_letters
     )
     panel.set_title(f"{name}\n{told}".replace("\u00a0", " ") if prices else name, fontsize="small")
 
@@ -182,7 +182,7 @@ def _ring(panel: "Axes", dataset: "xr.Dataset", quantity: str) -> None:
         method, tolerance, time = found
         # "method" and "tolerance" as keywords would be taken for those of the look-up itself
         error = float(dataset["error"].sel({"quantity": quantity, "method": method, "tolerance": tolerance}))
-        digits = min(-np.log10(max(error, 1e-300)), SETTINGS.most_digits)
+        digits = min(-np.log10(max(error, 1e-300)), TUNING.most_digits)
         panel.plot([digits], [1e6 * time], "o", markersize=11, markerfacecolor="none", markeredgecolor="black")
         above: dict[str, Any] = {"xytext": (0, 7), "textcoords": "offset points", "ha": "center"}
         panel.annotate(_power(tolerance), (digits, 1e6 * time), fontsize="small", **above)
@@ -193,7 +193,7 @@ def _limit(panel: "Axes", dataset: "xr.Dataset", quantity: str) -> None:
     error = float(dataset["lyapunov_error"])
     if quantity != "exponent" or not 0 < error < 1:
         return
-    panel.axvspan(-np.log10(error), SETTINGS.digits_width, color="0.92", zorder=0, linewidth=0)
+    panel.axvspan(-np.log10(error), TUNING.digits_width, color="0.92", zorder=0, linewidth=0)
     text = "lost in the statistical\nerror of the run"
     panel.text(-np.log10(error) + 0.2, 0.98, text, transform=panel.get_xaxis_transform(), va="top", fontsize="small")
 

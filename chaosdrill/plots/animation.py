@@ -17,8 +17,8 @@ from chaosdrill.plots.curve import Curve, breaks, is_joined, join, pieces
 from chaosdrill.plots.figures import legend_outside, new_figure
 from chaosdrill.plots.labels import label, readable, shorten, state_label, wrapped
 from chaosdrill.plots.palette import DOTS, EVENT_MARKERS, PALETTE
-from chaosdrill.plots.settings import SETTINGS
 from chaosdrill.plots.style import style
+from chaosdrill.plots.tuning import TUNING
 from chaosdrill.typed import NAMED, NUMBER, PATH, TABLE, expecting
 
 if TYPE_CHECKING:
@@ -87,8 +87,8 @@ def animate(
         raise SettingsError("ds is not a single run; give what cd.trajectory returned, or one group of an archive")
     if ds.sizes["time"] < 2:
         raise SettingsError(f"ds has {ds.sizes['time']} samples; an animation needs two or more")
-    if not 0 < seconds <= SETTINGS.longest_animation:
-        raise SettingsError(f"seconds is {seconds}, but must be above 0 and at most {SETTINGS.longest_animation:g}")
+    if not 0 < seconds <= TUNING.longest_animation:
+        raise SettingsError(f"seconds is {seconds}, but must be above 0 and at most {TUNING.longest_animation:g}")
     program = shutil.which("ffmpeg") if ending == "mp4" else ""
     if program is None:
         raise SettingsError(f"path: {fspath(path)!r} needs ffmpeg, which is not found; install it, or name a .gif")
@@ -115,11 +115,11 @@ class _Scene:
 
         self.run, self.curve = run, join(run)
         time = run["time"].values
-        self.times = np.linspace(time[0], time[-1], int(np.clip(round(SETTINGS.frame_rate * seconds), 2, len(time))))
+        self.times = np.linspace(time[0], time[-1], int(np.clip(round(TUNING.frame_rate * seconds), 2, len(time))))
         self.second = (time[-1] - time[0]) / seconds
         self.rate = len(self.times) / seconds
         self.figure = new_figure(4.8)
-        self.figure.set_dpi(SETTINGS.frame_density)
+        self.figure.set_dpi(TUNING.frame_density)
         self.figure.set_size_inches(7.2, 4.8)
         heights = _heights(run, self.curve, self.times, bodies)
         panels = bool(heights) + (len(plane) > 1)
@@ -172,7 +172,7 @@ class _Scene:
         for number, now in enumerate(self.times):
             for line, height in self.bodies:
                 line.set_ydata(height[[number, number]])
-            flashing = (events <= now) & (events > now - SETTINGS.flash * self.second)
+            flashing = (events <= now) & (events > now - TUNING.flash * self.second)
             for graph in self.graphs:
                 graph.show(now, flashing)
             told = [readable(names[int(kind)]) for kind in kinds[flashing][-1:]]
@@ -188,7 +188,7 @@ class _Graph:
 
     def __init__(self, scene: _Scene, axes: "Axes", x: "NDArray[np.float64]", y: "NDArray[np.float64]") -> None:
         self.axes, self.curve, self.points = axes, scene.curve, np.column_stack([x, y])
-        self.trail, self.breaks = SETTINGS.trail * scene.second, breaks(scene.curve.time, self.points)
+        self.trail, self.breaks = TUNING.trail * scene.second, breaks(scene.curve.time, self.points)
         flow, jumps = pieces(scene.curve.time, x, y)
         axes.plot(*flow.T, color=_GREY, linewidth=0.8)
         axes.plot(*jumps.T, color=_GREY, linewidth=0.6, linestyle=DOTS)
@@ -266,7 +266,7 @@ def _write_gif(scene: _Scene, draft: Path) -> None:
     from matplotlib.colors import to_rgb
     from PIL import Image
 
-    depths = np.linspace(0, 1, SETTINGS.gif_shades)[:, np.newaxis]
+    depths = np.linspace(0, 1, TUNING.gif_shades)[:, np.newaxis]
     shades = np.concatenate([1 - depths * (1 - np.array(to_rgb(colour))) for colour in PALETTE])
     palette = Image.new("P", (1, 1))
     palette.putpalette(np.round(255 * shades).astype(np.uint8).tobytes())

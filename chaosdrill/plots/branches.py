@@ -28,7 +28,7 @@ from chaosdrill.plots.palette import BACKGROUND, LINE_COLOURS
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.plane import Plane
 from chaosdrill.plots.sections import first_that_varies
-from chaosdrill.plots.settings import SETTINGS
+from chaosdrill.plots.tuning import TUNING
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -182,7 +182,7 @@ def _jumps(section: "NDArray[np.float64]") -> "NDArray[np.int64]":
     step = np.nan_to_num(np.abs(np.diff(section, axis=0)) / extent).max(axis=(1, 2))
     padded = np.pad(step, 1)
     return np.flatnonzero(
-        (step > SETTINGS.visible_on_branch) & (step > SETTINGS.jump_of_branch * np.maximum(padded[:-2], padded[2:]))
+        (step > TUNING.visible_on_branch) & (step > TUNING.jump_of_branch * np.maximum(padded[:-2], padded[2:]))
     )
 
 
@@ -190,12 +190,12 @@ def _crowd(datasets: "tuple[xr.Dataset, ...]", name: str, extent: float) -> tupl
     """The shortest interval with most of the special points, if they crowd in a small part of the range."""
     found = [dataset[name].values[points] for dataset in datasets for _, points in specials(dataset)]
     x = np.sort(np.concatenate([np.zeros(0), *found]))
-    most = int(np.ceil(SETTINGS.crowd_share * x.size))
-    if x.size < SETTINGS.crowd:
+    most = int(np.ceil(TUNING.crowd_share * x.size))
+    if x.size < TUNING.crowd:
         return None
     widths = x[most - 1 :] - x[: x.size - most + 1]
     first = int(np.argmin(widths))
-    if widths[first] > SETTINGS.crowd_part * extent:
+    if widths[first] > TUNING.crowd_part * extent:
         return None
     edge = max(0.04 * float(widths[first]), 1e-3 * extent)
     return float(x[first]) - edge, float(x[first + most - 1]) + edge
@@ -231,7 +231,7 @@ def _marks(axes: "Axes", datasets: "tuple[xr.Dataset, ...]", name: str, index: i
                 shown = section[here]
                 known = np.isfinite(shown)
                 places.append(np.column_stack([np.broadcast_to(x[here, None], shown.shape)[known], shown[known]]))
-                sizes.append(np.full(len(places[-1]), SETTINGS.special_mark * size))
+                sizes.append(np.full(len(places[-1]), TUNING.special_mark * size))
                 kinds += [(kind, off)] * len(places[-1])
     every, widths = np.concatenate(places), np.concatenate(sizes)
     widths = np.minimum(widths, room(axes, every))
@@ -246,9 +246,9 @@ def _marks(axes: "Axes", datasets: "tuple[xr.Dataset, ...]", name: str, index: i
         reasons.update(dict.fromkeys(names))
         for here, size in _sizes(section, last):
             shown = section[here]
-            bar(axes, np.broadcast_to(x[here, None], shown.shape), shown, SETTINGS.branch_bar * size)
+            bar(axes, np.broadcast_to(x[here, None], shown.shape), shown, TUNING.branch_bar * size)
     if reasons:
-        bar(axes, [], [], SETTINGS.branch_bar, end_label(reasons))
+        bar(axes, [], [], TUNING.branch_bar, end_label(reasons))
 
 
 def _sizes(section: "NDArray[np.float64]", points: "NDArray[np.int64]") -> "list[tuple[NDArray[np.int64], float]]":

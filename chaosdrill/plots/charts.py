@@ -26,7 +26,7 @@ from chaosdrill.plots.labels import label, readable, shorten, state_label, subsc
 from chaosdrill.plots.palette import EVENT_MARKERS, diverging, sequential
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.plane import Plane
-from chaosdrill.plots.settings import SETTINGS
+from chaosdrill.plots.tuning import TUNING
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -80,10 +80,10 @@ def _told(dataset: "xr.Dataset") -> "NDArray[np.bool_]":
     """Where the largest exponent is distinguished from zero, that of the flow direction above all."""
     every = dataset["lyapunov_exponent"].values
     size = np.abs(dataset["lyapunov_exponent"].isel(exponent=0).values)
-    least = np.array(SETTINGS.nonzero_part * np.abs(every[np.isfinite(every)]).max(initial=0.0))
+    least = np.array(TUNING.nonzero_part * np.abs(every[np.isfinite(every)]).max(initial=0.0))
     if "lyapunov_error" in dataset.variables:
         errors = dataset["lyapunov_error"].isel(exponent=0).values
-        least = np.fmax(least, SETTINGS.nonzero_errors * errors)
+        least = np.fmax(least, TUNING.nonzero_errors * errors)
     told: NDArray[np.bool_] = size > least
     return told
 
@@ -94,8 +94,8 @@ def _scale(values: np.ndarray) -> "tuple[Normalize, str]":
 
     finite = values[np.isfinite(values)]
     below, above = (part[part > 0] for part in (-finite, finite))
-    low = float(np.percentile(below, SETTINGS.exponents_covered)) if below.size else 0.0
-    high = float(np.percentile(above, SETTINGS.exponents_covered)) if above.size else 0.0
+    low = float(np.percentile(below, TUNING.exponents_covered)) if below.size else 0.0
+    high = float(np.percentile(above, TUNING.exponents_covered)) if above.size else 0.0
     # a sign that does not occur has the scale of the other
     low, high = low or high or 1.0, high or low or 1.0
     ends = (bool((below > low).any()), bool((above > high).any()))
@@ -110,7 +110,7 @@ def progression_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Fi
 
     rate = dataset["progression_rate"]
     finite = rate.values[np.isfinite(rate.values)]
-    top = float(np.percentile(finite, SETTINGS.rates_covered, method="higher"))
+    top = float(np.percentile(finite, TUNING.rates_covered, method="higher"))
     plane = Plane(dataset, "outcome", ax)
     norm = Normalize(min(0.0, finite.min()), top or 1.0)
     plane.shade(rate, norm, sequential(), "max" if finite.max() > top else "neither")
@@ -123,12 +123,12 @@ def attractor_count_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) ->
     from matplotlib.colors import to_hex
 
     counts = dataset["attractor_count"].values
-    most = min(int(counts.max()), SETTINGS.counted_attractors)
+    most = min(int(counts.max()), TUNING.counted_attractors)
     # from the palest colour of that scale to its dark end: one attractor is nothing to be struck by
     shades = [to_hex(shade) for shade in diverging()(np.linspace(0.5, 0, max(most, 2)))]
     table = [(counts == 0, NO_ATTRACTOR)]
     for number in range(1, most + 1):
-        last = number == SETTINGS.counted_attractors and counts.max() > SETTINGS.counted_attractors
+        last = number == TUNING.counted_attractors and counts.max() > TUNING.counted_attractors
         name = f"{number} or more attractors" if last else "1 attractor" if number == 1 else f"{number} attractors"
         mask = counts >= number if last else counts == number
         table.append((mask, Category(name, shades[number - 1], short=f"≥ {number}" if last else str(number))))
@@ -156,9 +156,9 @@ def basins(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     if fixed := _fixed(dataset):
         axes.set_title("at " + ", ".join(f"{name} = {shorten(value)}" for name, value in fixed.items()))
     names = [*(category.name for category in categories), *(str(mark.get_label()) for mark in marks)]
-    columns = 2 if max(map(len, names)) <= SETTINGS.legend_letters else 1
+    columns = 2 if max(map(len, names)) <= TUNING.legend_letters else 1
     if ax is None:
-        plane.figure.set_figheight(size_of(SETTINGS.chart_height + 0.18 * -(-len(names) // columns))[1])
+        plane.figure.set_figheight(size_of(TUNING.chart_height + 0.18 * -(-len(names) // columns))[1])
     plane.legend(marks, ncols=columns)
     return plane.figure
 
@@ -185,7 +185,7 @@ def starts(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Seq
     codes, categories = attractor_cells(dataset)
     count = 1 if isinstance(state, str) or dataset.sizes["state"] == 1 else 2
     places = places_of(dataset, state, count)
-    figure, axes = one_panel(ax, SETTINGS.chart_height)
+    figure, axes = one_panel(ax, TUNING.chart_height)
     states = dataset["initial_state"].transpose("run", "state").values
     x, y = states[:, places[0]], states[:, places[1]] if count == 2 else dataset["attractor"].values
     for index, category in enumerate(categories):
@@ -205,9 +205,9 @@ def attractor_cells(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Cat
     numbers = dataset["attractor_number"].values.tolist()
     table = [
         (reached == number, attractor_category(place, _describe(dataset.isel(attractor_number=place), number)))
-        for place, number in enumerate(numbers[: SETTINGS.told_attractors])
+        for place, number in enumerate(numbers[: TUNING.told_attractors])
     ]
-    table.append((np.isin(reached, numbers[SETTINGS.told_attractors :]), FURTHER))
+    table.append((np.isin(reached, numbers[TUNING.told_attractors :]), FURTHER))
     lost = reached == 0
     ended, others = by_outcome(dataset)
     for code, category in enumerate(others):
@@ -216,7 +216,7 @@ def attractor_cells(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Cat
             lost &= ended != code
     table.append((lost, UNRECOGNISED))
     for place, (mask, category) in enumerate(
-        table[len(numbers[: SETTINGS.told_attractors]) :], start=len(numbers[: SETTINGS.told_attractors])
+        table[len(numbers[: TUNING.told_attractors]) :], start=len(numbers[: TUNING.told_attractors])
     ):
         part = float(mask.mean())
         error = float(np.sqrt(part * (1 - part) / mask.size))
@@ -257,9 +257,9 @@ def mark_attractors(axes: "Axes", dataset: "xr.Dataset", across: str, up: str) -
 
     names = [str(name) for name in dataset["state"].values]
     plane = np.array([_fixed(dataset).get(name, np.nan) for name in names])
-    points = dataset["attractor_state"].transpose("attractor_number", "state").values[: SETTINGS.told_attractors]
+    points = dataset["attractor_state"].transpose("attractor_number", "state").values[: TUNING.told_attractors]
     off = np.array([name not in (across, up) for name in names])
-    near = np.abs(points - plane) <= SETTINGS.in_plane * (1 + np.abs(points))
+    near = np.abs(points - plane) <= TUNING.in_plane * (1 + np.abs(points))
     inside = near[:, off].all(axis=1)
     for axis, (low, high) in ((across, axes.get_xlim()), (up, axes.get_ylim())):
         inside &= (points[:, names.index(axis)] >= low) & (points[:, names.index(axis)] <= high)

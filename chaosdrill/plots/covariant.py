@@ -8,7 +8,7 @@ from chaosdrill.plots.figures import legend_outside, new_figure
 from chaosdrill.plots.labels import label, state_label, subscript, uncertain
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
-from chaosdrill.plots.settings import SETTINGS
+from chaosdrill.plots.tuning import TUNING
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,9 +34,9 @@ def covariant(dataset: "xr.Dataset") -> "Figure":
     """
     states, exponents = dataset["states"].values, dataset["lyapunov_exponent"].values
     shown = np.flatnonzero(np.isfinite(exponents))[: len(PALETTE)].tolist()
-    splits = np.flatnonzero(np.isfinite(dataset["smallest_angle"].values))[: SETTINGS.most_splits].tolist()
-    heights = [SETTINGS.vectors_height] * (states.shape[1] > 1) + [SETTINGS.angles_height] * bool(splits)
-    figure = new_figure(0.9 + sum(heights or [SETTINGS.angles_height]))
+    splits = np.flatnonzero(np.isfinite(dataset["smallest_angle"].values))[: TUNING.most_splits].tolist()
+    heights = [TUNING.vectors_height] * (states.shape[1] > 1) + [TUNING.angles_height] * bool(splits)
+    figure = new_figure(0.9 + sum(heights or [TUNING.angles_height]))
     panels = np.atleast_1d(figure.subplots(max(len(heights), 1), 1, height_ratios=heights or None))
     if not heights:
         panels[0].set_axis_off()
@@ -53,16 +53,14 @@ def covariant(dataset: "xr.Dataset") -> "Figure":
 def _draw_plane(axes: "Axes", dataset: "xr.Dataset", shown: list[int]) -> None:
     states, vectors = dataset["states"].values[:, :2], dataset["vector"].values[:, :2]
     axes.plot(*states.T, ".", color="0.65", markersize=2, zorder=1)
-    kept = np.unique(np.linspace(0, len(states) - 1, SETTINGS.most_vectors).astype(int))
+    kept = np.unique(np.linspace(0, len(states) - 1, TUNING.most_vectors).astype(int))
     extent = np.ptp(states[np.isfinite(states).all(axis=1)], axis=0) if np.isfinite(states).any() else np.ones(2)
     extent = np.where(extent > 0, extent, np.abs(vectors).max(axis=(0, 2), initial=1e-300))
     for i in reversed(shown):
         scaled = vectors[kept, :, i] / extent
         length = np.linalg.norm(scaled, axis=1, keepdims=True)
         half = (
-            np.divide(scaled, length, out=np.zeros_like(scaled), where=length > 0)
-            * (SETTINGS.vector_length / 2)
-            * extent
+            np.divide(scaled, length, out=np.zeros_like(scaled), where=length > 0) * (TUNING.vector_length / 2) * extent
         )
         ends = np.stack([states[kept] - half, states[kept] + half, np.full_like(half, np.nan)], axis=1).reshape(-1, 2)
         value, error = float(dataset["lyapunov_exponent"][i]), float(dataset["lyapunov_error"][i])

@@ -9,7 +9,7 @@ import numpy as np
 from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.errors import ArchiveError, ChaosdrillError
 from chaosdrill.plots.palette import PALETTE
-from chaosdrill.plots.settings import SETTINGS
+from chaosdrill.plots.tuning import TUNING
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -129,14 +129,12 @@ def _parts(curve: Curve, step: "NDArray[np.float64]") -> "tuple[NDArray[np.int64
             cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
             turn = np.abs(np.arctan2(cross, (before * after).sum(axis=1)))
             # what is smaller than a dot turns unseen
-            seen = smooth & (np.minimum(np.hypot(*before.T), np.hypot(*after.T)) > SETTINGS.visible_bend)
-            here = np.where(seen, np.minimum(np.ceil(turn / SETTINGS.turn), SETTINGS.most_stretches), 1).astype(
-                np.int64
-            )
+            seen = smooth & (np.minimum(np.hypot(*before.T), np.hypot(*after.T)) > TUNING.visible_bend)
+            here = np.where(seen, np.minimum(np.ceil(turn / TUNING.turn), TUNING.most_stretches), 1).astype(np.int64)
             parts[:-1] = np.maximum(parts[:-1], here)
             parts[1:] = np.maximum(parts[1:], here)
-            coarse = max(coarse, float((seen & (turn > SETTINGS.coarse_turn)).sum() / max(smooth.sum(), 1)))
-    return np.where(step > 0, parts, 1), coarse > SETTINGS.coarse_share
+            coarse = max(coarse, float((seen & (turn > TUNING.coarse_turn)).sum() / max(smooth.sum(), 1)))
+    return np.where(step > 0, parts, 1), coarse > TUNING.coarse_share
 
 
 def _limited(
@@ -229,7 +227,7 @@ def _joined(inner: "NDArray[np.bool_]", side: int) -> "NDArray[np.bool_]":
 def breaks(time: "NDArray[np.float64]", points: "NDArray[np.float64]") -> "NDArray[np.int64]":
     """Return the indices of the points of a curve, shape (m, k), to which a jump leads from the one before."""
     extent = np.maximum(np.ptp(points, axis=0), np.finfo(float).tiny) if len(points) else np.ones(points.shape[1])
-    apart = (np.abs(np.diff(points, axis=0)) > SETTINGS.visible_jump * extent).any(axis=1)
+    apart = (np.abs(np.diff(points, axis=0)) > TUNING.visible_jump * extent).any(axis=1)
     return np.flatnonzero((np.diff(time) == 0) & apart) + 1
 
 
@@ -303,10 +301,10 @@ def stops(dataset: "xr.Dataset", index: int) -> list[tuple[str, float]]:
         if hit.sum() < 2:
             continue
         level = before[hit, index]
-        jumps = np.any(np.abs(after[hit] - before[hit]) > SETTINGS.visible_jump * np.maximum(extent, 1e-300), axis=0)
+        jumps = np.any(np.abs(after[hit] - before[hit]) > TUNING.visible_jump * np.maximum(extent, 1e-300), axis=0)
         kept = not jumps[index]
         jumps[index] = False
-        if kept and np.ptp(level) <= SETTINGS.visible_jump * extent[index] and jumps.any():
+        if kept and np.ptp(level) <= TUNING.visible_jump * extent[index] and jumps.any():
             found.append((name, float(np.mean(level))))
     return found
 

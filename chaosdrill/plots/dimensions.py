@@ -9,7 +9,7 @@ from chaosdrill.plots.figures import legend_above, new_figure, one_panel
 from chaosdrill.plots.labels import label, shorten, uncertain
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
-from chaosdrill.plots.settings import SETTINGS
+from chaosdrill.plots.tuning import TUNING
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,8 +45,8 @@ def scaling(dataset: "xr.Dataset") -> "Figure":
         period = int(dataset["period"])
         axes.set_title(f"period {period}: dimension 0" if period else "no dimension")
         return figure
-    figure = new_figure(0.9 + SETTINGS.sums_height + SETTINGS.slopes_height)
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=[SETTINGS.sums_height, SETTINGS.slopes_height])
+    figure = new_figure(0.9 + TUNING.sums_height + TUNING.slopes_height)
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=[TUNING.sums_height, TUNING.slopes_height])
     scale = dataset["scale"].values
     step = scale[1] / scale[0]
     for number, order in enumerate(dataset["order"].values.tolist()):
@@ -56,7 +56,7 @@ def scaling(dataset: "xr.Dataset") -> "Figure":
         name = f"order {shorten(order)}: {uncertain(value, error) if np.isfinite(value) else 'no dimension'}"
         above.plot(scale, sums, color=colour, linewidth=0.8)
         # a slope is that between two distances
-        between = scale * step ** (0.5 + SETTINGS.slopes_aside * number)
+        between = scale * step ** (0.5 + TUNING.slopes_aside * number)
         below.errorbar(between, slope, yerr=2 * bars, fmt="o", color=colour, markersize=3, elinewidth=0.8, label=name)
         if np.isfinite(value):
             ends = np.array([float(one["scale_low"]), float(one["scale_high"])])
@@ -68,7 +68,7 @@ def scaling(dataset: "xr.Dataset") -> "Figure":
     above.set_yscale("log")
     told = dataset["dimension"].values
     below.set_ylim(
-        0, SETTINGS.highest_slope * np.nanmax(told if np.isfinite(told).any() else dataset["local_slope"].values)
+        0, TUNING.highest_slope * np.nanmax(told if np.isfinite(told).any() else dataset["local_slope"].values)
     )
     above.set_ylabel(label(dataset["correlation_sum"]))
     below.set_ylabel("local slope")
@@ -94,11 +94,11 @@ def over_parameter(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figur
         The dimension of each order with two standard errors; 0 where the motion is periodic, a gap where points do not
         determine it.
     """
-    figure, axes = one_panel(ax, SETTINGS.dimensions_height)
+    figure, axes = one_panel(ax, TUNING.dimensions_height)
     (sweep,) = map(str, dataset["outcome"].dims)
     dataset = dataset.sortby(sweep)
     values = dataset[sweep].values
-    aside = SETTINGS.slopes_aside * np.diff(values).min(initial=np.inf) if len(values) > 1 else 0.0
+    aside = TUNING.slopes_aside * np.diff(values).min(initial=np.inf) if len(values) > 1 else 0.0
     for number, order in enumerate(dataset["order"].values.tolist()):
         one = dataset.isel(order=number)
         bars = with_bars(axes, values + number * aside, one["dimension"], one["dimension_error"], number)

@@ -13,7 +13,7 @@ from chaosdrill.plots.markers import hard, mark, named_once, specials, tell
 from chaosdrill.plots.palette import BACKGROUND, LINE_COLOURS
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.sections import first_that_varies
-from chaosdrill.plots.settings import SETTINGS
+from chaosdrill.plots.tuning import TUNING
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -90,7 +90,7 @@ def branches(dataset: "xr.Dataset", ax: "Axes | None" = None, state: "str | Sequ
         for off in (False, True):
             here = points[np.isin(points, jumps) == off]
             if here.size:
-                mark(axes, x[here], y[here], kind, SETTINGS.special_mark, jumps=off)
+                mark(axes, x[here], y[here], kind, TUNING.special_mark, jumps=off)
     axes.set(xlabel=axis_label(dataset, name), ylabel=state_label(dataset, index))
     legend_outside(figure, named_once(axes), ax=ax, handlelength=2.0)
     if ax is None:

@@ -8,7 +8,7 @@ from chaosdrill.plots.figures import legend_inside, new_figure
 from chaosdrill.plots.labels import label, state_label, subscript, uncertain
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
-from chaosdrill.plots.settings import SETTINGS
+from chaosdrill.plots.tuning import TUNING
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,8 +35,8 @@ def escapes(dataset: "xr.Dataset") -> "Figure":
     points = dataset["saddle_state"].values
     moving = np.flatnonzero(np.ptp(points, axis=0) > 0) if len(points) else np.zeros(0, dtype=int)
     with_saddle = len(moving) > 0
-    figure = new_figure(0.7 + SETTINGS.survival_height + SETTINGS.saddle_height * with_saddle)
-    heights = [SETTINGS.survival_height, SETTINGS.saddle_height][: 1 + with_saddle]
+    figure = new_figure(0.7 + TUNING.survival_height + TUNING.saddle_height * with_saddle)
+    heights = [TUNING.survival_height, TUNING.saddle_height][: 1 + with_saddle]
     panels = np.atleast_1d(figure.subplots(len(heights), 1, height_ratios=heights))
     _draw_survival(panels[0], dataset)
     if with_saddle:

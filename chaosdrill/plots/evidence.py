@@ -9,7 +9,7 @@ from chaosdrill.plots.labels import axis_label, label, period_words, shorten, st
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.plane import bounds
-from chaosdrill.plots.settings import SETTINGS
+from chaosdrill.plots.tuning import TUNING
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,7 +38,7 @@ def zero_one(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
         One column per state that moves: K for every turning phase as dots, the median with two standard errors. The
         lines at 0 and 1 mark regular motion and chaos.
     """
-    figure, axes = one_panel(ax, SETTINGS.evidence_height)
+    figure, axes = one_panel(ax, TUNING.evidence_height)
     moving = np.flatnonzero(np.isfinite(dataset["k"].values)).tolist()
     _limits_of_growth(axes)
     for column, i in enumerate(moving):
@@ -78,7 +78,7 @@ def growth(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
         K of each state that moves somewhere, of at most a dozen, with two standard errors. The lines at 0 and 1 mark
         regular motion and chaos.
     """
-    figure, axes = one_panel(ax, SETTINGS.evidence_height)
+    figure, axes = one_panel(ax, TUNING.evidence_height)
     _of_states(axes, dataset, "k", "k_error")
     _limits_of_growth(axes, beside=True)
     lowest = float(np.nanmin(dataset["k"].values, initial=0.0))
@@ -103,7 +103,7 @@ def digits(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     matplotlib.figure.Figure
         One bar per state that moves; the title gives the rotation number and its error.
     """
-    figure, axes = one_panel(ax, SETTINGS.evidence_height)
+    figure, axes = one_panel(ax, TUNING.evidence_height)
     moving = np.flatnonzero(np.isfinite(dataset["digits"].values)).tolist()
     heights = dataset["digits"].values[moving]
     bars = axes.bar(range(len(moving)), heights, width=0.5, color=PALETTE[0])
@@ -132,7 +132,7 @@ def rotation(dataset: "xr.Dataset") -> "Figure":
         Top: the digits of each state that moves somewhere, of at most a dozen. Bottom: the rotation number. Both have
         bars of two standard errors.
     """
-    figure = new_figure(2 * SETTINGS.evidence_panel + 0.6)
+    figure = new_figure(2 * TUNING.evidence_panel + 0.6)
     above, below = figure.subplots(2, 1, sharex=True)
     _of_states(above, dataset, "digits", "digits_error")
     above.set_ylim(0, 17)
@@ -161,8 +161,8 @@ def finite_times(dataset: "xr.Dataset") -> "Figure":
         The title gives the mean and the correlation time.
     """
     means = np.atleast_1d(dataset["lyapunov_exponent"].values)
-    shown = np.flatnonzero(np.isfinite(means)).tolist()[: SETTINGS.most_panels]
-    figure = new_figure(1.1 + SETTINGS.evidence_panel * max(len(shown), 1))
+    shown = np.flatnonzero(np.isfinite(means)).tolist()[: TUNING.most_panels]
+    figure = new_figure(1.1 + TUNING.evidence_panel * max(len(shown), 1))
     panels = np.atleast_1d(figure.subplots(max(len(shown), 1), 1))
     unit = float(dataset["forcing_period"]) if "forcing_period" in dataset.variables else 1.0
     forced = "forcing_period" in dataset.variables
@@ -216,12 +216,12 @@ def spread(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
         Each exponent that is a number somewhere, of at most a dozen, with two standard errors; the band has one
         standard deviation of exponents over the longest window to either side.
     """
-    figure, axes = one_panel(ax, SETTINGS.evidence_height)
+    figure, axes = one_panel(ax, TUNING.evidence_height)
     (sweep,) = map(str, dataset["outcome"].dims)
     dataset = dataset.sortby(sweep).transpose(sweep, ...)
     means, values = dataset["lyapunov_exponent"], dataset[sweep].values
     width = np.sqrt(dataset["cumulant"].isel(window=-1).sel(order=2).values.clip(min=0))
-    for number, e in enumerate(np.flatnonzero(np.isfinite(means.values).any(axis=0)).tolist()[: SETTINGS.most_panels]):
+    for number, e in enumerate(np.flatnonzero(np.isfinite(means.values).any(axis=0)).tolist()[: TUNING.most_panels]):
         band = (means.values[:, e] - width[:, e], means.values[:, e] + width[:, e])
         axes.fill_between(values, *band, color=PALETTE[number % len(PALETTE)], alpha=0.25, linewidth=0)
         name = subscript("λ", int(dataset["exponent"][e]))
@@ -249,7 +249,7 @@ def _of_states(axes: "Axes", dataset: "xr.Dataset", name: str, error: str) -> No
     """Draw a variable of each state that moves over the swept parameter, with two standard errors."""
     (sweep,) = dataset["period"].dims
     dataset = dataset.sortby(sweep).transpose(sweep, "state", ...)
-    moving = np.flatnonzero(np.isfinite(dataset[name].values).any(axis=0)).tolist()[: SETTINGS.most_panels]
+    moving = np.flatnonzero(np.isfinite(dataset[name].values).any(axis=0)).tolist()[: TUNING.most_panels]
     for number, i in enumerate(moving):
         with_bars(axes, dataset[sweep].values, dataset[name][:, i], dataset[error][:, i], number).set_label(
             state_label(dataset, i)

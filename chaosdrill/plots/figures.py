@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chaosdrill.plots.settings import SETTINGS
 from chaosdrill.plots.style import is_changed, width
+from chaosdrill.plots.tuning import TUNING
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -49,7 +49,7 @@ def new_figure(height: float, detail: float = 0.0) -> "Figure":
 
     figure = (_figures.get() or Figure)(figsize=size_of(height), layout=FittedLayout())
     # labels and colour bars take their part of the width that the cells were counted over
-    figure.set_dpi(float(np.clip(1.25 * detail, figure.dpi, max(figure.dpi, SETTINGS.densest))))
+    figure.set_dpi(float(np.clip(1.25 * detail, figure.dpi, max(figure.dpi, TUNING.densest))))
     return figure
 
 
@@ -65,7 +65,7 @@ def size_of(height: float) -> tuple[float, float]:
 
 def is_narrow() -> bool:
     """Return whether a new figure has no room for panels side by side."""
-    return size_of(0.0)[0] < SETTINGS.narrow
+    return size_of(0.0)[0] < TUNING.narrow
 
 
 def font_size(part: float = 1.0) -> float:

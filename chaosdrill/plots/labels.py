@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaosdrill.plots.settings import SETTINGS
+from chaosdrill.plots.tuning import TUNING
 from chaosdrill.systems import REGISTRY
 
 if TYPE_CHECKING:
@@ -161,6 +161,6 @@ def uncertain(value: float, error: float) -> str:
     last = round(error * 10**digits)
     if last == 10:
         digits, last = max(0, digits - 1), 1
-    if digits > SETTINGS.most_decimals and abs(round(value * 10**digits)) < 1000:
+    if digits > TUNING.most_decimals and abs(round(value * 10**digits)) < 1000:
         return f"{round(value * 10**digits)}({last})e-{digits}".replace("-", "−")
     return f"{value:.{digits}f}({last})".replace("-", "−")

@@ -12,7 +12,7 @@ from chaosdrill.plots.labels import state_label
 from chaosdrill.plots.palette import BACKGROUND
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.plane import Plane
-from chaosdrill.plots.settings import SETTINGS
+from chaosdrill.plots.tuning import TUNING
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -74,7 +74,7 @@ def manifolds(
         state = (plane.across, plane.up) if state is None else state
         figure, axes = plane.figure, plane.panels[0]
     else:
-        figure, axes = one_panel(ax, SETTINGS.manifold_height)
+        figure, axes = one_panel(ax, TUNING.manifold_height)
     x, y = places_of(datasets[0], state, 2)
     if plane is None:
         low = np.min([dataset["region"].values[0] for dataset in datasets], axis=0)
@@ -126,7 +126,7 @@ def _draw(axes: "Axes", datasets: "Sequence[xr.Dataset]", places: tuple[int, int
             axes.add_collection(LineCollection(found, colors=_COLOURS[name], linewidths=0.9, zorder=2.5))
             handles += axes.plot([], [], color=_COLOURS[name], linewidth=1.4, label=f"{name} manifold")
     for kind, found in breaks.items():
-        if 0 < len(found) <= SETTINGS.most_breaks:
+        if 0 < len(found) <= TUNING.most_breaks:
             marker, label = _MARKS[kind]
             options: dict[str, Any] = {"markerfacecolor": "white", "markeredgecolor": "black", "markeredgewidth": 0.8}
             across, up = np.array(found).T

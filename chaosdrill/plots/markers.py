@@ -10,7 +10,7 @@ from chaosdrill.plots.contents import SINGLE
 from chaosdrill.plots.figures import font_size, owner, title_legend
 from chaosdrill.plots.labels import readable, wrapped
 from chaosdrill.plots.palette import LINE_COLOURS
-from chaosdrill.plots.settings import SETTINGS
+from chaosdrill.plots.tuning import TUNING
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -156,8 +156,8 @@ def room(axes: "Axes", places: "NDArray[np.float64]") -> "NDArray[np.float64]":
     scale = 72 * np.array([box.width * width / (right - left), box.height * height / (high - low)])
     apart = np.hypot(*((places[:, None] - places[None]) * scale).transpose(2, 0, 1))
     # what lies on the same spot is one mark
-    apart[apart < SETTINGS.merged_marks] = np.inf
-    wide: NDArray[np.float64] = np.maximum(SETTINGS.smallest_mark, np.floor(2 * apart.min(axis=1)) / 2)
+    apart[apart < TUNING.merged_marks] = np.inf
+    wide: NDArray[np.float64] = np.maximum(TUNING.smallest_mark, np.floor(2 * apart.min(axis=1)) / 2)
     return wide
 
 

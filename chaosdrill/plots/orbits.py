@@ -21,7 +21,7 @@ from chaosdrill.plots.labels import (
 from chaosdrill.plots.markers import WARNING, caveat, mark, named_once, period_categories, room, specials, warn
 from chaosdrill.plots.palette import DOTS, EVENT_MARKERS, PALETTE, sequential
 from chaosdrill.plots.pictures import picture
-from chaosdrill.plots.settings import SETTINGS
+from chaosdrill.plots.tuning import TUNING
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -110,8 +110,8 @@ def _heading(dataset: "xr.Dataset") -> str:
     names = flag_names(dataset["event_kind"]) if dataset.sizes["event"] else {}
     events = [readable(names[int(code)]) for code in dataset["event_kind"].values]
     text = f"{kind} orbit of period {int(dataset['period'])}, time {time:.8g}; returns to within {residual:.1e}"
-    shown = ", ".join(events[: SETTINGS.told_events]) + f" and {len(events) - SETTINGS.told_events} more" * (
-        len(events) > SETTINGS.told_events
+    shown = ", ".join(events[: TUNING.told_events]) + f" and {len(events) - TUNING.told_events} more" * (
+        len(events) > TUNING.told_events
     )
     return f"{text}\nevents: {shown}" if events else text
 
@@ -204,12 +204,12 @@ def _numbers(values: "NDArray[np.complex128]") -> list[str]:
 def _newton(axes: "Axes", dataset: "xr.Dataset") -> None:
     residual = dataset["newton_residual"].values
     axes.semilogy(
-        np.arange(len(residual)), np.maximum(residual, SETTINGS.least_residual), "o-", color=PALETTE[0], markersize=4
+        np.arange(len(residual)), np.maximum(residual, TUNING.least_residual), "o-", color=PALETTE[0], markersize=4
     )
     for step in np.flatnonzero(residual == 0):
         axes.annotate(
             "0",
-            (step, SETTINGS.least_residual),
+            (step, TUNING.least_residual),
             xytext=(-7, 0),
             textcoords="offset points",
             ha="center",
@@ -227,7 +227,7 @@ def _newton(axes: "Axes", dataset: "xr.Dataset") -> None:
         fontsize="small",
     )
     # orbits near an attractor start where others end
-    axes.set_ylim(0.3 * SETTINGS.least_residual, max(1e-12, 3 * residual.max(initial=0.0)))
+    axes.set_ylim(0.3 * TUNING.least_residual, max(1e-12, 3 * residual.max(initial=0.0)))
     axes.set(xlabel="step of Newton's method", ylabel="residual")
     axes.set_xticks(np.arange(0, len(residual), max(1, len(residual) // 8)))
 
@@ -311,8 +311,8 @@ def unit_circle(axes: "Axes", values: "NDArray[np.complex128]") -> int:
 
     finite = values[np.isfinite(values)]
     size = np.maximum(np.abs(finite.real), np.abs(finite.imag))
-    near = size[size <= SETTINGS.widened_up_to]
-    reach = max(SETTINGS.circle_up_to, 1.08 * float(near.max(initial=0.0)))
+    near = size[size <= TUNING.widened_up_to]
+    reach = max(TUNING.circle_up_to, 1.08 * float(near.max(initial=0.0)))
     for line in (axes.axhline, axes.axvline):
         line(0, color="0.8", linewidth=0.6, zorder=0)
     axes.add_patch(Circle((0, 0), 1, facecolor="none", edgecolor="0.35", linewidth=0.9, zorder=1))
@@ -427,7 +427,7 @@ def _moduli(axes: "Axes", dataset: "xr.Dataset", name: str, moduli: "NDArray[np.
                 mark(axes, x[part], np.full(len(part), height), kind, float(size), **more)
     finite = positive[np.isfinite(positive)]
     axes.set_yscale("log")
-    axes.set_ylim(max(SETTINGS.smallest_modulus, 0.7 * finite.min(initial=0.5)), 1.5 * finite.max(initial=1.0))
+    axes.set_ylim(max(TUNING.smallest_modulus, 0.7 * finite.min(initial=0.5)), 1.5 * finite.max(initial=1.0))
     axes.set(xlabel=axis_label(dataset, name), ylabel="modulus")
 
 

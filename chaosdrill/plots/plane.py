@@ -9,7 +9,7 @@ from chaosdrill.errors import SettingsError
 from chaosdrill.plots.categories import MOTIONS, NO_RESULT, Category, by_outcome
 from chaosdrill.plots.figures import font_size, is_narrow, legend_outside, new_figure, owner, size_of
 from chaosdrill.plots.labels import axis_label, label, seed_names, shorten
-from chaosdrill.plots.settings import SETTINGS
+from chaosdrill.plots.tuning import TUNING
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -68,10 +68,10 @@ class Plane:
             self.panels[0].set(xlabel=axis_label(dataset, self.across), ylabel=axis_label(dataset, self.up))
 
     def _lay_out(self, names: list[str]) -> None:
-        dataset, count = self._dataset, min(len(names), SETTINGS.most_planes)
+        dataset, count = self._dataset, min(len(names), TUNING.most_planes)
         columns = 1 if count == 1 else 2 if count <= 4 or is_narrow() else 3
         rows = -(-count // columns)
-        side = size_of(0.0)[0] - SETTINGS.beside
+        side = size_of(0.0)[0] - TUNING.beside
         width = side / columns
         height = 4.4 / 6.3 * side if columns == 1 else 0.8 * width
         detail = max(dataset.sizes[self.across] / width, dataset.sizes[self.up] / height)
@@ -143,7 +143,7 @@ class Plane:
             shades = colours(norm(np.where(np.isfinite(numbers), numbers, 0)))[..., :3].astype(np.float32)
             draw_cells(axes, self._x, self._y, part, categories, self._size, shades)
             # black dots are not seen on the dark ends of a scale, nor white ones on the rest
-            dark = shades.mean(axis=-1) < SETTINGS.dark
+            dark = shades.mean(axis=-1) < TUNING.dark
             for ground, here in (("#FFFFFF", ~dark), ("#000000", dark)):
                 hatch(axes, self._x, self._y, mask & here, replace(over, colour=ground), self._size)
         self._shown |= {category: None for code, category in enumerate(categories) if (codes == code).any()}
@@ -294,12 +294,12 @@ def _name(
     from matplotlib.patheffects import withStroke
     from scipy import ndimage
 
-    size = font_size(SETTINGS.region_text)
-    box = np.array([1.3 * size, (len(category.short) + 1) * SETTINGS.letter_width * size])
+    size = font_size(TUNING.region_text)
+    box = np.array([1.3 * size, (len(category.short) + 1) * TUNING.letter_width * size])
     regions, count = ndimage.label(mask)
     areas = np.bincount(regions.ravel(), minlength=count + 1)[1:]
-    for region in np.argsort(-areas)[: SETTINGS.named_regions]:
-        if areas[region] < SETTINGS.inside_region * box.prod():
+    for region in np.argsort(-areas)[: TUNING.named_regions]:
+        if areas[region] < TUNING.inside_region * box.prod():
             return
         place = _roomiest((regions == region + 1).astype(np.float32), box)
         if place is not None:
@@ -324,7 +324,7 @@ def _roomiest(region: "NDArray[np.float32]", box: "NDArray[np.float64]") -> "tup
     for scale in (8, 4, 2, 1):
         cover = most * ndimage.uniform_filter(region, tuple(int(scale * side) for side in box), mode="constant")
         best = cover.max()
-        if best >= SETTINGS.inside_region:
+        if best >= TUNING.inside_region:
             places = np.argwhere(cover >= best - 1e-4)
             row, column = places[np.argmin(np.sum((places - places.mean(axis=0)) ** 2, axis=1))]
             return int(row), int(column)

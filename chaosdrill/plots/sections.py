@@ -21,7 +21,7 @@ from chaosdrill.plots.labels import (
 from chaosdrill.plots.palette import BACKGROUND, PALETTE, SEED_COLOURS
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.plane import bounds, draw_cells, legend_entry
-from chaosdrill.plots.settings import SETTINGS
+from chaosdrill.plots.tuning import TUNING
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -79,10 +79,7 @@ def bifurcation(
     has_rate = "progression_rate" in dataset.variables and bool(np.isfinite(dataset["progression_rate"]).any())
     seeds = dataset.sizes["seed"]
     heights = (
-        [2.6]
-        + [1.7] * has_spectrum
-        + [1.0] * has_rate
-        + [0.18 if seeds == 1 else 0.14 * min(seeds, SETTINGS.named_rows)]
+        [2.6] + [1.7] * has_spectrum + [1.0] * has_rate + [0.18 if seeds == 1 else 0.14 * min(seeds, TUNING.named_rows)]
     )
     figure = new_figure(1.4 + sum(heights))
     panels = list(figure.subplots(len(heights), 1, sharex=True, height_ratios=heights))
@@ -180,7 +177,7 @@ def varies(values: "NDArray[np.float64]", states: "NDArray[np.float64]") -> bool
     if not known.size:
         return False
     # round-off around zero is measured by the other states, which may have another unit
-    return bool(np.ptp(known) > SETTINGS.flat * max(float(np.abs(known).max()), SETTINGS.flat * float(every.max())))
+    return bool(np.ptp(known) > TUNING.flat * max(float(np.abs(known).max()), TUNING.flat * float(every.max())))
 
 
 def _spectrum(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
@@ -222,14 +219,14 @@ def _rate(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
 def _periods(panel: "Axes", dataset: "xr.Dataset", sweep: str, edges: "NDArray[np.float64]", height: float) -> None:
     codes, categories = by_period(dataset.transpose("seed", sweep, ...))
     names = seed_names(dataset)
-    size = (size_of(height)[0] - SETTINGS.beside, height)
-    size = (size_of(height)[0] - SETTINGS.beside, height)
+    size = (size_of(height)[0] - TUNING.beside, height)
+    size = (size_of(height)[0] - TUNING.beside, height)
     draw_cells(panel, edges, np.arange(len(names) + 1.0), codes, categories, size, names=False)
     panel.invert_yaxis()
     panel.spines["left"].set_visible(False)
-    named = 1 < len(names) <= SETTINGS.named_rows
+    named = 1 < len(names) <= TUNING.named_rows
     panel.set_yticks(np.arange(len(names)) + 0.5 if named else [], names if named else [])
-    if len(names) > SETTINGS.named_rows:
+    if len(names) > TUNING.named_rows:
         panel.set_ylabel(f"{len(names)} seeds")
     panel.tick_params(axis="y", length=0, labelsize="small")
     legend_above(panel, columns=5, handles=[legend_entry(category) for category in categories])
@@ -281,11 +278,11 @@ def _breaks(dataset: "xr.Dataset", seed: int, values: "NDArray[np.float64]") -> 
     near = changes | around[:-2] | around[2:]
     extent = float(np.ptp(values[np.isfinite(values)])) if np.isfinite(values).any() else 0.0
     jumps = (
-        (known > SETTINGS.jump_of_section * beside)
-        | (near & (known > SETTINGS.jump_of_section * apart))
-        | (changes & (known > SETTINGS.leap_of_section * extent))
+        (known > TUNING.jump_of_section * beside)
+        | (near & (known > TUNING.jump_of_section * apart))
+        | (changes & (known > TUNING.leap_of_section * extent))
     )
-    found: NDArray[np.int64] = np.flatnonzero(jumps & (known > SETTINGS.visible_in_section * extent)) + 1
+    found: NDArray[np.int64] = np.flatnonzero(jumps & (known > TUNING.visible_in_section * extent)) + 1
     return found
 
 
@@ -321,7 +318,7 @@ def poincare(
         axes.margins(0.25)
     else:
         size = float(np.clip(6e3 / max(len(section), 1), 0.6, 9.0))
-        axes.scatter(x, y, s=size, color=PALETTE[0], linewidth=0, rasterized=len(section) > SETTINGS.many_points)
+        axes.scatter(x, y, s=size, color=PALETTE[0], linewidth=0, rasterized=len(section) > TUNING.many_points)
     axes.set_xlabel(state_label(dataset, first) if plane else "iterate")
     axes.set_ylabel(state_label(dataset, second[0] if plane else first))
     axes.set_title(_title(dataset, period, len(section)))
@@ -371,18 +368,18 @@ def return_map(
     lines = seed_lines(dataset) if varied else [(PALETTE[0], "", 0.0)]
     for values, period, (colour, name, _) in zip(states[..., index], periods.astype(int), lines, strict=True):
         last = int(np.flatnonzero(np.isfinite(values))[-1]) if np.isfinite(values).any() else 0
-        axes.plot(*cobweb(values[: SETTINGS.cobweb_steps + 1]), color=colour, linewidth=0.5, alpha=0.6)
+        axes.plot(*cobweb(values[: TUNING.cobweb_steps + 1]), color=colour, linewidth=0.5, alpha=0.6)
         if 0 < period <= last:
             axes.plot(*cobweb(values[last - period : last + 1]), color=colour, linewidth=1.5)
         size = float(np.clip(np.sqrt(6e3 / max(last, 1)), 1.0, 4.0))
         dots: dict[str, Any] = {"linestyle": "none", "marker": "o", "color": colour, "markeredgewidth": 0}
-        axes.plot(values[:-1], values[1:], markersize=size, rasterized=len(values) > SETTINGS.many_points, **dots)
+        axes.plot(values[:-1], values[1:], markersize=size, rasterized=len(values) > TUNING.many_points, **dots)
         axes.plot([], [], markersize=4, label=name or "point", **dots)
     inside = states[..., index][np.isfinite(states[..., index])]
     if inside.size:
         extent, size = float(np.ptp(inside)), float(np.abs(inside).max())
         # what is left of a transient beyond the digits of an axis is one point
-        edge = 0.05 * (extent if extent > SETTINGS.one_point * size else size) or 1.0
+        edge = 0.05 * (extent if extent > TUNING.one_point * size else size) or 1.0
         ends = (float(inside.min()) - edge, float(inside.max()) + edge)
         axes.plot(ends, ends, color="0.5", linewidth=0.8, zorder=1, label="diagonal")
         axes.set(xlim=ends, ylim=ends)

@@ -11,7 +11,7 @@ from chaosdrill.plots.figures import legend_inside, legend_outside, one_panel
 from chaosdrill.plots.labels import axis_label, label, readable, uncertain
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
-from chaosdrill.plots.settings import SETTINGS
+from chaosdrill.plots.tuning import TUNING
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,14 +57,14 @@ def shares(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     part, error = ordered["fraction"].values, ordered["fraction_error"].values
     edges = _edges(values)
     bands = [(attractor_category(k, _told(ordered.isel(attractor=k), int(numbers[k]))), part[:, k], error[:, k])
-             for k in range(min(len(numbers), SETTINGS.banded_attractors))]  # fmt: skip
-    rest = part[:, SETTINGS.banded_attractors :].sum(axis=1)
+             for k in range(min(len(numbers), TUNING.banded_attractors))]  # fmt: skip
+    rest = part[:, TUNING.banded_attractors :].sum(axis=1)
     nothing = np.full(len(values), np.nan)
     bands += [(FURTHER, rest, nothing)] if rest.any() else []
     none = ordered["fraction_none"].values
     bands += [(_NONE, none, nothing)] if none.any() else []
 
-    figure, axes = one_panel(ax, SETTINGS.shares_height)
+    figure, axes = one_panel(ax, TUNING.shares_height)
     base, middles = np.zeros(len(values)), []
     handles: list[Artist] = []
     for category, share, spread in bands:
@@ -73,13 +73,13 @@ def shares(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
         low, high = (np.append(one, one[-1:]) for one in (base, top))
         axes.fill_between(edges, low, high, step="post", linewidth=0.4, **style)
         handles.append(Patch(label=category.name, **style))
-        if len(values) <= SETTINGS.error_bars:
+        if len(values) <= TUNING.error_bars:
             seen = np.isfinite(spread)
             bars = 2 * spread[seen]
             axes.errorbar(values[seen], top[seen], yerr=bars, fmt="none", ecolor="0.2", elinewidth=0.8, capsize=1.5)
         middles.append((base + top) / 2)
         base = top
-    found = _mark_ends(axes, ordered, values, middles[: min(len(numbers), SETTINGS.banded_attractors)], bands)
+    found = _mark_ends(axes, ordered, values, middles[: min(len(numbers), TUNING.banded_attractors)], bands)
     for end in found:
         marker, words = _ENDS[end]
         handles.append(
@@ -211,7 +211,7 @@ def basin_shares(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure"
         One bar per attractor, with two standard errors.
     """
     figure, axes = one_panel(ax, 3.6)
-    numbers = dataset["attractor"].values[: SETTINGS.banded_attractors].tolist()
+    numbers = dataset["attractor"].values[: TUNING.banded_attractors].tolist()
     bars = [
         (attractor_category(k, _told(dataset.isel(attractor=[k]), number)), *_share(dataset.isel(attractor=k), ""))
         for k, number in enumerate(numbers)

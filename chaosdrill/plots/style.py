@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any, cast
 
-from chaosdrill.plots.settings import SETTINGS
+from chaosdrill.plots.tuning import TUNING
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -21,7 +21,7 @@ _LOOK: dict[str, Any] = {
     "axes.spines.top": False,
     "axes.titlelocation": "left",
     "figure.dpi": 150,
-    "font.size": SETTINGS.font_size,
+    "font.size": TUNING.font_size,
     "hatch.linewidth": 0.5,
     "legend.frameon": False,
     "lines.linewidth": 1.1,
@@ -129,7 +129,7 @@ def style() -> AbstractContextManager[None]:
 @contextmanager
 def page_style() -> "Iterator[None]":
     """Draw pictures for a page: as wide as the page, and independent of matplotlib's settings."""
-    token = _width.set(SETTINGS.page_width)
+    token = _width.set(TUNING.page_width)
     try:
         # a picture inside of a page has no fonts of its own, and its ids are the same whenever it is drawn
         with _turn.holding(lambda: _of_nobody() | {"svg.fonttype": "path", **_SAME}):
@@ -167,9 +167,7 @@ def _of_user() -> dict[str, Any]:
 
 def _of_nobody() -> dict[str, Any]:
     changed = [name for name in _settings() if not name.startswith(_NOT_OF_PICTURES) and is_changed(name)]
-    sizes = {name: part * SETTINGS.page_font_size for name, part in _SIZES.items()} | {
-        "font.size": SETTINGS.page_font_size
-    }
+    sizes = {name: part * TUNING.page_font_size for name, part in _SIZES.items()} | {"font.size": TUNING.page_font_size}
     default = {name: _defaults()[name] for name in changed}
     return default | _LOOK | sizes | _PAPER | {"font.family": [_COMPLETE_FONT]}
 

@@ -31,7 +31,7 @@ from chaosdrill.plots.figures import (
 from chaosdrill.plots.labels import is_map, label, period_words, readable, shorten, state_label, strobe_words
 from chaosdrill.plots.palette import DOTS, EVENT_MARKERS, MODE_SHADES, PALETTE
 from chaosdrill.plots.pictures import picture
-from chaosdrill.plots.settings import SETTINGS
+from chaosdrill.plots.tuning import TUNING
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -70,7 +70,7 @@ def time_history(
     """
     names, whole = zip(*runs_of(dataset), strict=True)
     joined = is_joined(dataset)
-    runs = last_parts(whole, max(SETTINGS.marked_events // len(whole), SETTINGS.fewest_events))
+    runs = last_parts(whole, max(TUNING.marked_events // len(whole), TUNING.fewest_events))
     first = runs[0]
     quadratures = [str(name) for name in first.data_vars if first[name].dims == ("time",) and name != "mode"]
     if state is not None or ax is not None:
@@ -79,7 +79,7 @@ def time_history(
     count = (
         1
         if ax is not None or isinstance(state, str)
-        else min(every, SETTINGS.most_panels)
+        else min(every, TUNING.most_panels)
         if state is None
         else len(state)
     )

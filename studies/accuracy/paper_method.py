@@ -45,7 +45,7 @@ def fixed(steps: int, bisection: float) -> Setting:
     return Setting(f"{steps} steps, {bisection:g}", {"method": "rk4", "steps": steps, "tolerance": bisection})
 
 
-SETTINGS = (
+TUNING = (
     fixed(200, 1e-6),
     fixed(200, 1e-12),
     fixed(2000, 1e-6),
@@ -129,7 +129,7 @@ def table(periods: int = 10_000) -> str:
     """Return the errors of all settings as Markdown."""
     head = ["", *(f"η {eta}: point, multiplier, exponent" for eta, p in CASES.items() if p), "η 0.448: λ₁"]
     lines = [head, ["---"] * len(head)]
-    for setting in SETTINGS:
+    for setting in TUNING:
         cells = [errors.cell() for errors in errors_of_cycles(setting)]
         value, error = exponent_in_chaos(setting, periods)
         lines.append([setting.name, *cells, f"{value:.5f} ± {error:.5f}"])

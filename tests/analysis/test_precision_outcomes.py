@@ -8,7 +8,7 @@ import sympy
 
 import chaosdrill as cd
 from chaosdrill.analysis import precision_errors
-from chaosdrill.analysis.settings import PRECISION
+from chaosdrill.analysis.tuning import PRECISION
 from chaosdrill.dataset import Outcome
 from chaosdrill.model.special import positive_power
 

@@ -56,9 +56,7 @@ def test_numbers_of_exponents_survive_being_written(rate):
     made = flow(rate)
     again = build_defined(write_definition(made), made.parameters, made.initial)
     assert repr(rate_of(again)) == repr(rate_of(made))
-    assert float(rate_of(made).subs(T, 1.0)) == pytest.approx(
-        eval(rate, {"exp": math.exp, "t": 1.0}), rel=1e-12
-    )
+    assert float(rate_of(made).subs(T, 1.0)) == pytest.approx(eval(rate, {"exp": math.exp, "t": 1.0}), rel=1e-12)
 
 
 @pytest.mark.parametrize("unit", [1e-12, 1.0, 1e12])

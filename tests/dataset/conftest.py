@@ -33,9 +33,9 @@ def diagram():
     )
 
 
-SETTINGS = {"sweep": {"e": np.array([0.1, 0.2, 0.3])}, "method": "taylor", "tolerance": 1e-12, "steps": None}
+TUNING = {"sweep": {"e": np.array([0.1, 0.2, 0.3])}, "method": "taylor", "tolerance": 1e-12, "steps": None}
 
 
 @pytest.fixture
 def settings():
-    return dict(SETTINGS)
+    return dict(TUNING)

@@ -15,7 +15,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import chaosdrill as cd
-from chaosdrill.plots import settings
+from chaosdrill.plots import tuning
 from chaosdrill.plots.figures import new_figure
 from chaosdrill.plots.style import lettering, page_style, saved_alike, style
 from chaosdrill.plots.trajectories import phase_portrait, time_history
@@ -183,7 +183,7 @@ def test_the_same_picture_is_the_same_file(ball, tmp_path):
 def test_numbers_that_tune_stand_in_one_record():
     """But the width of a page, which studies share, the dots of jumps, and a constant of mathematics."""
     found = []
-    for path in Path(settings.__file__).parent.glob("*.py"):
+    for path in Path(tuning.__file__).parent.glob("*.py"):
         given = [one for one in ast.parse(path.read_text(encoding="utf-8")).body if isinstance(one, ast.Assign)]
         found += [ast.unparse(one.targets[0]) for one in given if _is_number(one.value)]
     assert sorted(found) == ["DOTS", "FEIGENBAUM", "WIDTH"]

@@ -90,7 +90,7 @@ def test_a_long_run_is_its_pieces(module):
 
 def test_the_paper_method_is_judged_by_what_is_known(module):
     paper = module("paper_method")
-    assert paper.verdicts(paper.SETTINGS[-1], periods=300, transient=300) == [0, 0, 0, 0]
+    assert paper.verdicts(paper.TUNING[-1], periods=300, transient=300) == [0, 0, 0, 0]
     coarse = paper.verdicts(paper.fixed(20, 1e-4), periods=300, transient=300)
     assert coarse[3] == paper.VERDICTS.index("chaos lost")
     errors = paper.errors_of_cycles(paper.fixed(200, 1e-6))

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Settings:
+class Tuning:
     """What steers the numerics of this package; distances of orbits are in the norm of `Problem.weights`."""
 
     sized_units: int = 4
@@ -378,4 +378,4 @@ class Settings:
     """Step of the differences, in the norm of the weights, whose vanishing makes an optimum."""
 
 
-SETTINGS = Settings()
+TUNING = Tuning()

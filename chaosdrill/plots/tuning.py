@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Settings:
+class Tuning:
     """What is drawn up to which number and size; heights and widths are in inches, texts and marks in points."""
 
     # pages
@@ -201,4 +201,4 @@ class Settings:
     """Letters in a line of a panel's title."""
 
 
-SETTINGS = Settings()
+TUNING = Tuning()
