@@ -501,7 +501,7 @@ def _constant(value: float) -> Any:
 
 def _alike(value: Any) -> Any:
     """Lanes, or a number, of what numpy made of them."""
-    return as_lanes(value) if np.ndim(value) else float(value)
+    return as_lanes(value) if np.ndim(value) else np.float64(value)
 
 
 def _unary(emit: Callable[[Any, Any], Any], twin: Callable[[Any], Any]) -> Any:

@@ -23,8 +23,8 @@ from chaosdrill.engine.records import functions_type
 from chaosdrill.engine.uncompiled import in_python
 
 if TYPE_CHECKING:
-    from chaosdrill.model.reading import Transition
     from chaosdrill.model.system import HybridSystem
+    from chaosdrill.model.transition import Transition
 
 _SAMPLES = 24
 """Saltation matrices of a transition, and Jacobians of a mode, of which it is told what they do."""
