@@ -23,6 +23,8 @@ from chaosdrill.model.special import SPECIAL, positive_power
 EXPONENTIAL = Shape(0.6, 1.0, 745.0, 4.0, 0.3, 0.0, CROSSED)
 # 1 - tanh(w) decays twice as fast, and 1 is all that doubles see of tanh from 19 on
 SIGMOID = Shape(0.3, 1.0, 19.0, 1.5, 0.3, 0.0, CROSSED)
+# one over cosh(w) and over 1 + exp(w) have the poles of tanh, and the tails of exp
+PULSE = Shape(0.15, 0.9, 745.0, 0.5, 0.25, 0.0, CROSSED)
 
 
 def _singular(exponent: float, through: int = AT_ALL) -> Shape:
@@ -118,8 +120,9 @@ def _power(part: Any, symbols: frozenset[Any]) -> Iterator[tuple[Any, Shape]]:
     elif _is_whole(exponent) and exponent > 0:
         if exponent * _degree(base, symbols) >= TUNING.hiding_degree:
             yield base, _monomial(float(exponent))
-    elif not (_is_whole(exponent) and inverse_of(base)):
-        # one over 1 + exp(x) or over cosh(x) hides no more than they do
+    elif _is_whole(exponent) and (whole := inverse_of(base)):
+        yield whole[1], PULSE
+    else:
         yield base, _singular(_size(exponent), AT_ALL if exponent.is_negative else AT_SERIES)
 
 
