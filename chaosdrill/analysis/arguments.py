@@ -537,3 +537,14 @@ class Region(Value):
 
     def argument(self, value: Any) -> dict[str, Any]:
         return {name: [float(end) for end in ends] for name, ends in value.items()}
+
+
+FIXED_SEEDS = (
+    "Initial values (and ``mode``) of each fixed seed; default: the system's own initial state, unless other seeds "
+    "are requested."
+)
+RANDOM_SEEDS = (
+    '``{"count": 4, "seed": 1, "y": (-1, 1)}``: ``count`` states drawn uniformly from the box, by a generator with '
+    "this ``seed``; the same states at every point."
+)
+"""What the seeds of a sweep mean."""

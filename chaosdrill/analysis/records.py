@@ -119,7 +119,7 @@ class RecordTask(ValueTask):
         """What the section points at a value say."""
         where = self.where.at_parameters(system, self.given, self.numerics)
         taken = section_points(where, self.given, self.given.max_period, Job(self.numerics))
-        return _measured(taken, self.measure, self.given, self.numerics)
+        return {**_measured(taken, self.measure, self.given, self.numerics), "ended_by": ended_by(taken.run)}
 
     def fingerprint(self) -> dict[str, Any]:
         """Everything that determines the numbers."""
@@ -140,7 +140,6 @@ def over_records(system: HybridSystem, given: Any, job: Job, measure: Measure) -
     if over_values is None:
         taken = section_points(where, given, given.max_period, job)
         found = _measured(taken, measure, given, job.numerics)
-        del found["ended_by"]
         told = {"message": taken.run.stopped(Outcome(int(found["outcome"]))), "reason": found.pop("reason", "")}
         forcing = {"forcing_period": ((), taken.where.unit)} if measure.forcing and system.forced else {}
         return dataset(
@@ -189,6 +188,5 @@ def _measured(taken: Taken, measure: Measure, given: Any, numerics: Numerics) ->
     return {
         "period": np.int32(taken.period),
         "outcome": np.int8(Outcome.PERIODIC if taken.period else taken.outcome),
-        "ended_by": ended_by(taken.run),
         **measure.function(taken, given, numerics),
     }

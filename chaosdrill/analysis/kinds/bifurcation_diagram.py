@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from chaosdrill.analysis.arguments import RANDOM, SEEDS, Axes
+from chaosdrill.analysis.arguments import FIXED_SEEDS, RANDOM, RANDOM_SEEDS, SEEDS, Axes
 from chaosdrill.analysis.base import POINTS, Points, analysis
 from chaosdrill.dataset.schema import SWEEP, need, swept, table
 from chaosdrill.settings import Choice, Whole, setting
@@ -38,18 +38,8 @@ class BifurcationDiagram(Points):
         positional=True,
         doc='``{"eta": np.linspace(0.4, 0.9, 501)}``.',
     )
-    seeds: list[dict[str, Any]] | None = setting(
-        SEEDS,
-        None,
-        doc="Initial values (and ``mode``) of each fixed seed; default: the system's own initial state, unless "
-        "other seeds are requested.",
-    )
-    random: dict[str, Any] | None = setting(
-        RANDOM,
-        None,
-        doc='``{"count": 4, "seed": 1, "y": (-1, 1)}``: ``count`` states drawn uniformly from the box, by a '
-        "generator with this ``seed``; the same states at every point.",
-    )
+    seeds: list[dict[str, Any]] | None = setting(SEEDS, None, doc=FIXED_SEEDS)
+    random: dict[str, Any] | None = setting(RANDOM, None, doc=RANDOM_SEEDS)
     follow: str | None = setting(
         Choice(tuple(FOLLOW), ", or leave it out"),
         None,
