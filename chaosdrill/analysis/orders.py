@@ -293,8 +293,8 @@ def _round(
     from chaosdrill.dataset import Outcome
     from chaosdrill.engine import shooting as at
     from chaosdrill.engine.layout import EVENT_COLUMNS, EVENT_STROBES, EVENT_TIME
-    from chaosdrill.orbits.guess import Place
     from chaosdrill.orbits.orbit import Orbit
+    from chaosdrill.orbits.place import Place
     from chaosdrill.orbits.problem import Problem
 
     n, problem = len(order.state), Problem(system)

@@ -172,7 +172,7 @@ def flow_of(run: Run, state: np.ndarray | None = None, mode: int | None = None) 
 
 def time_of_motion(system: HybridSystem, numerics: Numerics) -> float:
     """Time in which the motion from the initial state crosses its own extent."""
-    from chaosdrill.orbits.guess import Place, characteristic_time
+    from chaosdrill.orbits.place import Place, characteristic_time
 
     few = min(numerics.max_events or SECTIONS.few_events, SECTIONS.few_events)
     return characteristic_time(Place(system), replace(numerics, max_events=few))

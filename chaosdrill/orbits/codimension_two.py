@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from chaosdrill.dataset.branches import BranchEnd, Special
-from chaosdrill.orbits.branches import Mark
+from chaosdrill.orbits.branch import Mark
 from chaosdrill.orbits.criticality import cubic_term
 from chaosdrill.orbits.crossings import changes, noise_of, pair_on_circle, torus_test
 from chaosdrill.orbits.grazing import height_of_return
@@ -24,7 +24,7 @@ from chaosdrill.orbits.special import Touching
 from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
-    from chaosdrill.orbits.branches import Branch, BranchSegment
+    from chaosdrill.orbits.branch import Branch, BranchSegment
     from chaosdrill.orbits.curve import SpecialCurve
     from chaosdrill.orbits.points import Point
 

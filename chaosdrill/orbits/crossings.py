@@ -23,7 +23,7 @@ from chaosdrill.orbits.roots import bracketed
 from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
-    from chaosdrill.orbits.branches import BranchSegment
+    from chaosdrill.orbits.branch import BranchSegment
     from chaosdrill.orbits.curve import Curve
     from chaosdrill.orbits.orbit import Orbit
     from chaosdrill.orbits.points import Point

@@ -9,7 +9,7 @@ function's root is found by the secant method.
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -23,7 +23,28 @@ from chaosdrill.orbits.tuning import TUNING
 if TYPE_CHECKING:
     from chaosdrill.orbits.orbit import Orbit
     from chaosdrill.orbits.problem import Problem, Shot
-    from chaosdrill.orbits.special import TestFunction
+
+
+class TestFunction(Protocol):
+    """A function that vanishes along the curve.
+
+    Attributes
+    ----------
+    tracked : float
+        What it goes by, from orbit to orbit: where a guard is touched, the time on the orbit; for a pair of multipliers
+        half their sum.
+    margin : float
+        0, or the distance from the curve, in the norm of the weights, at which it is seen whether the system follows
+        the orbits: where it does so only up to the curve itself, and only where the function is negative.
+    """
+
+    kind: Special
+    margin: float
+
+    def value(
+        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, tracked: float
+    ) -> tuple[float, float]:
+        """The function and what it goes by; ``plane`` and ``tracked`` are of an orbit near by."""
 
 
 class Curve:

@@ -9,10 +9,12 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.model import HybridSystem
-from chaosdrill.orbits.branches import Branch, Mark, Progress, trace_branch
+from chaosdrill.orbits.branch import Branch, Mark
+from chaosdrill.orbits.branches import Progress, trace_branch
 from chaosdrill.orbits.codimension_two import mark_conditions
 from chaosdrill.orbits.curve import Curve, SpecialCurve
 from chaosdrill.orbits.find import NoOrbitError, starting_orbit
+from chaosdrill.orbits.function_points import first_test, mark_functions
 from chaosdrill.orbits.marks import NO_COLUMNS, Columns
 from chaosdrill.orbits.multipliers import free_multipliers, pair_near
 from chaosdrill.orbits.orbit import Orbit
@@ -90,7 +92,7 @@ def curve(
     ways = [trace_branch(over, one, part, max_points) for one in (along, along.turned())]
     if kind in (Special.LEVEL, Special.OPTIMUM) and columns.wanted is not None:
         for way in ways:
-            columns.wanted.mark(way)
+            mark_functions(way, columns.wanted)
     found = _nearest(ways, kind)
     if found is None:
         text = f"no {called} on the branch of {name} through the orbit: {_told(ways)}"
@@ -119,7 +121,7 @@ def curve(
     branch.start = f"the {called} at {name} = {value:.12g}"
     missing = mark_conditions(branch)
     if columns.wanted is not None:
-        missing += columns.wanted.mark(branch)
+        missing += mark_functions(branch, columns.wanted)
     result = branch_table(problem, parameters, [branch], None, columns, missing)
     if kind == Special.NEIMARK_SACKER:
         return _circling(problem, result, branch)
@@ -150,8 +152,7 @@ def _begin(
 ) -> tuple[SpecialCurve, Point]:
     if kind in (Special.LEVEL, Special.OPTIMUM):
         assert columns.wanted is not None
-        wanted = columns.wanted
-        curve = SpecialCurve(problem, ranges, wanted.level_test() if kind == Special.LEVEL else wanted.optimum_test())
+        curve = SpecialCurve(problem, ranges, first_test(columns.wanted, kind))
         return curve, curve.begin(orbit, problem.shoot(orbit), 0.0)
     weights = problem.weights(orbit, np.ptp(ranges, axis=1))
     test, orbit, shot, tracked = test_function_at(problem, orbit, problem.shoot(orbit), kind, weights)

@@ -441,7 +441,7 @@ def _branch_from(curve: Curve, guess: Orbit, border: Border, further: list[Orbit
         code, orbit, seen, _ = problem.newton(start, conditions, TUNING.reach_beside)
         if code != CONVERGED or distance(problem, orbit, border.good, weights) > TUNING.border_near:
             continue
-        if orbit.repeats(problem) or at_rest(problem, orbit):
+        if _repeats(problem, orbit) or at_rest(problem, orbit):
             continue
         if not admissible(orbit, seen):
             if length and admissible(orbit, replace(seen, crossed=np.full(len(orbit), -1))):
@@ -452,6 +452,13 @@ def _branch_from(curve: Curve, guess: Orbit, border: Border, further: list[Orbit
         if ahead is not None and _leads_back(problem, orbit, seen, border, weights):
             return Continuation(orbit, seen, ahead)
     return None
+
+
+def _repeats(problem: Problem, orbit: Orbit) -> bool:
+    """Whether an orbit goes through the same path several times."""
+    count, periods = len(orbit), orbit.periods
+    parts = [times for times in range(2, periods + 1) if count % times == 0 and periods % times == 0]
+    return any(problem.comes_again(orbit, count // times, TUNING.repeated) for times in parts)
 
 
 def _into(problem: Problem, guess: Orbit, shot: Shot, weights: np.ndarray) -> tuple[np.ndarray, Sequence[float]]:

@@ -16,11 +16,9 @@ from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.conserved import conserved_at, family_words, likely_at
 from chaosdrill.orbits.guess import (
     InitialGuess,
-    Place,
     guess_of_autonomous,
     initial_guess,
     own_path,
-    reached,
     returns,
     settled,
     unit_of,
@@ -28,6 +26,7 @@ from chaosdrill.orbits.guess import (
 from chaosdrill.orbits.marks import Marks
 from chaosdrill.orbits.multipliers import based
 from chaosdrill.orbits.orbit import Orbit
+from chaosdrill.orbits.place import Place, reached
 from chaosdrill.orbits.problem import CONVERGED, SINGULAR, SLOW, Problem, Shot
 from chaosdrill.orbits.results import FoundOrbit
 from chaosdrill.orbits.tuning import TUNING
@@ -357,7 +356,7 @@ def least_period(problem: Problem, orbit: Orbit) -> tuple[Orbit, str]:
         if count % times or (problem.forced and periods % times):
             continue
         step = count // times
-        if orbit.comes_again(step, TUNING.same_point, problem):
+        if problem.comes_again(orbit, step, TUNING.same_point):
             least = replace(
                 orbit,
                 segments=orbit.segments[:step],

@@ -6,8 +6,8 @@ optima an optimum is one in both parameters. Optimisation by continuation in thi
 1991, doi:10.1142/S0218127491000555.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,39 +15,17 @@ import numpy as np
 from chaosdrill.dataset.branches import Special
 from chaosdrill.orbits.codimension_two import Located, insert
 from chaosdrill.orbits.crossings import changes
-from chaosdrill.orbits.functions import Functions
+from chaosdrill.orbits.functions import Functions, Wanted
 from chaosdrill.orbits.points import Plane, plane_at
 from chaosdrill.orbits.problem import CONVERGED, LostError
 from chaosdrill.orbits.roots import bracketed
 from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
-    from chaosdrill.orbits.branches import Branch, BranchSegment
+    from chaosdrill.orbits.branch import Branch, BranchSegment
     from chaosdrill.orbits.orbit import Orbit
     from chaosdrill.orbits.points import Point
     from chaosdrill.orbits.problem import Problem, Shot
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """Functions of the orbits, and what of them makes a point special."""
-
-    functions: Functions
-    levels: Mapping[str, Sequence[float]] = field(default_factory=dict)  # values that they are to take
-    optima: Sequence[str] = ()  # those whose largest and smallest values are
-
-    def mark(self, branch: "Branch") -> list[str]:
-        """Insert what is special of a branch by its functions, and mark it; what was not located, in words."""
-        return mark_functions(branch, self)
-
-    def level_test(self) -> "Holding":
-        """The test function of the first value."""
-        name, values = next(iter(self.levels.items()))
-        return Holding(self.functions, self.functions.names.index(name), values[0])
-
-    def optimum_test(self) -> "Extremal":
-        """The test function of the first optimum."""
-        return Extremal(self.functions, self.functions.names.index(self.optima[0]))
 
 
 @dataclass(frozen=True)
@@ -89,6 +67,14 @@ class Extremal:
                 raise LostError("no orbit beside the optimum")
             found.append(self.functions.at(self.index, problem, beside))
         return float(np.array([1, -8, 8, -1]) @ found) / (12 * step), tracked
+
+
+def first_test(wanted: Wanted, kind: Special) -> Holding | Extremal:
+    """The test function of the first value, or of the first optimum."""
+    if kind == Special.LEVEL:
+        name, values = next(iter(wanted.levels.items()))
+        return Holding(wanted.functions, wanted.functions.names.index(name), values[0])
+    return Extremal(wanted.functions, wanted.functions.names.index(wanted.optima[0]))
 
 
 def mark_functions(branch: "Branch", wanted: Wanted) -> list[str]:

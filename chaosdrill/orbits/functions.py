@@ -5,7 +5,7 @@ Gauss-Legendre quadrature, extremes by a grid on every segment that narrows abou
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -320,3 +320,12 @@ def _code(system: "HybridSystem", text: str, mode: str) -> Callable[..., Any]:
 
     found: Callable[..., Any] = function_of(system, _name(text, mode), derive, arrays=True)
     return found
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Functions of the orbits, and what of them makes a point special."""
+
+    functions: Functions
+    levels: Mapping[str, Sequence[float]] = field(default_factory=dict)  # values that they are to take
+    optima: Sequence[str] = ()  # those whose largest and smallest values are

@@ -9,13 +9,13 @@ import numpy as np
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout
 from chaosdrill.engine import shooting as at
-from chaosdrill.orbits.guess import Place, started, step_of
-from chaosdrill.orbits.orbit import segment_by_segment
+from chaosdrill.orbits.guess import step_of
+from chaosdrill.orbits.place import Place, started
 from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
-    from chaosdrill.orbits.function_points import Wanted
+    from chaosdrill.orbits.functions import Wanted
     from chaosdrill.orbits.orbit import Orbit
     from chaosdrill.orbits.problem import Problem
 
@@ -50,7 +50,7 @@ def section_of(problem: "Problem", orbit: "Orbit", marks: Marks | None) -> np.nd
     marking = [k for k in marks.transitions if transitions[k].marks_only()]
     found: list[np.ndarray] = []
     came = int(orbit.segments[-1, at.SEGMENT_OUTCOME])
-    for one, before in segment_by_segment(problem, orbit):
+    for one, before in problem.segment_by_segment(orbit):
         if marking:
             found += _marked(problem, one, came, marks.system, marking)
         came = int(one.segments[0, at.SEGMENT_OUTCOME])

@@ -1,6 +1,5 @@
 """An orbit that is looked for or was found: segments between events, in a cycle."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -11,7 +10,6 @@ from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
-    from chaosdrill.orbits.problem import Problem
 
 
 @dataclass(frozen=True)
@@ -114,20 +112,6 @@ class Orbit:
             None if self.drift is None else times * self.drift,
         )
 
-    def comes_again(self, step: int, within: float, problem: "Problem") -> bool:
-        """Whether the path repeats after this number of segments, within a part of the sizes of the states."""
-        sizes = problem.sizes
-        starts = self.starts[:, : len(sizes)]
-        size = np.maximum(np.abs(starts).max(axis=0), 1e-6 * sizes)
-        turned = np.abs(problem.shifts.across(np.roll(starts, step, axis=0) - starts)) / size
-        return bool(np.array_equal(np.roll(self.segments, step, axis=0), self.segments) and turned.max() < within)
-
-    def repeats(self, problem: "Problem") -> bool:
-        """Whether it goes through the same path several times; states are compared by their sizes."""
-        count, periods = len(self), self.periods
-        parts = [times for times in range(2, periods + 1) if count % times == 0 and periods % times == 0]
-        return any(self.comes_again(count // times, TUNING.repeated, problem) for times in parts)
-
     def rotated(self, first: int, period: float | None) -> "Orbit":
         """The same path, starting from another segment."""
         phase = self.phase + float(self.durations[:first].sum())
@@ -152,17 +136,3 @@ class Orbit:
 
 def _between(one: np.ndarray | None, other: np.ndarray | None, part: float) -> np.ndarray | None:
     return one if one is None or other is None else one + part * (other - one)
-
-
-def segment_by_segment(problem: "Problem", orbit: Orbit) -> Iterator[tuple[Orbit, np.ndarray]]:
-    """Every segment as a path of its own, and the state before the event at its end, shape (d,)."""
-    period = problem.period_at(orbit)
-    clock = orbit.phase
-    for i in range(len(orbit)):
-        durations = orbit.durations[i : i + 1]
-        one = replace(
-            orbit, segments=orbit.segments[i : i + 1], starts=orbit.starts[i : i + 1], phase=clock, durations=durations
-        )
-        yield one, problem.at([one], durations[np.newaxis])[0][0, 0]
-        clock += float(durations[0])
-        clock = clock % period if period else clock

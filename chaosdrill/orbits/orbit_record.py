@@ -10,7 +10,6 @@ from numpy.polynomial import chebyshev
 
 from chaosdrill.engine import shooting as at
 from chaosdrill.orbits.multipliers import all_multipliers, free_multipliers
-from chaosdrill.orbits.orbit import segment_by_segment
 from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
@@ -145,7 +144,7 @@ def _record(problem: "Problem", orbit: "Orbit", pieces: int) -> OrbitRecord:
     shares = np.tile(_WEIGHTS, pieces) / (2 * pieces)
     times, states, modes, weights, begin = [], [], [], [], orbit.phase
     events, instants, met = [], [], []
-    for one, before in segment_by_segment(problem, orbit):
+    for one, before in problem.segment_by_segment(orbit):
         length = float(one.durations[0])
         times.append(begin + length * parts)
         states.append(problem.at([one], (length * parts)[np.newaxis])[0][0])

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chaosdrill.engine import shooting as at
-from chaosdrill.orbits.orbit import segment_by_segment
 from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
@@ -26,7 +25,7 @@ def path(problem: "Problem", orbit: "Orbit") -> tuple[np.ndarray, np.ndarray]:
     states : ndarray, shape (m, d)
     """
     strobe, begin = problem.first_strobe(orbit), 0.0
-    grids, segments = [], list(segment_by_segment(problem, orbit))
+    grids, segments = [], list(problem.segment_by_segment(orbit))
     for one, _ in segments:
         length = float(one.durations[0])
         grid = np.linspace(0.0, length, TUNING.path_parts + 1)

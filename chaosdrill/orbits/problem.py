@@ -24,10 +24,10 @@ from chaosdrill.engine.shifts import Shifts, shifts_of
 from chaosdrill.engine.stepper import machine
 from chaosdrill.engine.structure import passes
 from chaosdrill.model import HybridSystem
-from chaosdrill.orbits.guess import Place, events_until_escape
 from chaosdrill.orbits.linear_range import sizes_beside
-from chaosdrill.orbits.multipliers import Neutral, neutral_of
-from chaosdrill.orbits.orbit import Orbit, segment_by_segment
+from chaosdrill.orbits.neutral import Neutral, neutral_of
+from chaosdrill.orbits.orbit import Orbit
+from chaosdrill.orbits.place import Place, events_until_escape
 from chaosdrill.orbits.tuning import TUNING
 
 CLOCK = "forcing period"
@@ -257,6 +257,27 @@ class Problem:
             moves = np.maximum(moves, np.abs(run.vectors.T))
         yield sizes
         yield np.nan_to_num((np.where(np.eye(d, dtype=bool), 0.0, moves) * sizes).max(axis=1), posinf=0.0)
+
+    def segment_by_segment(self, orbit: Orbit) -> Iterator[tuple[Orbit, np.ndarray]]:
+        """Every segment as a path of its own, and the state before the event at its end, shape (d,)."""
+        period = self.period_at(orbit)
+        clock = orbit.phase
+        for i in range(len(orbit)):
+            own = slice(i, i + 1)
+            durations = orbit.durations[own]
+            one = replace(
+                orbit, segments=orbit.segments[own], starts=orbit.starts[own], phase=clock, durations=durations
+            )
+            yield one, self.at([one], durations[np.newaxis])[0][0, 0]
+            clock += float(durations[0])
+            clock = clock % period if period else clock
+
+    def comes_again(self, orbit: Orbit, step: int, within: float) -> bool:
+        """Whether a path repeats after this number of segments, within a part of the sizes of the states."""
+        starts = orbit.starts[:, : self.states]
+        size = np.maximum(np.abs(starts).max(axis=0), 1e-6 * self.sizes)
+        turned = np.abs(self.shifts.across(np.roll(starts, step, axis=0) - starts)) / size
+        return bool(np.array_equal(np.roll(orbit.segments, step, axis=0), orbit.segments) and turned.max() < within)
 
     def shoot(self, orbit: Orbit, watched: bool = True, section: Orbit | None = None) -> Shot:
         """The shooting residual of an orbit, and its derivatives.
@@ -549,7 +570,7 @@ class Problem:
         kernels = kernels_of(self.system)
         gradient, sizes = np.zeros(n + 1), np.maximum(self.sizes, np.abs(orbit.starts[:, :d]).max(axis=0))
         unit = self.period_at(orbit) or float(orbit.durations.sum())
-        for i, (one, before) in enumerate(segment_by_segment(self, orbit)):
+        for i, (one, before) in enumerate(self.segment_by_segment(orbit)):
             mode, end, _ = one.segments[0].tolist()
             if end >= 0:
                 state = np.concatenate([before, one.starts[0, d:]])

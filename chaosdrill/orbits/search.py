@@ -15,9 +15,10 @@ from chaosdrill.engine.setup import bounds_of, constrained_states
 from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.derivatives import derived_of
 from chaosdrill.orbits.find import NoOrbitError, admissible, least_period, orbit_read, solved
-from chaosdrill.orbits.guess import Place, Strobed, drift_in, orbit_of_events, started, strobed, unit_of
+from chaosdrill.orbits.guess import Strobed, drift_in, orbit_of_events, strobed, unit_of
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.pieces import Pieces
+from chaosdrill.orbits.place import Place, started
 from chaosdrill.orbits.problem import Problem, Shot
 from chaosdrill.orbits.results import FoundOrbit
 from chaosdrill.orbits.tuning import TUNING

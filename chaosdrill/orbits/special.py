@@ -2,12 +2,13 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from chaosdrill.dataset.branches import Special
 from chaosdrill.orbits.crossings import doubling_test, is_paired
+from chaosdrill.orbits.curve import TestFunction
 from chaosdrill.orbits.event_changes import Touch, distance, left_out, nearest_touch, slowest_event, without_events
 from chaosdrill.orbits.find import least_period
 from chaosdrill.orbits.multipliers import all_multipliers, based, free_multipliers, pair_near
@@ -18,28 +19,6 @@ from chaosdrill.orbits.tuning import TUNING
 if TYPE_CHECKING:
     from chaosdrill.orbits.orbit import Orbit
     from chaosdrill.orbits.problem import Problem, Shot
-
-
-class TestFunction(Protocol):
-    """A function that vanishes along the curve.
-
-    Attributes
-    ----------
-    tracked : float
-        What it goes by, from orbit to orbit: where a guard is touched, the time on the orbit; for a pair of multipliers
-        half their sum.
-    margin : float
-        0, or the distance from the curve, in the norm of the weights, at which it is seen whether the system follows
-        the orbits: where it does so only up to the curve itself, and only where the function is negative.
-    """
-
-    kind: Special
-    margin: float
-
-    def value(
-        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, tracked: float
-    ) -> tuple[float, float]:
-        """The function and what it goes by; ``plane`` and ``tracked`` are of an orbit near by."""
 
 
 @dataclass(frozen=True)

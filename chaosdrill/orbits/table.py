@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from chaosdrill.dataset import Outcome
     from chaosdrill.model import HybridSystem
-    from chaosdrill.orbits.branches import Branch, BranchSegment
+    from chaosdrill.orbits.branch import Branch, BranchSegment
     from chaosdrill.orbits.orbit import Orbit
 
 

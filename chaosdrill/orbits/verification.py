@@ -17,7 +17,6 @@ from chaosdrill.orbits.derivatives import derived_of
 from chaosdrill.orbits.guess import run_from, standpoint
 from chaosdrill.orbits.marks import Marks, section_of
 from chaosdrill.orbits.multipliers import graded, structural_rank, structure_of
-from chaosdrill.orbits.orbit import segment_by_segment
 from chaosdrill.orbits.path import path
 from chaosdrill.orbits.results import Checks, FoundOrbit
 from chaosdrill.orbits.tuning import TUNING
@@ -44,7 +43,7 @@ def volume_contraction(problem: "Problem", orbit: "Orbit") -> float:
     system = problem.plain
     values = np.array(list(system.parameters.values()))
     total = 0.0
-    for one, before in segment_by_segment(problem, orbit):
+    for one, before in problem.segment_by_segment(orbit):
         mode, end, transition = one.segments[0].tolist()
         divergence = _divergence(system, mode)
         if divergence is not None:
@@ -408,7 +407,7 @@ def _events(problem: "Problem", orbit: "Orbit") -> dict[str, Any]:
     kernels = kernels_of(problem.plain)
     constants = kernels.constants(problem.plain.parameters)
     rates, gradient = np.zeros(d + len(problem.plain.quadratures)), np.zeros(d + 1)
-    for i, (one, state) in enumerate(segment_by_segment(problem, orbit)):
+    for i, (one, state) in enumerate(problem.segment_by_segment(orbit)):
         mode, end = one.segments[0, : at.SEGMENT_OUTCOME].tolist()
         before[i] = state
         if end >= 0:

@@ -17,9 +17,9 @@ from chaosdrill.engine.numerics import Numerics
 from chaosdrill.model.derive import conserved_combinations, shift_directions
 from chaosdrill.orbits.branches import branches
 from chaosdrill.orbits.find import admissible, find_orbit, inadmissible_words
-from chaosdrill.orbits.guess import Place, characteristic_time
-from chaosdrill.orbits.multipliers import neutral_of
+from chaosdrill.orbits.neutral import neutral_of
 from chaosdrill.orbits.orbit import Orbit
+from chaosdrill.orbits.place import Place, characteristic_time
 from chaosdrill.orbits.problem import Problem
 from chaosdrill.orbits.search import search
 from chaosdrill.orbits.verification import describe

@@ -10,8 +10,9 @@ import sympy
 import chaosdrill as cd
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.orbits.find import find_orbit, orbit_read, starting_orbit
-from chaosdrill.orbits.guess import initial_guess, reached, settled
+from chaosdrill.orbits.guess import initial_guess, settled
 from chaosdrill.orbits.multipliers import is_stable, multipliers
+from chaosdrill.orbits.place import reached
 from chaosdrill.orbits.problem import Problem, solve
 from chaosdrill.orbits.verification import check, describe, verify
 from chaosdrill.systems import build

@@ -305,9 +305,9 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
     from chaosdrill.analysis.orbit_start import orbit_start
     from chaosdrill.orbits.branches import branches
     from chaosdrill.orbits.curves import curve
-    from chaosdrill.orbits.function_points import Wanted
+    from chaosdrill.orbits.functions import Wanted
     from chaosdrill.orbits.marks import Columns
-    from chaosdrill.orbits.multipliers import neutral_of
+    from chaosdrill.orbits.neutral import neutral_of
 
     begin = orbit_start(system, given, job.numerics)
     system = begin.system

@@ -217,7 +217,7 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
     from chaosdrill.dataset import Outcome
     from chaosdrill.dataset.build import first, more, variable
     from chaosdrill.orbits.find import find_orbit
-    from chaosdrill.orbits.multipliers import neutral_of
+    from chaosdrill.orbits.neutral import neutral_of
     from chaosdrill.orbits.results import underived
     from chaosdrill.orbits.search import search
 

@@ -1,0 +1,147 @@
+"""Where a run begins, and how fast it then moves."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.codegen import kernels_of
+from chaosdrill.dataset import Outcome
+from chaosdrill.engine import layout
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
+from chaosdrill.engine.setup import bounds_of
+from chaosdrill.orbits.tuning import TUNING
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
+
+
+@dataclass(frozen=True)
+class Place:
+    """A state on a motion, from which it can be continued."""
+
+    system: "HybridSystem"  # with the state and the mode there as its initial ones
+    phase: float = 0.0  # time in the forcing period
+    came: Run | None = None
+    """A run that has come there, from which the standing of the guards is taken over. Without one the motion begins."""
+
+    def run(self, period: float, numerics: Numerics, **options: object) -> Run:
+        """A run that continues from there; arguments as for `Run`."""
+        run = Run(self.system, period, numerics, **options)  # type: ignore[arg-type]
+        if self.came is not None:
+            state = run.x.copy()
+            run.continue_from(self.came)
+            run.x[:] = state
+        if self.system.forced:
+            run.begin_at(origin=self.phase)
+        return run
+
+
+def started(system: "HybridSystem", state: np.ndarray, mode: str) -> "HybridSystem":
+    """The system with a different initial state."""
+    return system.with_initial(**dict(zip(system.state_names, state.tolist(), strict=True)), mode=mode)
+
+
+def reached(run: Run, numerics: Numerics) -> Place:
+    """The place that a run has reached, at a strobe; the run may continue."""
+    system = started(run.system, run.x, run.mode)
+    here = Run(system, run.period, numerics)
+    here.continue_from(run)
+    return Place(system, 0.0, here)
+
+
+def characteristic_time(place: Place, numerics: Numerics) -> float:
+    """Time in which the motion from a place crosses its own extent, 1 if it does not move.
+
+    A sinusoidal motion takes about nine of these units for a turn.
+    """
+    unit = _first_unit(place, numerics)
+    for _ in range(TUNING.characteristic_rounds):
+        better, steps = _crossing(place, numerics, unit)
+        if not 1e-12 < better < 1e12 or (better > unit and steps > TUNING.characteristic_steps):
+            return unit
+        good = 1 / TUNING.characteristic_ratio <= better / unit <= TUNING.characteristic_ratio
+        unit = better
+        if good:
+            break
+    return unit
+
+
+def _first_unit(place: Place, numerics: Numerics) -> float:
+    """1, or the power of ten below it in which the motion takes no more steps than it may.
+
+    It is looked at from below: in a unit of time that is not its own a motion may take any number of them.
+    """
+    if numerics.traits.fixed_step:
+        return 1.0
+    units: list[float] = (10.0 ** np.arange(-12, 1)).tolist()
+    for unit in units[:-1]:
+        run = place.run(unit, numerics)
+        run.advance(1)
+        if 10 * run.steps > TUNING.characteristic_steps:
+            return unit
+    return units[-1]
+
+
+def _crossing(place: Place, numerics: Numerics, unit: float) -> tuple[float, int]:
+    """Extent over mean rate of the state for which that is longest, as samples at this distance show it, and the steps.
+
+    States that only move one way do not count, as long as there are others. Of a motion that escapes, only its events
+    say how fast it was while it stayed: the mean time between them counts.
+    """
+    system = place.system
+    d = len(system.state_names)
+    run = place.run(unit, numerics, samples=TUNING.characteristic_samples)
+    samples = np.zeros(
+        ((TUNING.characteristic_units + 2) * TUNING.characteristic_samples, d + len(system.quadratures) + 1)
+    )
+    outcome, _ = run.advance(TUNING.characteristic_units, samples)
+    if outcome == Outcome.ESCAPED:
+        events = events_until_escape(place, numerics, unit)
+        times = events[:, layout.EVENT_STROBES] * unit + events[:, layout.EVENT_TIME]
+        if len(times) > 1:
+            return float(np.diff(times).mean()), run.steps
+    rows = samples[: run.filled()[0]]
+    if len(rows) < 2:
+        return 0.0, run.steps
+    rates = np.zeros((len(rows), d + len(system.quadratures)))
+    times = np.arange(1, len(rows) + 1) * unit / TUNING.characteristic_samples
+    for row, time, rate in zip(rows, times, rates, strict=True):
+        kernels_of(system).functions.field(int(row[-1]), time, run.c, row[:d].copy(), rate)
+    extent = np.ptp(rows[:, :d], axis=0)
+    mean = np.sqrt((rates[:, :d] ** 2).mean(axis=0))
+    moving = (mean > 0) & (extent > 0)
+    ways = extent[moving] / mean[moving]
+    if run.steps <= len(rows):
+        # samples show all that moves: rates that they do not follow are round-off along a stiff direction
+        seen = np.ptp(times) * extent[moving] / np.abs(np.diff(rows[:, :d], axis=0)).sum(axis=0)[moving]
+        ways = np.where(seen > np.maximum(unit, TUNING.characteristic_ratio * ways), seen, ways)
+    returning = ways < TUNING.characteristic_units * unit / 2
+    return float((ways[returning] if returning.any() else ways).max(initial=0.0)), run.steps
+
+
+def events_until_escape(place: Place, numerics: Numerics, unit: float) -> np.ndarray:
+    """Events with an effect of a motion that escapes within so many units, shape (E, columns); none if it stays."""
+    outcome, events = events_of(place.run(unit, numerics), TUNING.characteristic_units)
+    return within_bounds(place.system, events) if outcome == Outcome.ESCAPED else events[:0]
+
+
+def within_bounds(system: "HybridSystem", events: np.ndarray) -> np.ndarray:
+    """The events of a run up to one whose reset led beyond the bounds, or to no number."""
+    low, high = bounds_of(system)
+    after = events[:, layout.EVENT_COLUMNS + len(system.state_names) :]
+    beyond = np.flatnonzero(~((low <= after) & (after <= high)).all(axis=1))
+    return events[: beyond[0]] if len(beyond) else events
+
+
+def events_of(run: Run, periods: int, samples: np.ndarray | None = None) -> tuple[Outcome, np.ndarray]:
+    """Events with an effect, over ``periods`` periods."""
+    d = len(run.x)
+    buffer = np.zeros((TUNING.most_events, layout.EVENT_COLUMNS + 2 * d))
+    outcome, full = run.advance(periods, samples, buffer)
+    if full:
+        return Outcome.EVENT_LIMIT, buffer[:0]
+    rows = buffer[: run.filled()[1]]
+    changing = np.array([not t.marks_only() for t in run.system.transitions], dtype=bool)
+    return outcome, rows[changing[rows[:, layout.EVENT_KIND].astype(int)]] if len(rows) else rows
