@@ -3,13 +3,13 @@
 A state that a mode pins is the simplest one. On a surface the motion has lost a direction, wherever a record begins.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from chaosdrill.model.derive import differentiate, frozen_states, pinned_states, rate
+from chaosdrill.model.derive import differentiate, frozen_states, pinned_states, time_derivative
 from chaosdrill.model.places import TIME, parameter
 from chaosdrill.model.python import opaque
 from chaosdrill.model.transition import Transition
@@ -60,7 +60,8 @@ def _established(t: Transition, zero: Callable[..., bool], moving: set[Any]) -> 
 
 def _after(t: Transition, zero: Callable[..., bool], surfaces: Iterable[Any], on: Iterable[Any] = ()) -> list[Any]:
     """Those of some surfaces on which an event ends that happens on others."""
-    return [surface for surface in surfaces if zero(surface.xreplace(dict(t.reset)), (t.guard, *on))]
+    put = dict(t.reset)
+    return [s for s in surfaces if zero(_sum(e.xreplace(put) for e in sympy.Add.make_args(s)), (t.guard, *on))]
 
 
 def _modes_on(
@@ -81,7 +82,7 @@ def _modes_on(
     while waiting:
         mode = waiting.pop()
         on = tuple(dict.fromkeys([*group, *held[mode]]))
-        if mode not in seen and all(zero(rate(system, mode, surface), on) for surface in group):
+        if mode not in seen and all(zero(_rate(system, mode, surface), on) for surface in group):
             modes.append(mode)
             waiting += [t.target for source, t in ways if source == mode]
         seen.add(mode)
@@ -98,10 +99,26 @@ def _modes_on(
     return modes
 
 
+def _rate(system: System, mode: str, surface: Any) -> Any:
+    """Time derivative of a surface along the flow of a mode."""
+    return _sum(
+        [
+            time_derivative(system, surface),
+            *(differentiate(surface, x) * system.modes[mode][x] for x in system.states if x in surface.free_symbols),
+        ]
+    )
+
+
+def _sum(terms: Iterable[Any]) -> Any:
+    """A sum whose terms are kept apart: what rounded numbers leave of those that cancel is small beside them."""
+    return sympy.Add(*filter(None, terms), evaluate=False)
+
+
 class Trial:
     """Tests whether expressions vanish on surfaces, for all times and parameters.
 
-    They are tried at random numbers; what a special or a Python function gives is a number of its own.
+    They are tried at random numbers; what a special or a Python function gives is a number of its own. Beside what is
+    as large as 1 anything seems zero whose unit is another one: states of many sizes are tried.
     """
 
     def __init__(self, system: System) -> None:
@@ -126,12 +143,22 @@ class Trial:
         symbols = [*self.symbols, *unknown.values()]
         more = np.random.default_rng(20260108).uniform(*TUNING.drawn, (len(unknown), on.shape[1]))
         off, on = np.vstack([off, more]), np.vstack([on, more])
-        terms = sympy.Add.make_args(expression.xreplace(unknown))
-        if not _small(*([_numbers(terms, symbols, values[:, 0])] for values in (on, off))):
+        terms = [term.xreplace(unknown) for term in sympy.Add.make_args(expression)]
+        here, there = (np.array([_numbers(terms, symbols, values[:, 0])]).T for values in (on, off))
+        if _parts(here, there)[0] > TUNING.plainly_none:
             return False
         function = sympy.lambdify(symbols, terms, modules="numpy", dummify=True)
         with np.errstate(all="ignore"):
-            return _small(*(zip(*_rows(function, values), strict=True) for values in (on, off)))
+            here, there = _rows(function, on), _rows(function, off)
+            parts = _parts(here, there)
+            good = np.isfinite(parts)
+            if good.sum() < TUNING.fewest_samples:
+                return False
+            small = parts <= TUNING.vanishing
+            # what is left may be the rounding of parts that cancel each other
+            if not small[good].all():
+                small |= np.abs(here.sum(axis=0)) <= TUNING.clear * _spread(symbols, terms, on).sum(axis=0)
+        return bool(small[good].all())
 
     def _points(self, surfaces: tuple[Any, ...]) -> "tuple[np.ndarray, np.ndarray]":
         """Values of the symbols, one column a point: off all surfaces, and where all of them are zero.
@@ -141,27 +168,80 @@ class Trial:
         """
         import numpy as np
 
-        n, k = len(self.states), len(surfaces)
+        n, samples = len(self.states), TUNING.samples + TUNING.sized_samples
         rng = np.random.default_rng(20260107)
-        drawn = rng.uniform(*TUNING.drawn, (len(self.symbols), TUNING.samples))
-        drawn[1 : n + 1] *= rng.choice([-1.0, 1.0], (n, TUNING.samples))
-        values = drawn.copy()
-        x, on = values[1 : n + 1], np.full(TUNING.samples, not k)
+        drawn = rng.uniform(*TUNING.drawn, (len(self.symbols), samples))
+        drawn[1 : n + 1] *= rng.choice([-1.0, 1.0], (n, samples))
+        parts, sizes = drawn[1 : n + 1].copy(), np.ones((n, samples))
+        sizes[:, TUNING.samples :] = 2.0 ** rng.integers(-TUNING.doublings, TUNING.doublings, (n, TUNING.sized_samples))
+        drawn[1 : n + 1] *= sizes
+        values, on = self._onto(surfaces, drawn, sizes)
+        x, off = values[1 : n + 1], values.copy()
+        off[1 : n + 1] = np.where(x == 0.0, drawn[1 : n + 1], x * (1.0 + 0.5 * parts))
+        return off[:, on], values[:, on]
+
+    def _onto(
+        self, surfaces: tuple[Any, ...], drawn: "np.ndarray", sizes: "np.ndarray"
+    ) -> "tuple[np.ndarray, np.ndarray]":
+        """Points brought onto surfaces, the shortest way in sizes of states, and which of them are there.
+
+        Where the rounding of a surface is as large as what it is made of, none is.
+        """
+        import numpy as np
+
+        (n, samples), k = sizes.shape, len(surfaces)
+        values, on = drawn.copy(), np.full(samples, True)
+        if not k:
+            return values, on
+        x = values[1 : n + 1]
         gradients = [differentiate(surface, x) for surface in surfaces for x in self.states]
         function = sympy.lambdify(self.symbols, [*surfaces, *gradients], modules="numpy", dummify=True)
         with np.errstate(all="ignore"):
-            for _ in range(TUNING.newton_steps if k else 0):
+            for _ in range(TUNING.newton_steps):
                 rows = _rows(function, values).T
-                heights, slopes = rows[:, :k], rows[:, k:].reshape(TUNING.samples, k, n)
+                heights, slopes = rows[:, :k], rows[:, k:].reshape(samples, k, n)
                 terms = np.einsum("ska,as->sk", np.abs(slopes), np.abs(x))
                 on = (np.abs(heights) <= TUNING.on_surface * terms).all(axis=1)
                 if on.all():
                     break
                 known = np.isfinite(rows).all(axis=1)[:, np.newaxis, np.newaxis]
-                x -= (np.linalg.pinv(np.where(known, slopes, 0.0)) @ heights[:, :, np.newaxis])[:, :, 0].T
-        off = values.copy()
-        off[1 : n + 1] = np.where(x == 0.0, drawn[1 : n + 1], x * (1.0 + 0.5 * drawn[1 : n + 1]))
-        return off[:, on], values[:, on]
+                across = np.where(known, slopes * sizes.T[:, np.newaxis, :], 0.0)
+                x -= sizes * (np.linalg.pinv(across) @ heights[:, :, np.newaxis])[:, :, 0].T
+            reach = np.abs(slopes) * np.where(x == 0.0, np.abs(drawn[1 : n + 1]), np.abs(x)).T[:, np.newaxis, :]
+            on &= (_spread(self.symbols, surfaces, values) <= TUNING.vanishing * reach.max(axis=2).T).all(axis=0)
+        return values, on
+
+
+def _spread(symbols: Sequence[Any], expressions: Iterable[Any], values: "np.ndarray") -> "np.ndarray":
+    """By how much expressions, one a row, differ at points, one a column, from those beside them, with the numbers in
+    them no better known.
+    """
+    import numpy as np
+
+    numbers: dict[Any, float] = {}
+    loose = [_loosened(e, numbers) for e in expressions]
+    function = sympy.lambdify([*symbols, *numbers], loose, modules="numpy", dummify=True)
+    held = np.array([*numbers.values()])[:, np.newaxis] * np.ones(values.shape[1])
+    whole = np.vstack([values, held]) if numbers else values
+    rng, here = np.random.default_rng(20260109), _rows(function, whole)
+    beside = (whole * (1.0 + TUNING.beside * rng.uniform(-1.0, 1.0, whole.shape)) for _ in range(3))
+    return np.max([np.abs(_rows(function, places) - here) for places in beside], axis=0)
+
+
+def _loosened(expression: Any, numbers: dict[Any, float]) -> Any:
+    """The same with each number but exponents replaced by a symbol of its own, which goes into ``numbers``."""
+    if not isinstance(expression, sympy.Expr):
+        return expression
+    if expression.is_Number or expression.is_NumberSymbol:
+        symbol = sympy.Dummy(real=True)
+        numbers[symbol] = float(expression)
+        return symbol
+    if not expression.args:
+        return expression
+    kept = [
+        e if expression.is_Pow and i and e.is_Number else _loosened(e, numbers) for i, e in enumerate(expression.args)
+    ]
+    return expression.func(*kept)
 
 
 def _rows(function: Callable[..., Any], values: "np.ndarray") -> "np.ndarray":
@@ -178,12 +258,16 @@ def _numbers(terms: tuple[Any, ...], symbols: list[Any], values: "np.ndarray") -
     return [float(number) if number.is_number and number.is_real else float("nan") for number in found]
 
 
-def _small(on: Iterable[Iterable[float]], off: Iterable[Iterable[float]]) -> bool:
-    """Whether terms add up to nothing but round-off at all points where they are numbers on and off the surfaces."""
+def _parts(on: "np.ndarray", off: "np.ndarray") -> "np.ndarray":
+    """What is left of the sum of terms, one a row, as a part of what they are on and off the surfaces, at each point.
+
+    NaN where they are no numbers.
+    """
     import numpy as np
 
-    here, there = np.array(list(on)), np.array(list(off))
-    sizes = np.abs(here).sum(axis=1) + np.abs(there).sum(axis=1)
-    good = np.isfinite(sizes)
-    zero = np.abs(here.sum(axis=1)) <= TUNING.vanishing * sizes
-    return bool(zero[good].all() and (good.sum() >= TUNING.fewest_samples or len(good) == 1))
+    sizes = np.abs(on).sum(axis=0) + np.abs(off).sum(axis=0)
+    sizes[~np.isfinite(sizes)] = np.nan
+    # of nothing but zeros nothing is left
+    sizes[sizes == 0.0] = 1.0
+    found: np.ndarray = np.abs(on.sum(axis=0)) / sizes
+    return found

@@ -58,13 +58,24 @@ class Tuning:
 
     # what a mode holds
     samples: int = 12
-    """Places at which expressions are tried."""
+    """Places at which expressions are tried, with states near 1."""
     fewest_samples: int = 4
-    """Samples that must lie where all expressions are numbers."""
+    """Places that must lie where all expressions are numbers."""
+    sized_samples: int = 64
+    """Places with states of other sizes: in some units a tenth of them tells what a unit hides, and 64 miss it once in
+    a thousand."""
+    doublings: int = 80
+    """Doublings of these sizes, and halvings: units of 1e-24 to 1e24."""
+    beside: float = 2.0**-46
+    """Part by which places, and numbers in expressions, differ that are the same but for rounding."""
+    plainly_none: float = 1e-2
+    """Part of its terms above which an expression is not zero, without a look at its rounding."""
+    clear: float = 1e3
+    """Multiple of what an expression changes by between them above which it is not zero."""
     newton_steps: int = 25
-    """Steps that bring a sample onto surfaces; one that needs more is left out."""
+    """Steps that bring a place onto surfaces; one that needs more is left out."""
     on_surface: float = 1e-13
-    """Part of its terms that is left of a surface where a sample lies on it."""
+    """Part of its terms that is left of a surface where a place lies on it."""
     vanishing: float = 1e-12
     """Part of its terms that round-off may leave of an expression that is zero; a rounded number such as 1/0.6 stands
     for the exact one."""

@@ -1,5 +1,6 @@
 """Which surfaces a mode holds: its field does not leave them, and every way in ends on them."""
 
+import numpy as np
 import pytest
 import sympy
 
@@ -200,3 +201,63 @@ def test_in_any_unit_a_held_surface_is_one_and_another_is_none(unit):
         ],
     )
     assert kernels_of(thermostat).held == (0, 0)
+
+
+@pytest.mark.parametrize("unit", [2.0**k for k in (-60, -24, 0, 24, 60)])
+def test_what_no_mode_holds_is_not_held_at_zero_in_any_unit(unit):
+    """A block that rocks on two corners, whose angle is zero at each of its events."""
+    a, w = sympy.symbols("a w", real=True)
+    modes = {mode: {a: w / unit, w: unit * a - sign} for mode, sign in (("right", 1), ("left", -1))}
+    block = cd.HybridSystem(
+        name="block",
+        states=(a, w),
+        parameters={},
+        modes=modes,
+        transitions=[
+            cd.Transition("to_left", "right", "left", guard=unit * a, direction=-1, reset={w: 0.9 * w}),
+            cd.Transition("to_right", "left", "right", guard=unit * a * (1 + w / 50), direction=1, reset={w: 0.9 * w}),
+        ],
+    )
+    assert held_surfaces(block) == {"right": (), "left": ()}
+
+
+X, V, Y = sympy.symbols("x v y", real=True)
+
+
+@pytest.mark.parametrize("written", [sympy.sympify, sympy.expand, sympy.simplify], ids=lambda f: f.__name__)
+@pytest.mark.parametrize(
+    "surface",
+    [
+        X + 0.3 * V - 0.7 * Y - 2.2,
+        X + Y**3 + Y,
+        (X + 0.3 * Y) * (1 + X**2),
+        sympy.sqrt(1 + X**2) - 1 - Y,
+        sympy.tanh(X) - Y,
+    ],
+    ids=str,
+)
+def test_a_curved_surface_is_held_in_any_unit_and_however_the_field_is_written(surface, written):
+    """The rate of y, or of v, is what keeps the surface, whose numbers are rounded."""
+    kept = V if surface.has(V) else Y
+    rates = {X: V, V: -sympy.sin(X) - 0.1 * V, Y: sympy.sin(X) - Y}
+    others = sum(sympy.diff(surface, s) * rates[s] for s in rates if s != kept)
+    on = {**rates, kept: written(-others / sympy.diff(surface, kept))}
+    rng = np.random.default_rng(4127)
+    for bits in (0, 10, 40, 40):
+        units = {s: 2.0 ** float(rng.integers(-bits, bits + 1)) for s in rates}
+        put = {s: s * unit for s, unit in units.items()}
+        modes = {"above": {**rates, kept: -1}, "below": {**rates, kept: 1}, "on": on}
+        system = cd.HybridSystem(
+            name="curved",
+            states=tuple(rates),
+            parameters={},
+            modes={
+                mode: {s: sympy.sympify(e).xreplace(put) / units[s] for s, e in field.items()}
+                for mode, field in modes.items()
+            },
+            transitions=[
+                cd.Transition("down", "above", "on", guard=surface.xreplace(put), direction=-1),
+                cd.Transition("up", "below", "on", guard=surface.xreplace(put), direction=1),
+            ],
+        )
+        assert [len(found) for found in held_surfaces(system).values()] == [0, 0, 1], units
