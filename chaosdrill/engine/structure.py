@@ -40,12 +40,20 @@ _ON = 1e-13
 _MOST = 1e6
 """Growth, in units of the sizes of states, up to which a saltation matrix tells its rank."""
 
+_KEPT = 64
+"""Answers that are kept, of starts of other sizes and of other parameters."""
+
 _REGULAR = 1e-6
 _HALVINGS = 60
 """Halvings of the way to a guard, which is curved if it is no line."""
 
 ALONG = 1e-6
 """Part of the flow that may be left across the symmetries where the motion counts as nothing but a shift."""
+
+_POWERS, _STRIDE = 160, 8
+"""Doublings to which a state at rest is displaced, from one over them on, and steps of those that are tried first."""
+_CHANGED = 0.5
+"""Part of the fastest motion by which it is another one."""
 
 MEASURES = 64
 """Turns of a phase after which phases that turn together have come back together, at most."""
@@ -58,7 +66,7 @@ def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
     n = len(system.state_names)
     c = kernels.constants(system.parameters)
     rng = np.random.default_rng(20260101)
-    sizes, unit = sizes_of(system)
+    sizes, unit = _rounded_sizes(system)
     event, gradient, (sooner, jump, scratch) = np.zeros(event_places(n).size), np.empty(n + 1), np.empty((3, n))
     for mode, events in enumerate(kernels.events):
         for j in range(len(events)):
@@ -93,7 +101,8 @@ def sizes_of(system: "HybridSystem") -> tuple[np.ndarray, float]:
 
     A state is as large as it begins, or as it has to become to meet a guard. One of which neither tells is as large as
     what it moves by in the unit of time, or as what is moved so by it: a radian of the forcing, or else of the fastest
-    motion at these sizes. Where nothing tells, as of a linear motion about a rest, any size does, and it is 1.
+    motion at these sizes. At a rest it is where the fastest motion becomes another one. Where nothing tells, as of a
+    linear motion about a rest, any size does: that of one state is 1, and those of others follow from it.
     """
     key = (*system.parameters.values(), *system.initial.values())
     known = system.shared.get("sizes")
@@ -138,9 +147,60 @@ def _sizes(system: "HybridSystem") -> tuple[np.ndarray, float]:
                 least = there.min(axis=0)
                 largest = np.fmax(largest, np.where(np.isfinite(least), least, 0.0))
         if not largest[unknown].any():
-            break
+            largest = _where_motions_change(system, x, np.flatnonzero(unknown).tolist())
+        if not largest[unknown].any():
+            largest[unknown.argmax()] = 1.0
         found = np.where(unknown & np.isfinite(largest), largest, found)
     return np.where(found > 0, found, 1.0), unit
+
+
+def _where_motions_change(system: "HybridSystem", x: np.ndarray, at_rest: list[int]) -> np.ndarray:
+    """How far states that are zero go, each alone, before the fastest motion of a mode is another one; 0 if it stays.
+
+    Eigenvalues tell it in any unit of the states.
+    """
+    here, found = _eigenvalues(system, x), np.zeros(len(x))
+    fastest = np.abs(here).max(axis=1, initial=0.0)
+    for i in at_rest:
+
+        def changes(power: float, i: int = i) -> bool:
+            place = x.copy()
+            place[i] = 2.0**power
+            there = _eigenvalues(system, place)
+            gone = np.abs(there[:, :, np.newaxis] - here[:, np.newaxis, :]).min(axis=2).max(axis=1, initial=0.0)
+            return bool((~(gone <= _CHANGED * fastest))[fastest > 0].any())
+
+        high = next((power for power in range(-_POWERS, _POWERS + 1, _STRIDE) if changes(power)), None)
+        # what is another one at once has no size
+        if high is None or high == -_POWERS:
+            continue
+        low = high - _STRIDE
+        while high - low > 1:
+            middle = (low + high) // 2
+            low, high = (low, middle) if changes(middle) else (middle, high)
+        found[i] = 2.0**high
+    return found
+
+
+def _eigenvalues(system: "HybridSystem", x: np.ndarray) -> np.ndarray:
+    """Eigenvalues of the Jacobians of all modes at a state, complex of shape (modes, n); NaN where there are none."""
+    n, found = len(x), np.full((len(system.modes), len(x)), np.nan, dtype=complex)
+    c, variation = kernels_of(system).constants(system.parameters), kernels_of(system).functions.variation
+    for mode in range(len(system.modes)):
+        matrix = np.empty((n, n))
+        for j, along in enumerate(np.eye(n)):
+            variation(mode, 0.0, c, x, along, matrix[j])
+        if np.isfinite(matrix).all():
+            found[mode] = np.linalg.eigvals(matrix)
+    return found
+
+
+def _rounded_sizes(system: "HybridSystem") -> tuple[np.ndarray, float]:
+    """Sizes and unit of time as in `sizes_of`, rounded to powers of two: starts of about the same sizes share them."""
+    sizes, unit = sizes_of(system)
+    rounded = np.exp2(np.rint(np.log2(np.append(sizes, unit))))
+    # the phases of a forcing are those of its period
+    return rounded[:-1], unit if system.forced and system.forcing_period() else float(rounded[-1])
 
 
 def _motions(system: "HybridSystem", x: np.ndarray, sizes: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
@@ -208,19 +268,22 @@ def passes(system: "HybridSystem") -> frozenset[tuple[int, int]]:
 
 
 def _at_parameters(system: "HybridSystem", name: str, find: Callable[[], Any]) -> Any:
-    """What was last found under a name, if that was at the present parameters and initial state, or else found now."""
-    key = (*system.parameters.values(), *system.initial.values())
-    known = system.shared.get(name)
-    if known is None or known[0] != key:
-        known = system.shared[name] = (key, find())
-    return known[1]
+    """What was found under a name at the present parameters and about the present sizes of states, or else is now."""
+    sizes, unit = _rounded_sizes(system)
+    key = (*system.parameters.values(), *sizes.tolist(), unit)
+    known = system.shared.setdefault(name, {})
+    if key not in known:
+        if len(known) >= _KEPT:
+            known.clear()
+        known[key] = find()
+    return known[key]
 
 
 def _passes(system: "HybridSystem") -> Iterator[tuple[int, int]]:
     kernels = kernels_of(system)
     c = kernels.constants(system.parameters)
     n = len(system.state_names)
-    sizes, unit = sizes_of(system)
+    sizes, unit = _rounded_sizes(system)
     trials = _trials(n) * np.append(sizes, unit)
     functions = kernels.functions
     event, scratch = np.zeros(event_places(n).size), np.zeros((4, n + 1 + len(system.quadratures)))
@@ -255,9 +318,9 @@ def _trials(n: int) -> np.ndarray:
     """States and, last, times at which guards are looked at, one a row, in their sizes: the same for all guards of all
     systems.
 
-    They lie in all directions and at distances from 1e-4 to 3, evenly: multiples of the powers of the root g of
-    g**(d + 1) = g + 1, without their whole parts, fill a cube of d dimensions so (Roberts 2018, "The unreasonable
-    effectiveness of quasirandom sequences").
+    They lie in all directions, half of them at distances from 1e-4 to 3 and half from 1/3 to 3, where other guards and
+    conditions lie, both evenly: multiples of the powers of the root g of g**(d + 1) = g + 1, without their whole parts,
+    fill a cube of d dimensions so (Roberts 2018, "The unreasonable effectiveness of quasirandom sequences").
     """
     d = n + 2
     g = 2.0
@@ -265,7 +328,8 @@ def _trials(n: int) -> np.ndarray:
         g = (1.0 + g) ** (1.0 / (d + 1))
     part = np.arange(1, _TRIALS + 1)[:, np.newaxis] * g ** -np.arange(1.0, d + 1) % 1.0
     normal = np.array([[NormalDist().inv_cdf(p) for p in row] for row in part[:, :n].tolist()])
-    trials = np.column_stack([normal * 10.0 ** (4.5 * part[:, n, np.newaxis] - 4.0), 7.0 * part[:, n + 1]])
+    power = np.where(np.arange(_TRIALS) % 2 == 0, 4.5 * part[:, n] - 4.0, part[:, n] - 0.5)
+    trials = np.column_stack([normal * 10.0 ** power[:, np.newaxis], 7.0 * part[:, n + 1]])
     # it is handed out again
     trials.flags.writeable = False
     return trials
@@ -551,7 +615,7 @@ def _jacobians(system: "HybridSystem", samples: int = _SAMPLES) -> Iterator[np.n
     n = len(system.state_names)
     c = kernels_of(system).constants(system.parameters)
     variation = kernels_of(system).functions.variation
-    sizes, time_unit = sizes_of(system)
+    sizes, time_unit = _rounded_sizes(system)
     rng = np.random.default_rng(20260102)
     column = np.empty(n)
     for mode in range(len(system.modes)):
