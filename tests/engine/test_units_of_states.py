@@ -1,10 +1,13 @@
 """What is found of a system before any run, and what ends runs, is the same in any unit of its states."""
 
+import math
+
+import numpy as np
 import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.engine.structure import examine, passes
+from chaosdrill.engine.structure import examine, passes, sizes_of
 
 UNITS = (1e-12, 1e12)
 NAMES = ("belt-stick-slip", "impact-oscillator", "relay-sliding")
@@ -60,6 +63,40 @@ def test_structure_does_not_depend_on_units(name):
             assert passes(here) == known[0]
             assert found.deficient == known[1].deficient
             assert ((found.frame != 0) == (known[1].frame != 0)).all()
+
+
+def softening(x_unit, v_unit):
+    """A saddle with wells beside it, at rest, that a kick sends on beyond its guard if it is fast enough."""
+    x, v = sympy.symbols("x v", real=True)
+    put = {x: x / x_unit, v: v / v_unit}
+    rates, reset = {x: v, v: x - x**3 - v / 10}, {x: -x / 2, v: v**3 - v / 2}
+    units = {x: x_unit, v: v_unit}
+    rates, reset = ({s: units[s] * e.xreplace(put) for s, e in one.items()} for one in (rates, reset))
+    kick = cd.Transition("kick", "run", "run", guard=(x + v / 3).xreplace(put), direction=1, reset=reset)
+    return cd.HybridSystem(states=(x, v), modes={"run": rates}, transitions=[kick], initial={"x": 0.0, "v": 0.0})
+
+
+@pytest.mark.parametrize("units", [(1, 1), (1e-9, 1), (1, 1e-9), (1e9, 1), (1, 1e9), (1e-9, 1e9), (1e9, 1e9)])
+def test_states_at_rest_have_the_sizes_of_what_is_beside_it(units):
+    """The wells are at 1, and the saddle's rates are of about 1; what a linear motion is made of goes together."""
+    system = softening(*units)
+    sizes, unit = sizes_of(system)
+    assert 0.25 < sizes[0] / units[0] < 2
+    assert 0.25 < sizes[1] / units[1] < 2
+    assert unit == pytest.approx(1 / (math.sqrt(1 + 0.05**2) + 0.05))
+    assert passes(system) == {(0, 0)}
+    assert not examine(system).deficient
+    rates = {"x": f"{units[0]}*v/{units[1]}", "v": f"-{units[1]}*x/{units[0]}"}
+    linear = cd.HybridSystem(states="x v", modes={"run": rates}, initial={"x": 0.0, "v": 0.0})
+    ratio = np.divide(*sizes_of(linear)[0])
+    assert ratio == pytest.approx(units[0] / units[1], rel=1e-12)
+
+
+def test_starts_of_about_the_same_sizes_share_what_is_known():
+    system = cd.build("belt-stick-slip")
+    starts = [system.with_initial(x=x) for x in np.linspace(0.0, 0.9, 40)]
+    assert len({id(examine(here)) for here in starts}) <= 3
+    assert {passes(here) for here in starts} == {passes(system)}
 
 
 def test_a_run_says_which_bound_it_has_left():
