@@ -164,15 +164,16 @@ def _pointwise(
         guards: Sequence[Sequence[Any]],
         otherwise: Any = None,
     ) -> None:
-        """A function of mode, number of the guard in it, and point."""
+        """A function of mode, number of the guard in it, and point; ``otherwise`` where there is none to be written."""
         most = max(map(len, guards), default=0)
         types = {"mode": INT, "j": INT, **point, **more}
         f = Function(module, name, types, None if otherwise is None else otherwise.type)
         mode, j, *rest = f.arguments
         calls = {
-            i * most + k: write_one(m, f"{name}_{i}_{k}", guard)
+            i * most + k: made
             for i, m in enumerate(modes)
             for k, guard in enumerate(guards[i])
+            if (made := write_one(m, f"{name}_{i}_{k}", guard)) is not None
         }
         number = f.builder.add(f.builder.mul(mode, INT(most)), j)
         _by_number(f, number, calls, passed(f, rest), otherwise)
@@ -183,7 +184,8 @@ def _pointwise(
     guards = [[*(event.guard for event in watched), *more] for watched, more in zip(events, held, strict=True)]
     of_guards("guard", {"gradient": _VECTOR}, Pointwise.guard, guards, DOUBLE(0.0))
     of_guards("guard_error", {"doubt": _VECTOR}, Pointwise.guard_error, events, DOUBLE(0.0))
-    of_guards("rate_error", {"doubt": _VECTOR}, Pointwise.rate_error, events, DOUBLE(0.0))
+    rates = [[*watched, *m.rates()] for watched, m in zip(events, modes, strict=True)]
+    of_guards("rate_error", {"doubt": _VECTOR}, Pointwise.rate_error, rates, DOUBLE(0.0))
     event = {"tangents": INT, "scale": _VECTOR, "tolerance": DOUBLE, "event": _VECTOR}
     of_guards("event_map", event, Pointwise.event_map, events, INT(-1))
     of_modes("watch", {"out": _VECTOR}, lambda i, name: modes[i].watch(module, name, [s.argument for s in steep[i]]))

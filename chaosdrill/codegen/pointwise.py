@@ -6,6 +6,7 @@ needs is computed in that outcome's branch.
 """
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import sympy
@@ -33,6 +34,13 @@ if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
 _ROW = DOUBLE.as_pointer()
+
+
+@dataclass(frozen=True)
+class Rate:
+    """The rate of a state, or an integrand."""
+
+    expression: Any
 
 
 class Pointwise:
@@ -102,15 +110,30 @@ class Pointwise:
 
     def guard_error(self, name: str, event: "Event") -> Any:
         """Write ``(t, c, x, doubt)``: error bound of a guard's value."""
-        return self._error(name, event.guard)
+        return self._error(name, event.guard, self.doubts)
 
-    def rate_error(self, name: str, event: "Event") -> Any:
-        """Write ``(t, c, x, doubt)``: error bound of a guard's rate along the flow."""
-        return self._error(name, rate(self.system, self.mode, event.guard))
+    def rate_error(self, name: str, whose: "Event | Rate") -> Any:
+        """Write ``(t, c, x, doubt)``: error bound of a guard's rate along the flow, or of a rate itself.
 
-    def _error(self, name: str, expression: Any) -> Any:
+        A rate that is as exact as what it is made of has none. Parameters count as exact there: only what changes along
+        a step makes rates scatter.
+        """
+        if not isinstance(whose, Rate):
+            return self._error(name, rate(self.system, self.mode, whose.guard), self.doubts)
+        if not cancels(whose.expression):
+            return None
+        exact = {p: -sympy.Abs(p) for p in self.constants.symbols}
+        return self._error(name, whose.expression, self.doubts | exact)
+
+    def rates(self) -> list["Rate"]:
+        """Rates of states and quadratures; 0 for those that stand in tables, as their bounds would have to."""
+        field = self.system.modes[self.mode]
+        found = [*(field[s] for s in self.system.states), *self.system.integrands(self.mode)]
+        return [Rate(sympy.Integer(0) if self.mode in self.large else e) for e in found]
+
+    def _error(self, name: str, expression: Any, doubts: Mapping[Any, Any]) -> Any:
         f, x, (doubt,) = self._begin(name, {"doubt": _ROW}, DOUBLE)
-        given, bound = f.row(doubt), rounding_bound(expression, self.doubts)
+        given, bound = f.row(doubt), rounding_bound(expression, doubts)
         values = self._expressions(f, x, [bound], {one: given[i] for i, one in enumerate(self.doubts.values())})
         f.give(values[bound])
         f.end()

@@ -12,6 +12,7 @@ from typing import Any
 import sympy
 from sympy.core.function import ArgumentIndexError
 
+from chaosdrill.codegen.tape import inverse_of
 from chaosdrill.model.python import Called, Doubt
 from chaosdrill.model.special import SPECIAL
 
@@ -55,6 +56,9 @@ def _bound(e: Any, bound: Any) -> Any:
         sizes = [sympy.Abs(a) for a in e.args]
         spread = [bound(a) * sympy.Mul(*sizes[:i], *sizes[i + 1 :]) for i, a in enumerate(e.args)]
         return sympy.Add(*spread, (len(sizes) - 1) * sympy.Mul(*sizes))
+    if e.is_Pow and e.exp.is_Integer and e.exp.is_negative and (whole := inverse_of(e.base)):
+        # the rate of such a gate or pulse is no larger than itself, and known where its parts are infinite
+        return sympy.Abs(e) * (-e.exp * bound(whole[1]) + 2 - e.exp)
     if e.is_Pow and not e.exp.free_symbols:
         slope = sympy.Abs(e.exp) * sympy.Abs(e.base) ** (e.exp - 1)
         return slope * bound(e.base) + sympy.Abs(e.exp) * sympy.Abs(e.base) ** e.exp

@@ -38,7 +38,8 @@ SIGNATURES = {
   shortest way in the scales of the states, and returns the transition that this event takes, -1 for none; what goes
   with it stands in ``event``, see `event_places`. Where ``tangents`` is 0, what only tangents need is left out
 * ``watch(mode, t, c, x, out)`` what the mode's steep operations are applied to, see ``codegen.steep``
-* ``rate_error(mode, j, t, c, x, doubt)`` as ``guard_error``, of the guard's rate along the flow
+* ``rate_error(mode, j, t, c, x, doubt)`` as ``guard_error``, of the guard's rate along the flow; behind the guards come
+  the states and the quadratures, of which it is the error of the rate: 0 where that is not known
 """
 
 POINTWISE = ("field", "variation", "guard", "guard_error", "event_map", "watch", "rate_error")

@@ -314,9 +314,31 @@ def guards_agree(functions, tables, settings, part, s, t, state, ws, scratch):
     return True
 
 
+@inner
+def rounding_of_rate(functions, tables, i, t, state, x, scratch):
+    """Bound of the rounding error of the rate of state or quadrature i: that of its terms, however small it is."""
+    mode = state.run[0].mode
+    bound = functions.rate_error(mode, tables.active[mode, 0] + i, t, state.c, x, scratch.none)
+    return EPSILON * bound if bound < math.inf else 0.0
+
+
 @rare
-def doubt_of_rates(functions, s, t, state, scratch):
-    """What rounding of the state and of time makes of the rates at s, into ``doubt``; place and rates are there.
+def coarsest(functions, tables, tolerance, h, t, state, end, scratch):
+    """Sizes of states and quadratures of which the tolerance is what rounding of their rates moves them by in a step
+    to ``end``, into ``doubt``.
+
+    No step is more exact, whatever the size of a state: one at zero may have a rate that is rounding and no more.
+    """
+    for i in range(scratch.doubt.size):
+        first = rounding_of_rate(functions, tables, i, t, state, state.x, scratch)
+        last = rounding_of_rate(functions, tables, i, t + h, state, end, scratch)
+        scratch.doubt[i] = DOUBT * max(first, last) * h / tolerance
+
+
+@rare
+def doubt_of_rates(functions, tables, s, t, state, scratch):
+    """What rounding of the state, of time and of their own terms makes of the rates at s, into ``doubt``; place and
+    rates are there.
 
     Every state is moved by another part of itself, for those of which a difference is small may be rounded alike.
     """
@@ -327,7 +349,8 @@ def doubt_of_rates(functions, s, t, state, scratch):
         part = -part - math.copysign(EPSILON, part)
     functions.field(mode, (t + s) * (1.0 + 4.0 * EPSILON), state.c, place, scratch.doubt)
     for i in range(scratch.doubt.size):
-        scratch.doubt[i] = abs(scratch.doubt[i] - scratch.before[i])
+        own = rounding_of_rate(functions, tables, i, t + s, state, scratch.out, scratch)
+        scratch.doubt[i] = max(abs(scratch.doubt[i] - scratch.before[i]), own)
 
 
 @inner
@@ -377,7 +400,7 @@ def series_agree(functions, tables, settings, s, t, state, ws, scratch):
         off = abs(slope[i] - rate[i]) * s
         if not off <= bound:
             if not told:
-                doubt_of_rates(functions, s, t, state, scratch)
+                doubt_of_rates(functions, tables, s, t, state, scratch)
                 told = True
             if not off <= bound + DOUBT * scratch.doubt[i] * s:
                 return False
@@ -417,6 +440,12 @@ def _ends(now, then):
     return math.isnan(now) or now == 0.0 or not abs(then - now) < abs(now)
 
 
+@inner
+def _runs_away(x, scale, moved, later):
+    """Whether a state at its largest soon moves on by more than itself, by ``moved``, and faster then, by ``later``."""
+    return x * moved > 0.0 and 0.5 * scale <= abs(x) < abs(moved) and 2.0 * abs(moved) < abs(later)
+
+
 @rare
 def ending(functions, tables, settings, h, t, state, scratch):
     """What a run ends with whose step h has no length or is no number: (outcome, guard).
@@ -440,8 +469,10 @@ def ending(functions, tables, settings, h, t, state, scratch):
         place[i] = x[i] + rate[i]
     functions.field(mode, t + soon, state.c, place, scratch.doubt)
     for i in range(n):
-        if outcome == STEP_UNDERFLOW and not abs(scratch.doubt[i]) < math.inf:
-            outcome = NONFINITE
+        later = soon * scratch.doubt[i]
+        # whether a series overflows before its step is too short is a question of its order
+        if not abs(later) < math.inf or _runs_away(state.x[i], state.scale[i], rate[i], later):
+            outcome = NONFINITE if outcome == STEP_UNDERFLOW else outcome
     read(functions, mode, t + soon, state.c, place, then)
     for k in range(tables.steep[mode, 0]):
         may_end = _may_end(tables.shapes[mode, k, 6], settings.method == TAYLOR)

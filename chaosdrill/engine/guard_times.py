@@ -23,12 +23,12 @@ def exact_times(arrive: Any) -> Callable[..., None]:
     Parameters
     ----------
     arrive : compiled function
-        ``arrive(functions, settings, t, state, s, scratch, out)`` puts states and quadratures after a step of length s
-        into ``out``.
+        ``arrive(functions, tables, settings, t, state, s, scratch, out)`` puts states and quadratures after a step of
+        length s into ``out``.
     """
 
     @inner
-    def newton(functions, settings, state, j, s, h, t, g, scratch):  # type: ignore[no-untyped-def]
+    def newton(functions, tables, settings, state, j, s, h, t, g, scratch):  # type: ignore[no-untyped-def]
         """Root near s of a guard along steps of that length; s itself where the two of a near double root merge.
 
         Where a step leads no nearer, as at a root of third order, the value is no more than its error. Where it is so
@@ -41,7 +41,7 @@ def exact_times(arrive: Any) -> Callable[..., None]:
         least = math.inf
         best = s
         for _ in range(8):
-            arrive(functions, settings, t, state, s, scratch, out)
+            arrive(functions, tables, settings, t, state, s, scratch, out)
             functions.field(mode, t + s, c, out, rate)
             run.evaluations += 1
             value = functions.guard(mode, j, t + s, c, out[:n], gradient)
@@ -82,6 +82,6 @@ def exact_times(arrive: Any) -> Callable[..., None]:
                 times[j] = -1.0
             elif times[j] > 0.0 and tables.marks[mode, j] & TIMED == 0:
                 g = scratch.workspace[first + j]
-                times[j] = newton(functions, settings, state, j, times[j], h, t, g, scratch)
+                times[j] = newton(functions, tables, settings, state, j, times[j], h, t, g, scratch)
 
     return locate

@@ -187,7 +187,7 @@ class Scratch(NamedTuple):
     metric: Vector
     """(n,): factors by which components of tangents are compared"""
     none: Vector
-    """(n,): zeros"""
+    """(n + q,): zeros"""
     before: Vector
     after: Vector
     out: Vector

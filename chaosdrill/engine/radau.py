@@ -13,6 +13,7 @@ import numpy as np
 
 from chaosdrill.engine.checked import (
     DENSE_DEFECT,
+    coarsest,
     dense_defect,
     doubt_of_rates,
     guards_agree,
@@ -86,7 +87,7 @@ def _agrees(functions, tables, settings, s, t, state, ws, scratch):
     rate, slope, allowed = scratch.before, scratch.after, DENSE_DEFECT * max(settings.tolerance, LEAST)
     room, stages = scratch.implicit, scratch.stages
     if not damped(rate, slope, scratch.none, s, state.x.size, room, stages) <= allowed:
-        doubt_of_rates(functions, s, t, state, scratch)
+        doubt_of_rates(functions, tables, s, t, state, scratch)
         if not damped(rate, slope, scratch.doubt, s, state.x.size, room, stages) <= allowed:
             return False
     return guards_agree(functions, tables, settings, DENSE_DEFECT * INTERPOLATED, s, t, state, ws, scratch)
@@ -149,15 +150,16 @@ def expand(place, p, t):
         for j in range(3 + 2 * kind):
             for i in range(n):
                 stages[Z + j, i] = 0.0
-        if not newton(functions, kind, t, state, h, tolerance, room, stages, False):
+        if not newton(functions, tables, kind, t, state, h, tolerance, scratch, False):
             h *= FAILED_PART
             rejected = True
             ends = True
             continue
         finish(functions, kind, t, state, h, stages, stages[END])
-        error, plain = errors_of(kind, x, h, scale, finest(tolerance / NOISE), run.period, room, stages)
-        if error <= tolerance:
-            error = max(error, _tangents(functions, kind, t, state, h, tolerance, room, stages))
+        error, plain = _errors(functions, kind, t, state, h, tolerance, scratch.none, room, stages)
+        if error > tolerance:
+            coarsest(functions, tables, tolerance, h, t, state, stages[END], scratch)
+            error, plain = _errors(functions, kind, t, state, h, tolerance, scratch.doubt, room, stages)
         error /= tolerance
         resolved = plain <= tolerance
         watching = tables.active[mode, 0] > 0
@@ -203,6 +205,16 @@ def expand(place, p, t):
 
 
 @inner
+def _errors(functions, kind, t, state, h, tolerance, rounding, room, stages):
+    """Error of a step with its tangents, if that of the states is within the tolerance, and that of `errors_of`."""
+    least = finest(tolerance / NOISE)
+    error, plain = errors_of(kind, state.x, h, state.scale, least, state.run[0].period, rounding, room, stages)
+    if error <= tolerance:
+        error = max(error, _tangents(functions, kind, t, state, h, tolerance, room, stages))
+    return error, plain
+
+
+@inner
 def _tangents(functions, kind, t, state, h, tolerance, room, stages):
     """Tangents through the stages that are there, to their last row; returns their largest error as one of states."""
     live, vectors = state.run[0].live, state.vectors
@@ -219,18 +231,18 @@ def _tangents(functions, kind, t, state, h, tolerance, room, stages):
 
 
 @inner
-def _arrive(functions, settings, t, state, s, scratch, out):
+def _arrive(functions, tables, settings, t, state, s, scratch, out):
     """States and quadratures after a step of length s, to ``out``; the step taken says where its stages may lie."""
     stages = scratch.stages
     kind = _kind(settings.tolerance)
     n = state.x.size
     predict(kind, n, s, stages, scratch.workspace)
-    found = s > 0.0 and newton(functions, kind, t, state, s, settings.tolerance, scratch.implicit, stages, True)
+    found = s > 0.0 and newton(functions, tables, kind, t, state, s, settings.tolerance, scratch, True)
     if not found:
         for j in range(3 + 2 * kind):
             for i in range(n):
                 stages[Z + j, i] = 0.0
-        found = newton(functions, kind, t, state, s, settings.tolerance, scratch.implicit, stages, False)
+        found = newton(functions, tables, kind, t, state, s, settings.tolerance, scratch, False)
     if found:
         finish(functions, kind, t, state, s, stages, out)
     else:
@@ -267,7 +279,7 @@ def advance(place, p, t, s):
     run, x, vectors, scratch = state.run[0], state.x, state.vectors, machine.scratch
     stages, out = scratch.stages, scratch.out
     if s != run.tried:
-        _arrive(machine.functions, machine.settings[0], t, state, s, scratch, stages[END])
+        _arrive(machine.functions, machine.tables, machine.settings[0], t, state, s, scratch, stages[END])
         tolerance = machine.settings[0].tolerance
         _tangents(machine.functions, _kind(tolerance), t, state, s, tolerance, scratch.implicit, stages)
     for i in range(out.size):

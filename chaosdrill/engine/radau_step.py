@@ -10,9 +10,9 @@ of the stages; for every tangent its rate at the start, then the tangents at the
 
 import math
 
-from chaosdrill.engine.checked import DOUBT, ROUNDING
+from chaosdrill.engine.checked import DOUBT, ROUNDING, rounding_of_rate
 from chaosdrill.engine.dop853_tables import PLACE, STAGES, WEIGHTS
-from chaosdrill.engine.jit import inner, series
+from chaosdrill.engine.jit import inner, rare, series
 from chaosdrill.engine.radau_tables import DEGREE, MOST_STAGES, NODES, PIVOT, POWERS, SLOPES, WEIGHTS_OF_RATES
 from chaosdrill.engine.scales import EPSILON, SMALLEST, fill
 from chaosdrill.engine.step_control import TANGENTS, begun, size
@@ -203,13 +203,13 @@ def _update(kind, x, h, room, stages, count):
 
 
 @inner
-def newton(functions, kind, t, state, h, tolerance, room, stages, predicted):
+def newton(functions, tables, kind, t, state, h, tolerance, scratch, predicted):
     """Solve for the stages of a step of length h, from increments that are there; returns whether that succeeds.
 
     Without a prediction the increments are zero, and the Jacobian at the start serves first. Updates are told in parts
     of the tolerance. Where they do not become smaller, what they are has to be within it, or round-off.
     """
-    x, scale = state.x, state.scale
+    x, scale, room, stages = state.x, state.scale, scratch.implicit, scratch.stages
     n = x.size
     s = 3 + 2 * kind
     before = math.inf
@@ -223,24 +223,17 @@ def newton(functions, kind, t, state, h, tolerance, room, stages, predicted):
                 return False
         _update(kind, x, h, room, stages, count)
         largest = 0.0
-        beyond = False
         for i in range(n):
             change = room.changes[s, i]
-            width = scale[i]
-            for j in range(s):
-                width = max(width, abs(stages[Z + j, i]))
             if not change < math.inf:
                 return False
             if change > 0.0:
-                largest = max(largest, change / (tolerance * width))
-                beyond = beyond or (
-                    change > tolerance * width and change > _round_off(x, i, h, room, stages[Z + s - 1])
-                )
+                largest = max(largest, change / (tolerance * _width(scale, stages, s, i)))
         part = max(largest / before, SLUGGISH if update == 1 else 0.0)
         before = largest
         if largest <= LEFT or (update > 0 and part < STILL and largest * part <= LEFT * (1.0 - part)):
             return True
-        if update > 1 and part > STILL and not beyond:
+        if update > 1 and part > STILL and _is_round_off(functions, tables, t, state, h, tolerance, s, scratch):
             return True
         if part > 2.0 and update > 2:
             return False
@@ -248,11 +241,28 @@ def newton(functions, kind, t, state, h, tolerance, room, stages, predicted):
 
 
 @inner
-def _round_off(x, i, h, room, moved):
-    total = abs(x[i])
-    for k in range(x.size):
-        total += h * abs(room.at_start[i, k]) * (abs(x[k]) + abs(moved[k]))
-    return NOISE * total
+def _width(scale, stages, s, i):
+    """Size of a state in a step: that of late, or how far the stages are from its start."""
+    width = scale[i]
+    for j in range(s):
+        width = max(width, abs(stages[Z + j, i]))
+    return width
+
+
+@rare
+def _is_round_off(functions, tables, t, state, h, tolerance, s, scratch):
+    """Whether an update is within the tolerance, or what rounding of the states and of their rates makes."""
+    x, changes, stages, slopes = state.x, scratch.implicit.changes, scratch.stages, scratch.implicit.at_start
+    for i in range(x.size):
+        change = changes[s, i]
+        if change > tolerance * _width(state.scale, stages, s, i):
+            total = abs(x[i])
+            for k in range(x.size):
+                total += h * abs(slopes[i, k]) * (abs(x[k]) + abs(stages[Z + s - 1, k]))
+            own = DOUBT * h * rounding_of_rate(functions, tables, i, t, state, x, scratch)
+            if change > max(NOISE * total, own):
+                return False
+    return True
 
 
 @series
@@ -323,10 +333,11 @@ def _filter(h, kind, n, room, stages):
 
 
 @inner
-def errors_of(kind, x, h, scale, least, longest, room, stages):
+def errors_of(kind, x, h, scale, least, longest, rounding, room, stages):
     """Error of a step: as it counts, and without the damping of what is stiff; the sizes by which it is told are kept.
 
-    Tangents count states that have no size, as what has decayed to nothing, by the largest one of the others.
+    Tangents count states that have no size, as what has decayed to nothing, by the largest one of the others. No size
+    is smaller than ``rounding`` has it, see `checked.coarsest`; a state whose own would be has none for tangents.
 
     It is that of an embedded formula of the order of the stages, which takes part of the rate at the start (Hairer and
     Wanner, section IV.8). The polynomial through the stages is as exact.
@@ -338,7 +349,7 @@ def errors_of(kind, x, h, scale, least, longest, room, stages):
         moved = 0.0
         for j in range(s):
             moved = max(moved, abs(stages[Z + j, i]))
-        width = begun(x, scale, i, stages[0, i], least, longest, moved)
+        width = max(begun(x, scale, i, stages[0, i], least, longest, moved), rounding[i])
         widths[i] = 1.0 / width if width > SMALLEST else 0.0
     if not _filter(h, kind, n, room, stages):
         return math.nan, math.nan
@@ -352,6 +363,9 @@ def errors_of(kind, x, h, scale, least, longest, room, stages):
     for i in range(n):
         raw[i] = right[i] / weights[i]
     error = size(raw, widths)
+    for i in range(n):
+        if rounding[i] * widths[i] > 0.5:
+            widths[i] = 0.0
     fill(widths[:n])
     return error, plain
 

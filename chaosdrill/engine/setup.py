@@ -267,7 +267,7 @@ def scratch_of(system: "HybridSystem", m: int, method: str) -> at.Scratch:
         errors=np.zeros(2),
         weights=np.zeros(n),
         metric=np.zeros(n),
-        none=np.zeros(n),
+        none=np.zeros(n + q),
         before=np.zeros(n + q),
         after=np.zeros(n + q),
         out=np.zeros(n + q),

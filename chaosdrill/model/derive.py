@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
+from chaosdrill.model.gates import without_overflow
 from chaosdrill.model.python import HIGHEST, Along, Called
 from chaosdrill.model.special import SPECIAL
 from chaosdrill.model.transition import Transition
@@ -25,9 +26,9 @@ class _Floor(sympy.Function):
 def differentiate(expression: Any, symbol: Any) -> Any:
     """Derivative between the jumps: that of ``Mod(u, m)`` is u' - floor(u/m) m', that of ``floor`` is 0."""
     if not expression.has(sympy.Mod, sympy.floor):
-        return sympy.diff(expression, symbol)
+        return without_overflow(sympy.diff(expression, symbol))
     opened = expression.replace(sympy.Mod, lambda u, m: u - m * _Floor(u / m)).replace(sympy.floor, _Floor)
-    return sympy.diff(opened, symbol).replace(_Floor, sympy.floor)
+    return without_overflow(sympy.diff(opened, symbol).replace(_Floor, sympy.floor))
 
 
 _STEPS = (sympy.sign, sympy.Heaviside, sympy.floor, sympy.ceiling, sympy.Mod)

@@ -14,6 +14,7 @@ from sympy.core.relational import Relational
 from sympy.logic.boolalg import Boolean, BooleanAtom, BooleanFunction
 
 from chaosdrill.errors import ModelError
+from chaosdrill.model.gates import without_overflow
 from chaosdrill.model.grammar import ExpressionError, parse
 from chaosdrill.model.python import Called, Source, called, fault_of, is_python, reads_time
 from chaosdrill.model.rules import folded, refused
@@ -342,7 +343,7 @@ class PartReader:
             )
         if found.has(sympy.zoo, sympy.nan, sympy.oo, -sympy.oo):
             raise ExpressionError(f"{shown(found):.60} divides by zero, or is not finite")
-        found = rejoined(found)
+        found = without_overflow(rejoined(found))
         if not has_doubles(found):
             raise ExpressionError(f"{shown(found):.60} holds a number that is larger than any double")
         found = found.xreplace({s: sympy.Symbol(s.name, real=True) for s in found.free_symbols})

@@ -225,7 +225,7 @@ class _Builder:
         if function.value is not None and not any(a.free_symbols for a in arguments):
             _check_finite(name, function.value, arguments)
         if name == "exp":
-            arguments = [_undivided(arguments[0])]
+            arguments = [undivided(arguments[0])]
         return _checked(function.make(*arguments))
 
     def _compare(self, node: Node) -> Any:
@@ -247,7 +247,7 @@ def _number(digits: str) -> Any:
     return sympy.Float(value)
 
 
-def _undivided(exponent: Any) -> Any:
+def undivided(exponent: Any) -> Any:
     """An exponent whose number is exact: of exp(x + 2000.0) sympy makes exp(2000.0)*exp(x), which no double holds."""
     if not exponent.is_Add:
         return exponent
