@@ -33,6 +33,9 @@ ROUNDING = 1e-12
 SHORTENINGS = 16
 """Times that a step is shortened for a defect; what does not change then is round-off, as about a point at rest."""
 
+EARLIER = 7
+"""Places before the last at which the terms begin that tell how far a series goes whose last two are zero."""
+
 DOUBT = 4.0
 """Times by which rounding may be larger than what it is seen to make of the rates."""
 
@@ -424,8 +427,13 @@ def proven(functions, tables, settings, h, t, state, ws, scratch):
     """The step h, shortened until the series obey the equations at its end.
 
     The last coefficients may lie in a gap of the series (the solution of x'' = -x**3 from x = 0 has every fourth one
-    only) and promise a step far beyond its radius; earlier ones show that, and the defect tells how far it goes.
+    only) and promise a step far beyond its radius; earlier ones tell that, and the defect how far it goes.
     """
+    order, scale = settings.order, state.scale
+    for i in range(state.x.size):
+        for k in range(order - EARLIER, order - 1):
+            if ws[i, uint64(k)] != 0.0 and scale[i] > 0.0:
+                h = min(h, settings.reach * (scale[i] / abs(ws[i, uint64(k)])) ** (1.0 / k))
     whole = h
     for _ in range(SHORTENINGS):
         if series_agree(functions, tables, settings, h, t, state, ws, scratch):

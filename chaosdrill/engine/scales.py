@@ -57,10 +57,14 @@ def of_series(g, order, reach):
     first = 1
     while first < order and g[first] == 0.0:
         first += 1
-    if not (first < order - 1 and abs(g[first]) > SMALLEST):
+    # both of the last two terms may lie in a gap
+    last = order
+    while last > 2 and g[last] == 0.0 and g[last - 1] == 0.0:
+        last -= 1
+    if not (first < last - 1 and abs(g[first]) > SMALLEST):
         return 0.0
-    a = abs(g[order] / g[first]) ** (1.0 / (order - first))
-    b = abs(g[order - 1] / g[first]) ** (1.0 / (order - 1 - first))
+    a = abs(g[last] / g[first]) ** (1.0 / (last - first))
+    b = abs(g[last - 1] / g[first]) ** (1.0 / (last - 1 - first))
     if not max(a, b) > 0.0:
         return 0.0
     h = reach / max(a, b)

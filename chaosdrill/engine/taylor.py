@@ -40,6 +40,10 @@ GAP = 10.0
 in the series of exp."""
 
 
+LATE = 8
+"""Last terms of a series of which one is not zero if any that matter are: higher powers are watched."""
+
+
 @inlined
 def _log2(x):
     """Binary logarithm of a positive number, or of lanes, to 1e-3, from its bits."""
@@ -133,8 +137,11 @@ def length(over, series, n, live, first, settings, period, scale, weights, metri
         here = scales.brought(scale[i], g[0], least)
         begins = scales.has_none(here, g[1], period)
         if some(begins):
-            # what rests has no last terms either
-            begins = begins & (larger(magnitude(g[order]), magnitude(g[order - 1])) > 0.0)
+            # what rests has no other terms either, in whatever gap of them the last two lie
+            late = magnitude(g[1])
+            for k in range(order - LATE + 1, order + 1):
+                late = larger(late, magnitude(g[uint64(k)]))
+            begins = begins & (late > 0.0)
             if some(begins):
                 here = larger(here, _begun(g, chosen(begins, 1.0, 0.0), order, reach, row))
         scale[i] = here

@@ -288,6 +288,7 @@ class PartReader:
                 found = sympy.Gt(found, 0) if condition else found
             else:
                 found = self._from_sympy(value, condition)
+            found = without_overflow(found)
             if not self.open and (told := refused(found, self._moving, level)):
                 raise ExpressionError(told)
             if not self.open and level == FLOW and (told := folded(found, self._moving, self._values())):
@@ -343,7 +344,7 @@ class PartReader:
             )
         if found.has(sympy.zoo, sympy.nan, sympy.oo, -sympy.oo):
             raise ExpressionError(f"{shown(found):.60} divides by zero, or is not finite")
-        found = without_overflow(rejoined(found))
+        found = rejoined(found)
         if not has_doubles(found):
             raise ExpressionError(f"{shown(found):.60} holds a number that is larger than any double")
         found = found.xreplace({s: sympy.Symbol(s.name, real=True) for s in found.free_symbols})
