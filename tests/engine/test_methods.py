@@ -96,10 +96,12 @@ def test_eight_more_digits_of_a_series_cost_less_than_two_and_a_half_times(close
 
 @pytest.mark.parametrize("closed_form", CURVED, indirect=True)
 def test_runge_kutta_of_order_eight_follows_its_tolerance(closed_form):
-    runs = [errors(*closed_form, Numerics("dop853", tolerance)) for tolerance in TOLERANCES[:-1]]
+    # how far below its tolerance one run is, is chance; where it is loose, the events part the steps
+    tolerances = np.logspace(-6, -12, 25)
+    runs = [errors(*closed_form, Numerics("dop853", tolerance)) for tolerance in tolerances]
     largest = np.log([found.max() for found, _ in runs])
-    assert np.polyfit(np.log(TOLERANCES[:-1]), largest, 1)[0] == pytest.approx(1, abs=0.1)
-    cost = runs[-1][1].evaluations / runs[1][1].evaluations
+    assert np.polyfit(np.log(tolerances), largest, 1)[0] == pytest.approx(1, abs=0.1)
+    cost = runs[-1][1].evaluations / runs[0][1].evaluations
     assert 3 < cost < 5.7, "six digits cost 1e6**(1/8), less what events cost at any tolerance"
 
 

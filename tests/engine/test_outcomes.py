@@ -118,7 +118,6 @@ def test_a_singularity_ends_the_run_where_it_is(system, method, mode, start, whe
     assert run.elapsed == pytest.approx(when, abs=1e-3)
 
 
-
 def test_a_singular_term_is_named(system):
     run, outcome = end(system, mode="shrink", x=1.0)
     assert "1/x ends where x = 0" in run.stopped(outcome)
