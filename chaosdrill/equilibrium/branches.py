@@ -17,7 +17,7 @@ from chaosdrill.dataset.branches import BranchEnd, Criticality
 from chaosdrill.dataset.equilibria import Beyond, SpecialEquilibrium
 from chaosdrill.equilibrium.curve import Curve, LostError, Point, followed
 from chaosdrill.equilibrium.forms import HopfForm, beyond, branch_point, crossing, hopf_form
-from chaosdrill.equilibrium.points import Equilibrium
+from chaosdrill.equilibrium.points import Equilibrium, undecided
 from chaosdrill.equilibrium.tuning import TUNING
 
 if TYPE_CHECKING:
@@ -257,7 +257,7 @@ def _one_by_one(curve: Curve, first: Point, last: Point, halvings: int) -> list[
 
 
 def _zero(curve: Curve, first: Point, last: Point, value: Callable[[Point], float]) -> tuple[Point, float] | None:
-    """Where a function of the points vanishes, and its slope over the part of the way; None where it does not."""
+    """Where a function of the points vanishes, and at which part of the way; None where it does not."""
     ends = value(first), value(last)
     if not ends[0] * ends[1] < 0:
         return None
@@ -266,14 +266,24 @@ def _zero(curve: Curve, first: Point, last: Point, value: Callable[[Point], floa
         return ends[0] if part == 0 else ends[1] if part == 1 else value(curve.between(first, last, part))
 
     try:
-        part = float(brentq(at, 0.0, 1.0, xtol=1e-15, rtol=4 * np.finfo(float).eps, maxiter=100))
-        return curve.between(first, last, part), ends[1] - ends[0]
+        part = float(brentq(at, 0.0, 1.0, xtol=1e-15, rtol=4 * np.finfo(float).eps, maxiter=200))
+        return curve.between(first, last, part), part
     except (LostError, RuntimeError):
         return None
 
 
-def _rate(curve: Curve, first: Point, last: Point) -> float:
-    return abs(curve.value(last.at) - curve.value(first.at))
+def _error(
+    curve: Curve, first: Point, last: Point, part: float, value: Callable[[Point], tuple[float, float]]
+) -> float:
+    """How far off the parameter may be at a zero, given the function and its error at points between neighbours."""
+
+    def at(where: float) -> tuple[Point, float, float]:
+        point = curve.between(first, last, where)
+        return point, *value(point)
+
+    here = curve.value(curve.between(first, last, part).at)
+    off = [abs(curve.value(end.at) - here) for end in undecided(at, part, (0.0, 1.0))]
+    return max(off) + UNIT * abs(here)
 
 
 def _boundary(curve: Curve, first: Point, last: Point, side: int) -> list[Place]:
@@ -281,13 +291,16 @@ def _boundary(curve: Curve, first: Point, last: Point, side: int) -> list[Place]
     found = _zero(curve, first, last, lambda p: float(p.at.heights[side]))
     if found is None:
         return []
-    point, slope = found
+    point, part = found
     one = point.at
     others = [k for k in np.flatnonzero(one.heights > one.height_errors).tolist() if k != side]
     if any(curve.field.crossed(k, one.numbers) for k in others):
         return []  # it is virtual on either side
-    error = _rate(curve, first, last) * float(point.at.height_errors[side]) / abs(slope)
-    error += UNIT * abs(curve.value(point.at))
+
+    def height(there: Point) -> tuple[float, float]:
+        return float(there.at.heights[side]), float(there.at.height_errors[side])
+
+    error = _error(curve, first, last, part, height)
     return [(point, SpecialEquilibrium.BOUNDARY, error, 0, float(side))]
 
 
@@ -332,24 +345,28 @@ def _crossings(curve: Curve, first: Point, last: Point, changed: int) -> list[Pl
     found: list[Place] = []
     for near in nearest[nearest.imag > 0]:
 
-        def critical(point: Point, near: complex = near) -> float:
-            pairs = point.at.spectrum.values[point.at.spectrum.values.imag > 0]
-            return float(pairs[np.abs(pairs - near).argmin()].real) if len(pairs) else float("nan")
+        def critical(point: Point, near: complex = near) -> tuple[float, float]:
+            values, errors = point.at.spectrum.values, point.at.spectrum.errors
+            pairs = np.flatnonzero(values.imag > 0)
+            if not len(pairs):
+                return float("nan"), float("inf")
+            k = pairs[np.abs(values[pairs] - near).argmin()]
+            return float(values[k].real), float(errors[k])
 
-        zero = _zero(curve, first, last, critical)
+        zero = _zero(curve, first, last, lambda point: critical(point)[0])
         if zero is None:
             continue
-        point, slope = zero
+        point, part = zero
         here = point.at.spectrum
         k = int(np.abs(here.values - 1j * near.imag).argmin())
-        error = _rate(curve, first, last) * float(here.errors[k]) / abs(slope) + UNIT * abs(curve.value(point.at))
+        error = _error(curve, first, last, part, critical)
         found.append((point, SpecialEquilibrium.HOPF, error, 2, float(here.values[k].imag)))
     if real == 1 and not curve.field.system.sources:
         found += _branch_point(curve, first, last)
     elif real:
         zero = _zero(curve, first, last, _least)
         if zero is not None:
-            error = UNIT**0.5 * _rate(curve, first, last)
+            error = UNIT**0.5 * abs(curve.value(last.at) - curve.value(first.at))
             found.append((zero[0], SpecialEquilibrium.BRANCH_POINT, error, real, 0.0))
     return _together(curve, found)
 

@@ -6,7 +6,9 @@ doi:10.1137/1.9780898718027, section 25.1). The error of an eigenvalue is that o
 multiple ones.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import scipy.linalg
@@ -15,6 +17,8 @@ from chaosdrill.codegen.rounding import UNIT
 from chaosdrill.dataset.equilibria import Admissibility, EquilibriumType
 from chaosdrill.equilibrium.fields import Field
 from chaosdrill.equilibrium.tuning import TUNING
+
+Place = TypeVar("Place")
 
 
 @dataclass(frozen=True)
@@ -185,3 +189,31 @@ def _where(
         return Admissibility.VIRTUAL, tuple(crossed)
     met = np.flatnonzero(np.abs(heights) <= doubts).tolist()
     return (Admissibility.BOUNDARY, tuple(met)) if met else (Admissibility.ADMISSIBLE, ())
+
+
+def undecided(
+    at: Callable[[float], tuple[Place, float, float]], zero: float, limits: tuple[float, float]
+) -> list[Place]:
+    """The nearest places on either side of a zero of a function at which its sign is certain.
+
+    Between them the zero lies, however flat the function is there.
+
+    Parameters
+    ----------
+    at : callable
+        What is at a place, the function there, and its error.
+    zero : float
+    limits : tuple of float
+        Places beyond which nothing is looked for; where the sign is not certain up to one, that stands.
+    """
+    found = []
+    for limit in limits:
+        room = abs(limit - zero)
+        way = UNIT * max(abs(zero), room)
+        while True:
+            where, value, error = at(zero + np.sign(limit - zero) * min(way, room))
+            if abs(value) > error or way >= room:
+                break
+            way *= 2
+        found.append(where)
+    return found

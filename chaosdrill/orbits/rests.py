@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.codegen.rounding import UNIT
 from chaosdrill.dataset.branches import Criticality, Special
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.layout import DONE
@@ -38,8 +39,9 @@ def rounds(curve: "Curve", points: list[Point]) -> np.ndarray:
 def shrinks(curve: "Curve", before: Point, last: Point, reach: float) -> bool:
     """Whether orbits shrink onto an equilibrium within ``reach``, a part of the parameter's range.
 
-    Squares of amplitudes go evenly to zero at a Hopf point. Planes across the flow need not contain the equilibrium, so
-    that orbits, while they shrink, leave each of them long before they are points.
+    Squares of amplitudes go to zero as the distance from a Hopf point, or as a power of it where the pair crosses with
+    no speed. Planes across the flow need not contain the equilibrium, so that orbits, while they shrink, leave each of
+    them long before they are points.
     """
     spreads = rounds(curve, [before, last]).var(axis=1) / curve.problem.sizes**2
     wide, small = (float(one.sum()) for one in spreads)
@@ -52,8 +54,11 @@ def shrinks(curve: "Curve", before: Point, last: Point, reach: float) -> bool:
     rest = rest_behind(curve, last)
     if rest is None:
         return False
-    away = float(curve.values(rest.point.orbit)[0]) - values[1]
-    return abs(away - left) <= TUNING.same_frequency * abs(left)
+    away = (float(curve.values(rest.point.orbit)[0]) - values[1]) / (values[1] - values[0])
+    if not away > 0:
+        return False
+    power = np.log(wide / small) / np.log1p(1 / away)
+    return bool(abs(power - max(round(power), 1)) <= TUNING.same_power)
 
 
 def rest_behind(curve: "Curve", last: Point) -> Rest | None:
@@ -97,7 +102,8 @@ def rest_behind(curve: "Curve", last: Point) -> Rest | None:
 
 def _hopf(rests: "Equilibria", numbers: np.ndarray, omega: float) -> "tuple[Equilibrium, float, float] | None":
     """The equilibrium where a pair crosses the imaginary axis, its frequency, and the error of the parameter."""
-    from chaosdrill.equilibrium.points import equilibrium, polished
+    from chaosdrill.equilibrium.curve import LostError
+    from chaosdrill.equilibrium.points import equilibrium, polished, undecided
 
     place = rests.places[-1]
 
@@ -122,7 +128,16 @@ def _hopf(rests: "Equilibria", numbers: np.ndarray, omega: float) -> "tuple[Equi
         if slope == 0 or abs(pair.imag - omega) > TUNING.same_frequency * omega:
             return None
         if abs(pair.real) <= error:
-            return one, pair.imag, error / abs(slope)
+
+            def there(value: float, near: np.ndarray = one.numbers) -> tuple[float, float, float]:
+                found = at_value(value, near)
+                if found is None:
+                    raise LostError("the equilibrium ends beside its Hopf point")
+                return value, found[1].real, found[2]
+
+            zero = rests.value(one)
+            off = max(abs(value - zero) for value in undecided(there, zero, rests.limits))
+            return one, pair.imag, off + UNIT * abs(zero)
         value = rests.value(one) - pair.real / slope
         if not rests.limits[0] <= value <= rests.limits[1] or value == rests.value(one):
             return None

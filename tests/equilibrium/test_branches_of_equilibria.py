@@ -121,6 +121,23 @@ def test_brusselator_against_its_closed_form():
     assert abs(branch["special_value"].item() - (1 + a**2)) < 1e-11
 
 
+@pytest.mark.parametrize("rate", ["{}**3", "{}**3 + 1e-6*{}", "tanh(50*{})", "{}**2"])
+def test_bars_of_hopf_points_where_the_pair_crosses_slowly_or_fast(rate):
+    """The cycle of the normal form has the square of its radius equal to the rate, which is zero at 1.2345."""
+    rate = rate.replace("{}", "(m - 1.2345)")
+    field = {"x": f"({rate})*x - 3*y - x*(x**2 + y**2)", "y": f"3*x + ({rate})*y - y*(x**2 + y**2)"}
+    radius = float(np.sqrt(eval(rate, {"m": 1.6, "tanh": np.tanh})))
+    cycles = flow("slow", field, {"m": 1.6}, x=radius, y=0.0)
+    ends = [cd.continue_orbit(cycles, {"m": (0.0, 2.0)}, start="guess", step=0.05)]
+    if rate[-1] != "2":
+        ends.append(cd.equilibria(cycles.with_initial([0.0, 0.0]), {"m": (0.0, 2.0)}))
+    for found in ends:
+        assert [kind for kind, _ in specials(found)] == ["hopf"]
+        assert within(found, [1.2345])
+        assert found["special_error"].item() < 4e-5
+    assert "shrinks onto the equilibrium" in ends[0]["branch_end_text"].item()
+
+
 def test_adaptive_control_has_the_published_coefficient_and_cycles():
     """MatCont manual (version 7p4), adaptive control: l1 = -0.3000001 at 1; the cycle doubles at 0.6303020."""
     rates = {"x": "y", "y": "z", "z": "-alpha*z - beta*y - x + x**2"}
