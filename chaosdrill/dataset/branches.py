@@ -39,6 +39,10 @@ class Special(Code):
     ADDING_SLIDING = 28
     SWITCHING_SLIDING = 29
     RESONANT_GRAZING = 30
+    DEGENERATE_SLIDING = 31
+    SLIDING_FOLD = 32
+    SLIDING_FLIP = 33
+    SLIDING_NEIMARK_SACKER = 34
 
     @property
     def words(self) -> str:
@@ -153,6 +157,10 @@ _HAPPENS = {
     Special.ADDING_SLIDING: "A stay on the surface touches the end of the part that slides: it parts, or two join.",
     Special.RESONANT_GRAZING: "The first, second or third return after an event that grazes is as high as the guard.",
     Special.SWITCHING_SLIDING: "The orbit reaches the surface at the end of the part that slides: it crosses it first.",
+    Special.DEGENERATE_SLIDING: "The tangency of a field is of third order: crossing- and switching-sliding meet.",
+    Special.SLIDING_FOLD: "A sliding bifurcation of an orbit with a multiplier +1.",
+    Special.SLIDING_FLIP: "A sliding bifurcation of an orbit with a multiplier -1.",
+    Special.SLIDING_NEIMARK_SACKER: "A sliding bifurcation of an orbit with a pair on the unit circle.",
 }
 
 _BORN = {

@@ -27,7 +27,7 @@ from chaosdrill.orbits.problem import CONVERGED, LostError, Shot
 from chaosdrill.orbits.rests import rest_behind
 from chaosdrill.orbits.results import NO_GRAZING, BranchResult, Cascade, NormalForm
 from chaosdrill.orbits.roots import bracketed
-from chaosdrill.orbits.sliding import TOUCHING, sliding_between, sliding_beyond
+from chaosdrill.orbits.sliding import TOUCHING, Landing, sliding_between, sliding_beyond
 from chaosdrill.orbits.switching import crossing, curve_behind, doubled
 from chaosdrill.orbits.table import branch_table, cascade_from, nothing
 from chaosdrill.orbits.tuning import TUNING
@@ -148,6 +148,8 @@ def _behind(curve: Curve, part: Continued, last: BranchSegment, branch: Branch) 
     assert part.border is not None
     length, at_border = last.points[-1].arclength, last.points[-1].orbit
     if isinstance(curve, SpecialCurve):
+        if _degenerate(curve, last) is not None:
+            return None
         alone = change_at(curve.problem, part.border).kind == Special.REGULAR
         further = None if halves_met(curve, last.points, alone) else curve_behind(curve, last.points[-1], part.border)
         if further is None:
@@ -200,6 +202,12 @@ def _ended_at(branch: Branch, curve: Curve, part: Continued, last: BranchSegment
     assert part.border is not None
     if part.lost and _escapes(last, step):
         return branch.ended(BranchEnd.ESCAPED)
+    away = _degenerate(curve, last)
+    if away is not None:
+        words = "the tangency is of third order; the curve ends"
+        border = replace(part.border, error=part.border.error + 2 * away)
+        _mark(branch, border, Special.DEGENERATE_SLIDING, words)
+        return branch.ended(BranchEnd.OUTCOME_SWITCH, words)
     kind, text = change_at(curve.problem, part.border)
     words = f"{text}; the {curve.noun} ends" if text else _lost(last)
     if halves_met(curve, last.points, kind == Special.REGULAR) and (isinstance(curve, SpecialCurve) or not words):
@@ -208,6 +216,22 @@ def _ended_at(branch: Branch, curve: Curve, part: Continued, last: BranchSegment
     kind = sliding_beyond(curve.problem, part.border) or kind if kind != Special.REGULAR else kind
     _mark(branch, part.border, kind, words)
     return branch
+
+
+def _degenerate(curve: Curve, last: BranchSegment) -> float | None:
+    """How far the first parameter is from where the tangency to a surface is of third order; None if that is not near.
+
+    It is near where the rate that vanishes there would do so within a small part of a step.
+    """
+    test = curve.test if isinstance(curve, SpecialCurve) else None
+    if not isinstance(test, Landing) or len(last) < 3:
+        return None
+    near, other = last.points[-1], last.points[-3]
+    rate, before = (test.at(curve.problem, point.orbit)[1] for point in (near, other))
+    if before == rate:
+        return None
+    part = rate / (rate - before)
+    return abs(part * float(last.values[-1, 0] - last.values[-3, 0])) if abs(part) <= TUNING.end_of_curve else None
 
 
 def _lost(segment: BranchSegment) -> str:

@@ -20,6 +20,7 @@ from chaosdrill.orbits.grazing import height_of_return
 from chaosdrill.orbits.multipliers import all_multipliers, free_multipliers, pair_near
 from chaosdrill.orbits.problem import LostError
 from chaosdrill.orbits.roots import bracketed
+from chaosdrill.orbits.sliding import LANDING
 from chaosdrill.orbits.special import Touching
 from chaosdrill.orbits.tuning import TUNING
 
@@ -203,9 +204,18 @@ CONDITIONS = [
         Special.FLIP_NEIMARK_SACKER, _PAIR, _each(lambda c, p: float(np.prod(1 + _rest(c, p)).real)), 3, _complex
     ),
     Condition(Special.DOUBLE_NEIMARK_SACKER, _PAIR, _each(_circling), 4, _on_circle),
-    Condition(Special.GRAZING_FOLD, Special.GRAZING, _at(1, 0, True), 1),
-    Condition(Special.GRAZING_FLIP, Special.GRAZING, _at(-1, 0, False), 1),
-    Condition(Special.GRAZING_NEIMARK_SACKER, Special.GRAZING, _each(_circling), 2, _on_circle),
+    *(
+        condition
+        for curve, fold, flip, pair in (
+            (Special.GRAZING, Special.GRAZING_FOLD, Special.GRAZING_FLIP, Special.GRAZING_NEIMARK_SACKER),
+            *((one, Special.SLIDING_FOLD, Special.SLIDING_FLIP, Special.SLIDING_NEIMARK_SACKER) for one in LANDING),
+        )
+        for condition in (
+            Condition(fold, curve, _at(1, 0, True), 1),
+            Condition(flip, curve, _at(-1, 0, False), 1),
+            Condition(pair, curve, _each(_circling), 2, _on_circle),
+        )
+    ),
     *map(_returning, (1, 2, 3)),
     *(
         Condition(kind, curve, values, multiplicity, proper)

@@ -211,7 +211,10 @@ def _through_rest(curve: Curve, points: list[Point]) -> bool:
 def _lost(curve: Curve, points: list[Point], step: float) -> Border:
     """No further point was found at the smallest step."""
     last = points[-1]
-    return Border(last.orbit, last.shot, None, None, _left(points, step) * float(curve.spans[0]))
+    left = _left(points, step) * float(curve.spans[0])
+    if len(points) > 1:
+        left = max(left, curve.stay_left(points[-2], last))
+    return Border(last.orbit, last.shot, None, None, left)
 
 
 def _left(points: list[Point], step: float) -> float:

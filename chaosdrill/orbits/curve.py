@@ -18,6 +18,7 @@ from chaosdrill.engine.layout import DONE
 from chaosdrill.orbits.find import admissible
 from chaosdrill.orbits.points import Border, Direction, Plane, Point, Root, Whole, plane_at
 from chaosdrill.orbits.problem import CONVERGED, LostError
+from chaosdrill.orbits.sliding import Landing
 from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
@@ -292,6 +293,22 @@ class Curve:
 
         The former is ``last`` itself if nothing lies between.
         """
+        good, beyond, bad, part = self._bisected(last, beyond)
+        orbit, shot = self.followed(good) or (good.orbit, good.shot)
+        error = part * abs(float(self.values(beyond.orbit)[0] - self.values(good.orbit)[0]))
+        error += self.problem.accuracy * self.size(orbit) + self.margin * self.spans[0]
+        if self.margin:
+            # how far the border moves with the distance from the curve at which it is seen
+            wider = copy(self)
+            wider.margin = 2 * self.margin
+            moved = self.values(wider._bisected(last, beyond)[0].orbit) - self.values(good.orbit)
+            error += 2 * abs(float(moved[0]))
+        error += self._known_from(last, good, error) + self.stay_left(last, good)
+        bad_orbit, bad_shot = bad or (None, None)
+        return good, Border(orbit, shot, bad_orbit, bad_shot, float(error))
+
+    def _bisected(self, last: Point, beyond: Point) -> tuple[Point, Point, "tuple[Orbit, Shot] | None", float]:
+        """The last point before a border, one beyond, the orbit there, and which part of the way lies between them."""
         good, bad, part = last, self.blocked(beyond), 1.0
         row = last.tangent.row
         for _ in range(TUNING.bisections):
@@ -306,12 +323,22 @@ class Curve:
                 good, part = point, (part - half) / (1 - half)
             else:
                 beyond, bad, part = point, blocked, 1.0
-        orbit, shot = self.followed(good) or (good.orbit, good.shot)
-        error = part * abs(float(self.values(beyond.orbit)[0] - self.values(good.orbit)[0]))
-        error += self.problem.accuracy * self.size(orbit) + self.margin * self.spans[0]
-        error += self._known_from(last, good, error)
-        bad_orbit, bad_shot = bad or (None, None)
-        return good, Border(orbit, shot, bad_orbit, bad_shot, float(error))
+        return good, beyond, bad, part
+
+    def stay_left(self, before: Point, border: Point) -> float:
+        """How far from a border, in the first parameter, a stay that vanishes there would be none.
+
+        Beside a touch it lasts as long as the root of the distance, and what it does to the orbit is of a higher power:
+        orbits without it are found before it is none.
+        """
+        lasting, longer = border.orbit.durations, before.orbit.durations
+        if len(lasting) != len(longer):
+            return 0.0
+        i = int(lasting.argmin())
+        if not lasting[i] < min(longer[i], TUNING.tangential * float(lasting.sum())):
+            return 0.0
+        way = abs(float((self.values(before.orbit) - self.values(border.orbit))[0]))
+        return 2 * way * float(lasting[i] ** 2 / (longer[i] ** 2 - lasting[i] ** 2))
 
     def _known_from(self, before: Point, border: Point, within: float) -> float:
         """Error of a border as the orbits beside it make it: how far from it they are known better than by that.
@@ -441,6 +468,8 @@ class SpecialCurve(Curve):
     def followed(self, point: Point) -> tuple["Orbit", "Shot"] | None:
         if not self.margin:
             return point.orbit, point.shot
+        if isinstance(self.test, Landing) and not self.test.holds(self.problem, point.orbit):
+            return None
         assert point.root is not None
         plane = point.root.plane
         across = point.root.across.change

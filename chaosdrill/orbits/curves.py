@@ -1,4 +1,4 @@
-"""Curves of folds, period doublings, Neimark-Sacker points and grazing over two parameters."""
+"""Curves of folds, period doublings, Neimark-Sacker points, grazing and sliding over two parameters."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -30,7 +30,7 @@ FOLLOWED = {
     kind.meaning: kind
     for kind in (
         *(Special.FOLD, Special.PERIOD_DOUBLING, Special.NEIMARK_SACKER, Special.GRAZING),
-        *(Special.LEVEL, Special.OPTIMUM),
+        *(Special.CROSSING_SLIDING, Special.SWITCHING_SLIDING, Special.LEVEL, Special.OPTIMUM),
     )
 }
 """What can be followed, by name."""
@@ -61,8 +61,8 @@ def curve(
         Smallest and largest value of each.
     period, start, transient
         Of the first orbit, as for `chaosdrill.orbits.find.starting_orbit`.
-    follow : {"fold", "period_doubling", "neimark_sacker", "grazing", "level", "optimum"}
-        The last two: where the first of the functions of ``columns`` takes its value, or is largest or smallest.
+    follow : str
+        One of `FOLLOWED`. The last two: where the first of the functions of ``columns`` takes its value, or is largest or smallest.
     step : float
         Longest step of the first parameter; that of the second is the same part of its range.
     max_points : int

@@ -7,7 +7,7 @@ doi:10.1016/S0167-2789(02)00547-X).
 """
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,8 +20,8 @@ from chaosdrill.orbits.tuning import TUNING
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
     from chaosdrill.orbits.orbit import Orbit
-    from chaosdrill.orbits.points import Border
-    from chaosdrill.orbits.problem import Problem
+    from chaosdrill.orbits.points import Border, Plane
+    from chaosdrill.orbits.problem import Problem, Shot
 
 Cycle = tuple[tuple[str, float], ...]
 
@@ -31,6 +31,8 @@ SLIDING = (
     Special.ADDING_SLIDING,
     Special.SWITCHING_SLIDING,
 )
+LANDING = (Special.CROSSING_SLIDING, Special.SWITCHING_SLIDING)
+"""Kinds at which an orbit reaches the surface at the end of the part of it that slides."""
 TOUCHING = (Special.GRAZING, Special.GRAZING_SLIDING, Special.ADDING_SLIDING)
 """Kinds at which an orbit touches a guard without an event."""
 
@@ -75,6 +77,105 @@ def sliding_beyond(problem: "Problem", border: "Border") -> Special | None:
             if expected and not came and not ends:
                 return Special.SWITCHING_SLIDING
     return None
+
+
+@dataclass(frozen=True)
+class Landing:
+    """A motion reaches the surface where the field beyond it is tangent to it: at the end of the part that slides.
+
+    At crossing-sliding that field turns away from the surface, and the orbit is followed that crosses. At
+    switching-sliding it turns towards the surface, and the orbit is followed that slides at once. In between the two the
+    tangency is of third order (Kowalczyk and di Bernardo 2005, doi:10.1016/j.physd.2005.03.008).
+    """
+
+    segment: int  # at whose end the surface is reached
+    sliding: int  # the mode
+    leave: int  # guard of that mode at which the part that slides ends
+    way: int  # sign of that guard where the motion crosses
+    beyond: int  # mode of the field beyond
+    kind: Special
+    margin = 1e-8
+
+    def value(
+        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: "Plane", tracked: float
+    ) -> tuple[float, float]:
+        """Speed at which the field beyond leaves the surface; negative where the orbit is followed."""
+        speed = self.at(problem, orbit)[0]
+        return (-speed if self.kind == Special.CROSSING_SLIDING else speed), tracked
+
+    def holds(self, problem: "Problem", orbit: "Orbit") -> bool:
+        """Whether the field beyond turns as it does at points of this kind."""
+        return (self.at(problem, orbit)[1] > 0) == (self.kind == Special.CROSSING_SLIDING)
+
+    def at(self, problem: "Problem", orbit: "Orbit") -> tuple[float, float]:
+        """Speed at which the field beyond leaves the surface, and its rate along that field."""
+        system, after = problem.system, (self.segment + 1) % len(orbit)
+        kernels, n = kernels_of(system), len(system.state_names)
+        constants = kernels.constants(system.parameters)
+        gradient, rates = np.zeros(n + 1), np.zeros(n + len(system.quadratures))
+        time = orbit.phase + float(orbit.durations[: self.segment + 1].sum())
+        state = np.ascontiguousarray(orbit.starts[after])
+        kernels.functions.field(self.beyond, time, constants, state, rates)
+        speed = kernels.functions.guard(self.sliding, self.leave, time, constants, state, gradient)
+        return self.way * float(speed), self.way * float(gradient[:n] @ rates[:n] + gradient[n])
+
+
+def landings(problem: "Problem", orbit: "Orbit", kind: Special) -> list[tuple[float, Landing]]:
+    """Events at which an orbit may reach the end of the part that slides, nearest first: (how near, which).
+
+    How near is a time, as a part of the orbit's duration.
+    """
+    system, events = problem.plain, kernels_of(problem.system).events
+    names, taken = system.mode_names, "cross" if kind == Special.CROSSING_SLIDING else "slide"
+    found = []
+    for i, (mode, end, outcome) in enumerate(orbit.segments.tolist()):
+        if end < 0 or system.transitions[outcome].kind != taken:
+            continue
+        ways = {system.transitions[k].kind: names.index(system.transitions[k].target) for k in events[mode][end].outcomes}
+        if not {"cross", "slide"} <= set(ways):
+            continue
+        for j, event in enumerate(events[ways["slide"]]):
+            if any(names.index(system.transitions[k].target) == ways["cross"] for k in event.outcomes):
+                one = Landing(i, ways["slide"], j, event.direction, ways["cross"], kind)
+                speed, rate = one.at(problem, orbit)
+                near = abs(speed) / max(abs(rate) * float(orbit.durations.sum()), 1e-300)
+                found.append((near, one))
+    return sorted(found, key=lambda one: one[0])
+
+
+def uncrossed(problem: "Problem", orbit: "Orbit") -> Iterator["Orbit"]:
+    """A guess of the orbit on the other side of a crossing-sliding point: it crosses where it slid for no time."""
+    if orbit.eventless:
+        return
+    system, events = problem.plain, kernels_of(problem.system).events
+    slides, short = sliding_modes(system), TUNING.tangential * float(orbit.durations.sum())
+    segments, count = orbit.segments.copy(), len(orbit)
+    brief = [i for i in range(count) if system.mode_names[segments[i, 0]] in slides and orbit.durations[i] <= short]
+    dropped = []
+    for i in brief:
+        mode, end, _ = segments[i - 1].tolist()
+        target = system.mode_names[segments[(i + 1) % count, at.SEGMENT_MODE]]
+        crossing = [
+            k
+            for k in events[mode][end].outcomes
+            if system.transitions[k].kind == "cross" and system.transitions[k].target == target
+        ]
+        if crossing:
+            segments[i - 1, at.SEGMENT_OUTCOME] = crossing[0]
+            dropped.append(i)
+    yield from _without(orbit, segments, dropped)
+
+
+def _without(orbit: "Orbit", segments: np.ndarray, dropped: list[int]) -> Iterator["Orbit"]:
+    """The orbit with other segments and without some of them."""
+    kept = [i for i in range(len(orbit)) if i not in dropped]
+    if dropped and kept:
+        first = kept[0]
+        turned = replace(orbit, segments=segments).rotated(first, None)
+        kept = [i - first for i in kept]
+        yield replace(
+            turned, segments=turned.segments[kept], starts=turned.starts[kept], durations=turned.durations[kept]
+        )
 
 
 def switched(problem: "Problem", orbit: "Orbit") -> Iterator["Orbit"]:
@@ -125,21 +226,14 @@ def unswitched(problem: "Problem", orbit: "Orbit") -> Iterator["Orbit"]:
     if orbit.eventless:
         return
     brief = _brief_before_sliding(problem, orbit)
-    segments, events, count = orbit.segments.copy(), kernels_of(problem.system).events, len(orbit)
+    segments, events = orbit.segments.copy(), kernels_of(problem.system).events
     for i in brief:
         mode, end, _ = segments[i - 1].tolist()
         sliding = [k for k in events[mode][end].outcomes if problem.plain.transitions[k].kind == "slide"]
         if not sliding:
             return
         segments[i - 1, at.SEGMENT_OUTCOME] = sliding[0]
-    kept = [i for i in range(count) if i not in brief]
-    if brief and kept:
-        first = kept[0]
-        turned = replace(orbit, segments=segments).rotated(first, None)
-        kept = [i - first for i in kept]
-        yield replace(
-            turned, segments=turned.segments[kept], starts=turned.starts[kept], durations=turned.durations[kept]
-        )
+    yield from _without(orbit, segments, brief)
 
 
 def _leaves(problem: "Problem", orbit: "Orbit", segment: int, other: int) -> bool:

@@ -14,6 +14,7 @@ from chaosdrill.orbits.find import least_period
 from chaosdrill.orbits.multipliers import all_multipliers, based, free_multipliers, pair_near
 from chaosdrill.orbits.points import Border, Plane, plane_at
 from chaosdrill.orbits.problem import CONVERGED, LostError
+from chaosdrill.orbits.sliding import LANDING, landings, uncrossed, unswitched
 from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
@@ -99,7 +100,8 @@ def test_function_at(
 ) -> tuple[TestFunction, "Orbit", "Shot", float]:
     """What vanishes at a special point: (test, orbit to begin with, its shot, what it goes by).
 
-    At grazing the orbit without the event that appears or vanishes is taken, since its multipliers are finite.
+    At grazing the orbit without the event that appears or vanishes is taken, since its multipliers are finite; where a
+    stay on a surface begins, that without it.
 
     Raises
     ------
@@ -116,6 +118,15 @@ def test_function_at(
         if not len(pairs):
             raise LostError("no pair of multipliers is complex there")
         return Circling(), orbit, shot, float(pairs[np.abs(np.abs(pairs) - 1).argmin()].real)
+    if kind in LANDING:
+        for guess in (uncrossed if kind == Special.CROSSING_SLIDING else unswitched)(problem, orbit):
+            code, other, seen, _ = problem.newton(based(problem, guess))
+            if code == CONVERGED and distance(problem, other, orbit, weights) < TUNING.same_path:
+                orbit, shot = other, seen
+        landed = landings(problem, orbit, kind)
+        if not landed:
+            raise LostError("no event reaches the end of the part of the surface that slides")
+        return landed[0][1], orbit, shot, 0.0
     slowest = slowest_event(problem, orbit, shot)
     found = nearest_touch(problem, orbit)
     if found is not None and slowest is None:

@@ -11,6 +11,7 @@ from chaosdrill.orbits.find import admissible
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.points import Border, Point
 from chaosdrill.orbits.problem import CONVERGED, LostError, Problem, Shot
+from chaosdrill.orbits.sliding import Landing, landings
 from chaosdrill.orbits.special import TestFunction, Touching, Vanishing
 from chaosdrill.orbits.tuning import TUNING
 
@@ -148,6 +149,11 @@ def _flat(orbit: Orbit) -> Orbit:
 
 def _same_test(problem: Problem, orbit: Orbit, test: TestFunction) -> tuple[TestFunction, float]:
     """The test of the same kind on an orbit next to a border, and what it goes by there."""
+    if isinstance(test, Landing):
+        landed = landings(problem, orbit, test.kind)
+        if not landed:
+            raise LostError("no event reaches the end of the part of the surface that slides")
+        return landed[0][1], 0.0
     if not isinstance(test, Touching):
         return test, 0.0
     _, touch, tracked = min(touches(problem, orbit), key=lambda one: one[0], default=(0.0, None, 0.0))

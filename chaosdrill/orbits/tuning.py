@@ -224,6 +224,8 @@ class Tuning:
     """Points for which one plane across the flow serves, before the flow may come to lie in it."""
     same_frequency: float = 0.3
     """Part by which the frequency of an orbit may differ from that at the Hopf point that it shrinks to."""
+    end_of_curve: float = 1e-3
+    """Part of two steps of a curve within which a tangency comes to be of third order that does so at its end."""
     same_power: float = 0.3
     """Part of one by which the power with which the squares of amplitudes shrink may be off a whole number."""
     secant_steps: int = 12

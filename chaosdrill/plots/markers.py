@@ -52,6 +52,10 @@ SPECIAL_MARKERS = {
     "adding_sliding": "$\\cup$",
     "switching_sliding": "$\\wr$",
     "resonant_grazing": "$\\sim$",
+    "degenerate_sliding": "$\\star$",
+    "sliding_fold": "$\\oplus$",
+    "sliding_flip": "$\\ominus$",
+    "sliding_neimark_sacker": "$\\odot$",
     "boundary": "o",
 }
 """Shape of each kind of special point; white with a black edge, or black for hard points, visible on any line."""
@@ -78,6 +82,10 @@ _NAMES = {
     "adding_sliding": "adding-sliding",
     "switching_sliding": "switching-sliding",
     "resonant_grazing": "resonant grazing",
+    "degenerate_sliding": "degenerate sliding",
+    "sliding_fold": "sliding with fold",
+    "sliding_flip": "sliding with flip",
+    "sliding_neimark_sacker": "sliding with Neimark-Sacker",
     "boundary": "boundary equilibrium",
 }
 _ENDS = {

@@ -13,6 +13,7 @@ def test_codes_are_fixed():
     special += " generalised_flip chenciner fold_neimark_sacker flip_neimark_sacker double_neimark_sacker"
     special += " grazing_fold grazing_flip grazing_neimark_sacker level optimum hopf"
     special += " crossing_sliding grazing_sliding adding_sliding switching_sliding resonant_grazing"
+    special += " degenerate_sliding sliding_fold sliding_flip sliding_neimark_sacker"
     ends = "limit grazing event_swap outcome_switch closed most_points escaped no_convergence no_effect joined"
     ends += " doubling rest"
     assert [code.meaning for code in Special] == special.split()
@@ -20,7 +21,7 @@ def test_codes_are_fixed():
     onsets = "none continuous period_adding period_adding_chaos chaos jump undecided"
     assert [code.meaning for code in Onset] == onsets.split()
     assert [*map(int, Onset)] == list(range(7))
-    assert [*map(int, Special)] == list(range(31))
+    assert [*map(int, Special)] == list(range(35))
     assert [*map(int, BranchEnd)] == list(range(12))
 
 

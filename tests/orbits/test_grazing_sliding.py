@@ -1,4 +1,4 @@
-"""The four sliding bifurcations, where exact motions say they are, and beyond."""
+"""The four sliding bifurcations, where exact motions say they are, and beyond; their curves over two parameters."""
 
 import numpy as np
 import pytest
@@ -171,3 +171,100 @@ def test_a_curve_of_grazing_sliding_over_two_parameters():
         omega, f = float(curve["omega"][k]), float(curve["f"][k])
         at_stop = cd.periodic_orbit(coulomb(omega=omega, f=f + 1e-9), transient=400)
         assert np.abs(np.abs(at_stop["event_state_before"].values[:, 0]) - (1 - f)).max() < 1e-7
+
+
+def test_a_curve_of_crossing_sliding_is_den_hartogs():
+    """Without damping an orbit that stops nowhere takes half a period for each way: Den Hartog 1931."""
+    curve = cd.continue_orbit(
+        coulomb(omega=1.25, f=0.55), {"f": (0.3, 0.9), "omega": (1.05, 1.6)}, follow="crossing_sliding", transient=400,
+        step=0.05,
+    )  # fmt: skip
+    assert (curve["omega"].values.min(), curve["omega"].values.max()) == (1.05, 1.6)
+    for omega, f, x in zip(curve["omega"].values, curve["f"].values, curve["orbit_state"].values[:, 0], strict=True):
+
+        def at(unknown, omega=omega):
+            x, start, f = unknown
+            end, speed = rising(x, start, start + np.pi / omega, omega, f, 0.0)
+            return end + x, speed, x - np.cos(omega * start) - f
+
+        guesses = ((x, start / omega, f) for start in np.linspace(0, 2 * np.pi, 9))
+        solved = (fsolve(at, guess, xtol=1e-13, full_output=True) for guess in guesses)
+        assert min(abs(one[0][2] - f) for one in solved if one[2] == 1) < 1e-12
+
+
+@pytest.fixture(scope="module")
+def landing():
+    """Above, h' = A cos t - 1: from a stay the motion rises at cos t = 1/A, and lands at a time that A decides.
+
+    There the field below, sin(t - s) + r, is tangent to h = 0 where r = -sin(time - s). y and z turn by 0.6 pi in a
+    period and grow by exp(2 pi (p - 1)).
+    """
+    turning = {"y": "(p-1)*y + 0.3*z", "z": "-0.3*y + (p-1)*z"}
+    system = cd.filippov(
+        name="landing", states="h y z", time="t", parameters={"A": 4.0, "s": 0.0, "r": 0.0, "p": 0.7}, surface="h",
+        above={"h": "A*cos(t) - 1", **turning}, below={"h": "sin(t - s) + r", **turning}, period="2*pi",
+        initial={"mode": "above", "h": 0.1},
+    )  # fmt: skip
+    rise = np.arccos(1 / 4)
+    return system, brentq(lambda t: 4 * (np.sin(t) + np.sin(rise)) - t - rise, rise, 2 * np.pi - rise, xtol=1e-15)
+
+
+def kinds(found, *names):
+    return {
+        kind: [float(found[name][int(k)]) for name in names]
+        for kind, k in zip(found.cd.words("special_kind").values, found["special_index"].values, strict=True)
+    }
+
+
+def test_switching_sliding_ends_where_the_tangency_is_of_third_order(landing):
+    """Kowalczyk and di Bernardo 2005, doi:10.1016/j.physd.2005.03.008: here where sin(t - s) + r only touches zero."""
+    system, lands = landing
+    start = system.with_parameters(s=lands + 0.8, r=np.sin(0.8) + 0.05)
+    given = {"follow": "switching_sliding", "transient": 50, "step": 0.1}
+    curve = cd.continue_orbit(start, {"r": (0.5, 1.3), "s": (lands + 0.5, lands + 2)}, **given)
+    assert np.abs(curve["r"].values + np.sin(lands - curve["s"].values)).max() < 1e-12
+    marks = kinds(curve, "r", "s")
+    assert set(marks) == {"switching_sliding", "degenerate_sliding"}
+    assert np.abs(np.array(marks["degenerate_sliding"]) - [1, lands + np.pi / 2]).max() < 1e-10
+    assert "third order" in curve["branch_end_text"].item()
+    curve = cd.continue_orbit(start, {"r": (0.0, 1.3), "p": (0.4, 1.3)}, **given)
+    assert np.abs(curve["r"].values - np.sin(0.8)).max() < 1e-12
+    assert abs(kinds(curve, "p")["sliding_neimark_sacker"][0] - 1) < 1e-12
+
+
+def test_crossing_sliding_with_and_without_a_stay_in_the_period(landing):
+    """Where the way below ends after the field above turns upward the orbit crosses back, and lands at another time."""
+    system, lands = landing
+    start = system.with_parameters(s=lands + 2, r=np.sin(2) + 0.05)
+    over = {"r": (0.0, 1.3), "s": (lands - 0.5, lands + 2.5)}
+    curve = cd.continue_orbit(start, over, follow="crossing_sliding", transient=50, step=0.1)
+    marks = kinds(curve, "r", "s")
+    assert np.abs(np.array(marks["degenerate_sliding"]) - [1, lands + np.pi / 2]).max() < 1e-6
+    # it ends where the flight above does: it begins at the time of its landing, a period later
+    assert np.abs(np.array(marks["grazing"]) - [0, np.arccos(1 / 4) + np.pi]).max() < 1e-6
+    r, s = curve["r"].values, curve["s"].values
+    change = int(np.flatnonzero(r == marks["border_collision"][0])[0])
+    stays = slice(change, None) if abs(s[-1] - lands - np.pi / 2) < 1e-6 else slice(0, change + 1)
+    assert np.abs(r + np.sin(lands - s))[stays].max() < 1e-12
+    beyond = np.setdiff1d(np.arange(len(r)), np.arange(len(r))[stays])[1:-1]
+    assert len(beyond) > 5
+
+    for k in beyond:
+        # from above the orbit lands where sin(t - s) + r falls through zero, and it came from where it crossed upward
+        down = (s[k] + np.pi + np.arcsin(r[k])) % (2 * np.pi)
+        ups = np.linspace(-1.318, 1.318, 40)
+        flights = 4 * (np.sin(down) - np.sin(ups)) - down + ups
+        left = []
+        for i in np.flatnonzero(flights[1:] * flights[:-1] < 0):
+            up = brentq(lambda u, down=down: 4 * (np.sin(down) - np.sin(u)) - down + u, *ups[i : i + 2], xtol=1e-15)
+            left.append(np.cos(down - s[k]) - np.cos(up - s[k]) + r[k] * (up + 2 * np.pi - down))
+        assert np.abs(left).min() < 1e-11
+
+
+@pytest.mark.parametrize(("s", "r"), [(2.0, 0.93), (1.8, 0.93), (2.4, 0.93), (1.8, 1.1)])
+def test_the_bar_of_adding_sliding_covers_a_stay_that_is_lost_before_it_is_none(landing, s, r):
+    """A stay parts where sin(t - s) + r touches zero, at r = 1; the way between its parts is as short as the root."""
+    system, lands = landing
+    start = system.with_parameters(s=lands + s, r=r)
+    found = special(cd.continue_orbit(start, {"r": (0.9, 1.15)}, transient=50, step=0.01), Special.ADDING_SLIDING)
+    assert abs(float(found["special_value"]) - 1) <= float(found["special_error"]) < 1e-6

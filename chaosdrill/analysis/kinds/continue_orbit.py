@@ -43,7 +43,10 @@ if TYPE_CHECKING:
     from chaosdrill.analysis.base import Job
     from chaosdrill.model import HybridSystem
 
-FOLLOW = ("fold", "period_doubling", "neimark_sacker", "grazing", "level", "optimum")
+FOLLOW = (
+    *("fold", "period_doubling", "neimark_sacker", "grazing", "crossing_sliding", "switching_sliding"),
+    *("level", "optimum"),
+)
 """Special points that can be followed in two parameters."""
 
 MOST_DOUBLINGS = 12
