@@ -165,6 +165,7 @@ class Problem:
         """What was in the way of those who looked at its orbits, in words, once each."""
         self.conserved = np.zeros((0, self.states))
         """Differentials of conserved quantities at the start of the first orbit, as `conserved_at` finds them."""
+        self._model: Problem | None = None
 
     def set_unit(self, unit: float) -> None:
         """Let a system without a period be followed in steps that go with its motion, not with the unit of time."""
@@ -174,11 +175,16 @@ class Problem:
         run["period"] = unit
 
     def alike(self, system: HybridSystem, free: Sequence[str], numerics: Numerics | None = None) -> "Problem":
-        """The problem of other parameters, by default in the same steps; states behind its own are not shifted."""
+        """The problem of other parameters, by default in the same steps; states behind its own are not shifted.
+
+        States have the same sizes in both.
+        """
         other = Problem(system, free, numerics or self.numerics, self.shifts.among(len(system.state_names)))
         if not self.forced and self.unit is not None:
             other.set_unit(self.unit)
         other.conserved = self.conserved
+        if other.states == self.states:
+            other._model = self
         return other
 
     @property
@@ -226,6 +232,8 @@ class Problem:
         has the size that it has between events in one instant, or that changes of the others by theirs would give it;
         one that nothing moves, that to which the response beside the motion is linear; 1 if it is so everywhere.
         """
+        if self._model is not None:
+            return self._model.sizes
         d, parts = self.states, TUNING.characteristic_samples
         run = Run(self.plain, self.unit or TUNING.unit, self.numerics, samples=parts)
         path = np.zeros((2 + TUNING.sized_units * parts, d + len(self.plain.quadratures) + 1))
