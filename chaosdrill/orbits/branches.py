@@ -277,7 +277,7 @@ def _told(mark: Located, form: NormalForm, held: bool) -> str:
         )
     words, usual = mark.point.special.words, 2 if mark.point.special == Special.NEIMARK_SACKER else 1
     if mark.multiplicity > usual:
-        words = f"{words} {mark.multiplicity // usual} cross together."
+        words = f"{words} {mark.multiplicity // usual} are there together."
     return f"{words} {form.criticality.words}".rstrip()
 
 

@@ -238,6 +238,10 @@ def located(pair: "BranchSegment") -> list[Located]:
         No orbit was found on the way, or it has no such multiplier.
     """
     step = _Step(pair)
+    return [step.whole(one) for one in _found(step, pair)]
+
+
+def _found(step: "_Step", pair: "BranchSegment") -> list[Located]:
     found = [one for test, steps in _signs(pair) if steps and (one := step.located(test)) is not None]
     found.sort(key=lambda one: one.part)
     begin, end = outside(free_of(pair))
@@ -316,6 +320,22 @@ class _Step:
         rise = abs(high - low)
         sharp = self._sharp(part, value, rise) if kind == Special.BRANCH_POINT else None
         return self._marked(part, kind, there(part)[1], rise, multiplicity, sharp)
+
+    def whole(self, one: Located) -> Located:
+        """A point with all multipliers that are at the critical value there, also those that come back from it.
+
+        So many coefficients of the characteristic polynomial about that value vanish; those are as smooth as the tangent
+        map. Where areas are preserved a multiplier and its inverse are there together, and one of them is counted.
+        """
+        place = {Special.FOLD: 1.0, Special.PERIOD_DOUBLING: -1.0}.get(one.point.special)
+        if place is None or self.held:
+            return one
+        points = [self.before, one.point, self.after]
+        ends = free_of(self.pair.with_points(points))
+        first, there, last = (np.poly(values - place).real[::-1] for values in ends)
+        noise = noise_of(one.point.shot.monodromy, len(one.point.orbit)) + TUNING.same_crossing * np.abs(last - first)
+        zeros = np.abs(there) <= noise
+        return replace(one, multiplicity=max(one.multiplicity, int(zeros.argmin())))
 
     def crossed(self) -> list[Located]:
         """Where the moduli pass 1, each in its place; those that do so together are one point.

@@ -177,6 +177,26 @@ class Segment:
         self.curve = SimpleNamespace(problem=SimpleNamespace(neutral=SimpleNamespace(count=0)))
 
 
+@pytest.mark.parametrize(("area", "count"), [(1.0, 2), (0.999, 1), (0.9, 1)])
+def test_a_multiplier_and_its_inverse_are_at_a_fold_together(area, count):
+    """Henon's map by its Jacobian; orbits of period 1 and 3 in closed form.
+
+    Fixed points are x = (-(1 + j) +- sqrt((1 + j)^2 + 4 a))/2. Where areas are preserved those of period 3 are 1 - q,
+    q, q with q = +- sqrt(a - 1), and the trace is 2 + 2 q - 8 q^2 + 8 q^3: -2 at q = -1/2.
+    """
+    system = stepped({x: a - x**2 - b * y, y: x}, {"a": 0.0, "b": area}, [0.0, 0.0])
+    branch = cd.continue_orbit(system, {"a": (-1.2, 0.3)}, start="guess", step=0.05)
+    assert (kinds(branch), branch["special_multiplicity"].values.tolist()) == ([Special.FOLD], [count])
+    assert abs(branch["special_value"].item() + (1 + area) ** 2 / 4) <= branch["special_error"].item() < 1e-12
+    if area == 1:
+        start = fsolve(lambda p: 1.2 - p**2 - np.roll(p, 1) - np.roll(p, -1), [1.2, 0.1, -0.5], xtol=1e-14)
+        begin = system.with_parameters(a=1.2).with_initial(x=start[0], y=start[2])
+        branch = cd.continue_orbit(begin, {"a": (0.9, 1.4)}, start="guess", period=3, step=0.02)
+        found = dict(zip(branch["special_value"].values.round(11).tolist(), kinds(branch), strict=True))
+        assert found == {1.0: Special.FOLD, 1.25: Special.PERIOD_DOUBLING}
+        assert branch["special_multiplicity"].values.tolist() == [2, 2]
+
+
 @pytest.mark.parametrize(
     ("rows", "marks", "found"),
     [
