@@ -324,8 +324,8 @@ class _Step:
     def whole(self, one: Located) -> Located:
         """A point with all multipliers that are at the critical value there, also those that come back from it.
 
-        So many coefficients of the characteristic polynomial about that value vanish; those are as smooth as the tangent
-        map. Where areas are preserved a multiplier and its inverse are there together, and one of them is counted.
+        So many coefficients of the characteristic polynomial about that value vanish; they are as smooth as the tangent
+        map. Where areas are preserved a multiplier and its inverse are there together, and the count sees one.
         """
         place = {Special.FOLD: 1.0, Special.PERIOD_DOUBLING: -1.0}.get(one.point.special)
         if place is None or self.held:

@@ -62,7 +62,8 @@ def curve(
     period, start, transient
         Of the first orbit, as for `chaosdrill.orbits.find.starting_orbit`.
     follow : str
-        One of `FOLLOWED`. The last two: where the first of the functions of ``columns`` takes its value, or is largest or smallest.
+        One of `FOLLOWED`. The last two: where the first of the functions of ``columns`` takes its value, or is largest
+        or smallest.
     step : float
         Longest step of the first parameter; that of the second is the same part of its range.
     max_points : int

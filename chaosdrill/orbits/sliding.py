@@ -84,8 +84,8 @@ class Landing:
     """A motion reaches the surface where the field beyond it is tangent to it: at the end of the part that slides.
 
     At crossing-sliding that field turns away from the surface, and the orbit is followed that crosses. At
-    switching-sliding it turns towards the surface, and the orbit is followed that slides at once. In between the two the
-    tangency is of third order (Kowalczyk and di Bernardo 2005, doi:10.1016/j.physd.2005.03.008).
+    switching-sliding it turns towards the surface, and the orbit is followed that slides at once. In between the
+    tangency is of third order (di Bernardo et al. 2008, doi:10.1007/978-1-84628-708-4, chapter 9).
     """
 
     segment: int  # at whose end the surface is reached
@@ -131,7 +131,8 @@ def landings(problem: "Problem", orbit: "Orbit", kind: Special) -> list[tuple[fl
     for i, (mode, end, outcome) in enumerate(orbit.segments.tolist()):
         if end < 0 or system.transitions[outcome].kind != taken:
             continue
-        ways = {system.transitions[k].kind: names.index(system.transitions[k].target) for k in events[mode][end].outcomes}
+        outcomes = [system.transitions[k] for k in events[mode][end].outcomes]
+        ways = {one.kind: names.index(one.target) for one in outcomes}
         if not {"cross", "slide"} <= set(ways):
             continue
         for j, event in enumerate(events[ways["slide"]]):

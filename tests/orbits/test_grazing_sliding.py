@@ -217,7 +217,7 @@ def kinds(found, *names):
 
 
 def test_switching_sliding_ends_where_the_tangency_is_of_third_order(landing):
-    """Kowalczyk and di Bernardo 2005, doi:10.1016/j.physd.2005.03.008: here where sin(t - s) + r only touches zero."""
+    """At the landing sin(t - s) + r and its rate are zero: it only touches zero, and crossing-sliding begins there."""
     system, lands = landing
     start = system.with_parameters(s=lands + 0.8, r=np.sin(0.8) + 0.05)
     given = {"follow": "switching_sliding", "transient": 50, "step": 0.1}
