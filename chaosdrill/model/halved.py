@@ -12,16 +12,13 @@ from chaosdrill.errors import ModelError, SettingsError
 from chaosdrill.model.crossings import same_surface
 from chaosdrill.model.parts import read_expression, read_table
 from chaosdrill.model.places import parameter
-from chaosdrill.model.transition import Transition
+from chaosdrill.model.transition import REFLECTION, Transition
 from chaosdrill.model.tuning import TUNING
 from chaosdrill.names import remedy, shown
 
 if TYPE_CHECKING:
     from chaosdrill.model.maps import Map
     from chaosdrill.model.system import HybridSystem
-
-KIND = "half"
-"""Kind of the event that puts the image in the place of the state."""
 
 CLOCK = "half_time"
 """State that tells the time within the half period."""
@@ -417,7 +414,7 @@ def _halfway(found: _Symmetry, guard: Any, reset: Mapping[Any, Any]) -> list[Tra
             guard,
             -1,
             dict(reset),
-            kind=KIND,
+            kind=REFLECTION,
         )
         for mode, image in found.modes.items()
     ]

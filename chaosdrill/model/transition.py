@@ -13,6 +13,12 @@ EXPRESSIONS = ("guard", "reset", "condition", "given")
 
 _MAY_BE_NONE = ("condition", "completes", "kind")
 
+REFLECTION = "half"
+"""Kind of the events that put the image of the state, by a symmetry of the system, in its place: nothing happens there.
+
+Systems of `chaosdrill.halved` have them.
+"""
+
 
 @dataclass(frozen=True)
 class Transition:

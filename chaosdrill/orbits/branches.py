@@ -14,7 +14,7 @@ from chaosdrill.orbits.continuation import Birth, Continued, continue_curve
 from chaosdrill.orbits.criticality import normal_form
 from chaosdrill.orbits.crossings import Located, located, noise_of, steps_with
 from chaosdrill.orbits.curve import Curve, SpecialCurve
-from chaosdrill.orbits.event_changes import branch_behind, change_at, recounted, slowness
+from chaosdrill.orbits.event_changes import branch_behind, change_at, slowness
 from chaosdrill.orbits.find import NoOrbitError, admissible, starting_orbit
 from chaosdrill.orbits.function_points import mark_functions
 from chaosdrill.orbits.grazing import grazing_form
@@ -106,9 +106,17 @@ def _append(branch: Branch, curve: Curve, part: Continued) -> None:
     followed, _ = curve.followed(part.points[len(part.points) // 2]) or (part.points[0].orbit, None)
     segment = BranchSegment(curve, part.points, structural_rank(curve.problem, followed))
     if not isinstance(curve, SpecialCurve):
-        segment, marks = _marked(segment, len(segment) - int(part.border is not None and not part.lost))
+        segment, marks = _marked(segment, len(segment) - int(_singular(curve, part)))
         branch.marks += [replace(mark, segment=len(branch.segments)) for mark in marks]
     branch.segments.append(segment)
+
+
+def _singular(curve: Curve, part: Continued) -> bool:
+    """Whether the last point of a part lies on a border at which an event has no speed, and multipliers may jump."""
+    if part.border is None or part.lost:
+        return False
+    last = part.points[-1].orbit
+    return bool(slowness(curve.problem, last, curve.problem.shoot(last, False)).min() <= TUNING.tangential)
 
 
 def _to_no_speed(curve: Curve, part: Continued) -> None:
@@ -160,9 +168,9 @@ def _behind(curve: Curve, part: Continued, last: BranchSegment, branch: Branch) 
     beyond = branch_behind(curve, part.border)
     if beyond is None:
         return None
-    if not recounted(curve.problem, part.border.good, beyond.orbit):
+    kind, text = change_at(curve.problem, part.border, beyond.orbit)
+    if kind != Special.REGULAR:
         before = last.points[-2].orbit if len(last) > 1 else at_border
-        kind, text = change_at(curve.problem, part.border, beyond.orbit)
         kind = sliding_between(curve.problem, part.border.good, beyond.orbit) or kind
         coming = float(curve.values(at_border)[-1] - curve.values(before)[-1])
         way = "continues" if coming * beyond.ahead[-1] > 0 else "folds back"

@@ -21,6 +21,7 @@ from chaosdrill.dataset.branches import Special
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.records import functions_type
+from chaosdrill.model.transition import REFLECTION
 from chaosdrill.orbits.curve import Curve
 from chaosdrill.orbits.find import admissible, at_rest
 from chaosdrill.orbits.guess import eventless, own_path, standpoint
@@ -234,6 +235,8 @@ def _met_at(problem: Problem, border: Border) -> Change:
 def _changed(problem: Problem, border: Border, after: Orbit) -> Change:
     """What happens at a border, from the sequences of events on its two sides, and the speeds at the border itself."""
     system, before = problem.plain, border.good
+    if recounted(problem, before, after) or reflected(problem, before, after):
+        return Change(Special.REGULAR, "")
     old, new = (Counter(o.events(system).split()) for o in (before, after))
     # in the order of declaration: where an orbit's sequence begins may be a matter of the last digit
     declared = [t.name for t in system.transitions]
@@ -285,6 +288,47 @@ def recounted(problem: Problem, before: Orbit, after: Orbit) -> bool:
     old, new = (Counter(o.events(problem.plain).split()) for o in (before, after))
     replaced = {transitions[name].completes for name in old} - {None}
     return old != new and all(name in replaced for name in (old - new) + (new - old))
+
+
+def reflected(problem: Problem, before: Orbit, after: Orbit) -> bool:
+    """Whether only reflections come elsewhere among the same events, of which nothing becomes but their images.
+
+    An event that passes a reflection is its image on the other side, and two reflections in one instant are none.
+    """
+    transitions = problem.plain.transitions
+    reflects = np.array([t.kind == REFLECTION for t in transitions])
+    if not reflects.any():
+        return False
+    lists = []
+    for orbit in (before, after):
+        ends = np.flatnonzero(orbit.segments[:, at.SEGMENT_END] >= 0)
+        came, times = orbit.segments[ends, at.SEGMENT_OUTCOME], orbit.durations.cumsum()[ends]
+        names = np.array([transitions[k].name for k in came.tolist()], dtype=object)
+        known = ~reflects[came]
+        lists.append((names[known], times[known], times[~known], float(orbit.durations.sum())))
+    (names, times, _, total), (others, _, _, _) = lists
+    if len(names) != len(others):
+        return False
+
+    def beside(one: tuple, place: float, within: float) -> bool:
+        """Whether a reflection comes in the same instant."""
+        return bool((np.abs(_in_turn(one[2] - place, one[3])) <= within).any())
+
+    for k in range(len(names)):
+        later = np.roll(lists[1][1], -k)
+        off = float(np.abs(_in_turn(times - times[0] - (later - later[0]), total)).max())
+        within = 2 * off + TUNING.end_of_stay * total
+        if off < TUNING.same_cycle * total and all(
+            one == other or (beside(lists[0], here, within) and beside(lists[1], there, within))
+            for one, other, here, there in zip(names, np.roll(others, -k), times, later, strict=True)
+        ):
+            return True
+    return not len(names)
+
+
+def _in_turn(times: np.ndarray, total: float) -> np.ndarray:
+    """Differences of times on a cycle of this length, of the smallest size."""
+    return np.asarray((times + total / 2) % total - total / 2)
 
 
 def _guesses(curve: Curve, border: Border) -> Iterator[Orbit]:
@@ -435,6 +479,9 @@ def _branch_from(curve: Curve, guess: Orbit, border: Border, further: list[Orbit
         return None
     weights = curve.weights(guess)
     direction, lengths = _into(problem, guess, shot, weights)
+    if reflected(problem, border.good, guess):
+        # it is the same smooth branch, of which all is seen
+        lengths = [*TUNING.reflected_steps, *lengths]
     conditions = (direction * weights**2)[np.newaxis]
     for length in lengths:
         start = problem.moved(guess, shot, length * direction)

@@ -289,6 +289,8 @@ class Tuning:
     # changes of the event sequence
     border_steps: tuple[float, ...] = (0.0, 1e-5, -1e-5, 1e-4, -1e-4, 1e-3, -1e-3, 1e-2, -1e-2)
     """Lengths along a new branch at which its first orbit is tried."""
+    reflected_steps: tuple[float, ...] = (1e-8, -1e-8, 1e-7, -1e-7, 1e-6, -1e-6)
+    """Lengths tried before these where only an event passes the reflection of a symmetry, and the branch is smooth."""
     loose: float = 1e-6
     """Singular value of the equations, as a part of the largest, below which what makes it zero at a border is near:
     further off, the direction of a branch is known to a part of 1e-7."""
