@@ -78,6 +78,7 @@ def check_text(described: dict[str, Any]) -> str:
     lines += _block("set", ((key, f"= {value}") for key, value in described["changes"].items()))
     for heading, key in (("simulated", "simulated"), ("left out", "left_out"), ("noise", "noise")):
         lines += _block(heading, described[key].items())
+    lines += _block("symmetry", ((name, f"-> {image}") for name, image in described["symmetry"].items()))
     lines += _block(
         "states",
         ((name, f"= {state['initial']:g} initially   {state['label']}") for name, state in described["states"].items()),

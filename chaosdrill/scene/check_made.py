@@ -1,6 +1,6 @@
-"""Alternatives to modes in a scene: two fields and a surface, and drives with corners and jumps.
+"""What a scene makes of a system: of two fields and a surface, with drives, noise, over half of its motion.
 
-Both use the grammar of definitions and the functions of the Python interface; every fault keeps its line.
+All use the grammar of definitions and the functions of the Python interface; every fault keeps its line.
 """
 
 from collections.abc import Iterator, Mapping
@@ -292,6 +292,15 @@ def driven_system(system: Any, drives: Mapping[str, Mapping[str, Any]]) -> Any:
         except ChaosdrillError as fault:
             raise DriveFault(name, str(fault)) from fault
     return system
+
+
+def halved_system(system: Any, symmetry: Mapping[str, str]) -> Any:
+    """The system over half of its motion, as by `chaosdrill.halved`; itself without a symmetry."""
+    if not symmetry:
+        return system
+    from chaosdrill.model.halved import halved
+
+    return halved(system, symmetry)
 
 
 class DriveFault(ChaosdrillError):

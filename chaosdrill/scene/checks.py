@@ -12,7 +12,7 @@ from chaosdrill.analysis.base import Analysis, NumericsSettings
 from chaosdrill.analysis.registry import analyses, function
 from chaosdrill.errors import ChaosdrillError, ModelError
 from chaosdrill.names import remedy
-from chaosdrill.scene.defined import Driven, checked_before, sliding, sliding_before
+from chaosdrill.scene.defined import Made, checked_before, sliding, sliding_before
 from chaosdrill.scene.lines import Path, Problem, problems_of
 from chaosdrill.settings import Known, Number, Settings, TableOf, Text, setting
 from chaosdrill.systems.drill.effects import LIMITS
@@ -46,6 +46,7 @@ class SystemTable(Settings):
     map: dict[str, Any] | None = setting(TableOf(), None)
     drives: dict[str, dict[str, Any]] | None = setting(TableOf(), None)
     noise: dict[str, Any] | None = setting(TableOf(), None)
+    symmetry: dict[str, str] | None = setting(TableOf(Text()), None)
     effects: dict[str, str] | None = setting(TableOf(Text()), None)
     parameters: dict[str, float] | None = setting(TableOf(Number()), None)
     initial: dict[str, float | str] | None = setting(Start(), None)
@@ -64,6 +65,7 @@ class CheckedSystem(Known):
     definition: dict[str, Any] | None = None
     drives: dict[str, Any] = field(default_factory=dict)
     noise: dict[str, Any] = field(default_factory=dict)
+    symmetry: dict[str, str] = field(default_factory=dict)
     used: set[str] = field(default_factory=set)
     effects: dict[str, str] = field(default_factory=dict)
     initial: dict[str, Any] = field(default_factory=dict)
@@ -146,6 +148,11 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
                 problems.append(Problem(place, fault))
     if checked.states is not None:
         problems += problems_of(Start().misfits(table_in(raw, "initial"), checked), ("system", "initial"))
+        problems += [
+            Problem(("system", "symmetry", name), f"unknown state; {remedy(name, checked.states)}")
+            for name in table_in(raw, "symmetry")
+            if name not in checked.states
+        ]
     given = dict(table_in(raw, "parameters"))
     if table_in(raw, "si") and checked.known is not None:
         if checked.model in IN_SI:
@@ -163,6 +170,7 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
         checked.initial = arguments.get("initial", {})
         checked.drives = dict(arguments.get("drives") or {})
         checked.noise = dict(arguments.get("noise") or {})
+        checked.symmetry = dict(arguments.get("symmetry") or {})
         if "filippov" in raw and not problems:
             _make_filippov(checked, raw["filippov"])
     if checked.known is not None:
@@ -251,7 +259,7 @@ def _driven_before(checked: CheckedSystem, raw: Mapping[str, Any]) -> "HybridSys
             return None
         parameters = {**made.parameters, **parameters}
     tables = (checked.definition, checked.effects, parameters, table_in(raw, "initial"))
-    return Driven(checked.model, *tables, drives).before()
+    return Made(checked.model, *tables, drives, table_in(raw, "symmetry")).before()
 
 
 def _slid_before(checked: CheckedSystem, raw: Mapping[str, Any]) -> bool:
@@ -260,7 +268,8 @@ def _slid_before(checked: CheckedSystem, raw: Mapping[str, Any]) -> bool:
     found = sliding_before(raw["filippov"], (parameters, table_in(raw, "initial")))
     if found is None or not drives:
         return found is not None
-    one = Driven("", found.shared["definition"], checked.effects, parameters, found.start, drives)
+    tables = (found.shared["definition"], checked.effects, parameters, found.start, drives)
+    one = Made("", *tables, table_in(raw, "symmetry"))
     return "noise" not in raw and one.before() is not None
 
 

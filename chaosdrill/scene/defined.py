@@ -74,8 +74,8 @@ def sliding(table: Mapping[str, Any], given: "Given") -> "tuple[HybridSystem, di
     return found, dict(found.shared["definition"])
 
 
-class Driven(NamedTuple):
-    """What makes a system with drives."""
+class Made(NamedTuple):
+    """What makes a system with drives, or one over half of its motion."""
 
     model: str
     definition: Mapping[str, Any] | None
@@ -83,12 +83,13 @@ class Driven(NamedTuple):
     parameters: Mapping[str, Any]
     initial: Mapping[str, Any]
     drives: Mapping[str, Any]
+    symmetry: Mapping[str, str]
 
     @property
     def key(self) -> tuple[str, ...] | None:
         """Under which it is kept; None for what no table of a scene holds."""
-        tables = [self.model, self.definition, self.effects, self.drives]
-        return _made_key("driven", tables, self.parameters, self.initial)
+        tables = [self.model, self.definition, self.effects, self.drives, self.symmetry]
+        return _made_key("made", tables, self.parameters, self.initial)
 
     def before(self) -> "HybridSystem | None":
         """The system, if it was run before, and so has no faults."""
@@ -98,16 +99,17 @@ class Driven(NamedTuple):
         key = self.key
         if key is None or (self.definition is None and self.model not in systems.REGISTRY):
             return None
-        found = HybridSystem.known(key, partial(_drive, self), {})
+        kind = HybridSystem if self.definition is None else _kind(self.definition)
+        found = kind.known(key, partial(_make, self), {})
         if found is None or self.definition is not None:
             return found
         effects = self.effects if systems.REGISTRY[self.model].effects else None
         return found.limited(systems.limits(self.model, effects))
 
 
-def _drive(one: Driven) -> "HybridSystem":
+def _make(one: Made) -> "HybridSystem":
     from chaosdrill import systems
-    from chaosdrill.scene.check_made import driven_system
+    from chaosdrill.scene.check_made import driven_system, halved_system
 
     start = {name: value for name, value in one.initial.items() if name != "mode"}
     if one.definition is not None:
@@ -117,7 +119,7 @@ def _drive(one: Driven) -> "HybridSystem":
         system = systems.build(one.model, parameters=one.parameters, effects=effects, initial=start)
     if "mode" in one.initial:
         system = system.with_initial(mode=one.initial["mode"])
-    found: HybridSystem = driven_system(system, one.drives)
+    found: HybridSystem = halved_system(driven_system(system, one.drives), one.symmetry)
     return found
 
 

@@ -31,9 +31,9 @@ def check(scene: str | os.PathLike[str] | Scene, changes: Mapping[str, Any] | No
     -------
     dict
         Plain values, ready for JSON: ``title``, ``system``, effects ``simulated`` and ``left_out``, ``noise``,
-        ``states``, ``initial_mode``, ``parameters``, ``map`` (images, of a map alone), ``modes`` (equations),
-        ``events``, ``quadratures``, ``period``, ``si``, ``si_scales``, ``numerics``, ``analyses``,
-        and ``changes``, the values that were set.
+        ``symmetry`` (images of states), ``states``, ``initial_mode``, ``parameters``, ``map`` (images, of a map alone),
+        ``modes`` (equations), ``events``, ``quadratures``, ``period``, ``si``, ``si_scales``, ``numerics``,
+        ``analyses``, and ``changes``, the values that were set.
 
     Raises
     ------
@@ -57,6 +57,7 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
         "simulated": _effects(scene, present=True),
         "left_out": _effects(scene, present=False),
         "noise": drawn(system.noise),
+        "symmetry": dict(scene.symmetry),
         "states": {
             name: {"label": labels.get(name, ""), "initial": system.initial[name]} for name in system.state_names
         },

@@ -132,6 +132,7 @@ def parse_scene(text: str, name: str = "scene.toml", changes: Mapping[str, Any] 
         definition=system.definition,
         drives=system.drives,
         noise=system.noise,
+        symmetry=system.symmetry,
         effects=system.effects,
         parameters=system.parameters,
         initial=system.initial,

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 from chaosdrill.errors import ChaosdrillError, SettingsError
 from chaosdrill.files import name_text
 from chaosdrill.names import remedy
-from chaosdrill.scene.check_made import DriveFault, driven_system, noisy_system
-from chaosdrill.scene.defined import Driven, build
+from chaosdrill.scene.check_made import DriveFault, driven_system, halved_system, noisy_system
+from chaosdrill.scene.defined import Made, build
 from chaosdrill.scene.lines import InvalidSceneError, Path, Problem, problems_of
+from chaosdrill.settings import Known
 from chaosdrill.systems.drill.si import ReadSI
 
 if TYPE_CHECKING:
@@ -43,6 +44,9 @@ class Scene:
         Drives with corners and jumps, by the parameter that each replaces; arguments of `chaosdrill.driven`.
     noise : mapping
         Parameters drawn anew at events, and ``seed``; arguments of `HybridSystem.with_noise`.
+    symmetry : mapping of str to str
+        Images of the states that a symmetry changes, by which the system is followed over half of its motion; argument
+        of `chaosdrill.halved`.
     effects : mapping of str to str
         Effects simulated; those left out are not.
     parameters : mapping of str to float
@@ -68,6 +72,7 @@ class Scene:
     definition: Mapping[str, Any] | None
     drives: Mapping[str, Any]
     noise: Mapping[str, Any]
+    symmetry: Mapping[str, str]
     effects: Mapping[str, str]
     parameters: Mapping[str, float]
     initial: Mapping[str, Any]
@@ -97,14 +102,16 @@ class Scene:
             If it cannot be built, or if the scene names modes or events that it does not have.
         """
         one = None
-        if self.drives and not self.noise:
-            one = Driven(self.model, self.definition, self.effects, self.parameters, self.initial, self.drives)
+        if (self.drives or self.symmetry) and not self.noise:
+            tables = (self.definition, self.effects, self.parameters, self.initial, self.drives, self.symmetry)
+            one = Made(self.model, *tables)
         system = None if one is None else one.before()
         if system is None:
             system = self._made()
             if one is not None and (key := one.key) is not None:
                 system = system.enlisted(key)
-        if problems := [*self._check_modes(system), *self._check_reached(system), *self._check_fit(system)]:
+        checks = (self._check_modes, self._check_reached, self._check_fit, self._check_halved)
+        if problems := [one for check in checks for one in check(system)]:
             raise InvalidSceneError(self.name, problems, self.lines)
         return system
 
@@ -134,7 +141,10 @@ class Scene:
             system = noisy_system(system, self.noise)
         except ChaosdrillError as fault:
             raise InvalidSceneError(self.name, [Problem(("system", "noise"), str(fault))], self.lines) from fault
-        return system
+        try:
+            return halved_system(system, self.symmetry)
+        except ChaosdrillError as fault:
+            raise InvalidSceneError(self.name, [Problem(("system", "symmetry"), str(fault))], self.lines) from fault
 
     def check_period(self) -> None:
         """Refuse a scene whose parameters make the forcing period infinite, zero or negative, before anything is run.
@@ -163,6 +173,7 @@ class Scene:
                 **({} if self.definition is None else {"definition": self.definition, "modes": [*self.system.modes]}),
                 **({"drives": self.drives} if self.drives else {}),
                 **({"noise": self.noise} if self.noise else {}),
+                **({"symmetry": self.symmetry} if self.symmetry else {}),
                 "effects": self.effects,
                 "parameters": self.parameters,
                 "initial": self.initial,
@@ -213,6 +224,16 @@ class Scene:
             )
             for mode in system.modes
             if mode not in reached
+        ]
+
+    def _check_halved(self, system: "HybridSystem") -> list[Problem]:
+        """Check that analyses name no parameter that is 0 by the symmetry."""
+        known = Known.of(system)
+        return [
+            problem
+            for group, asked in self.analyses.items()
+            if self.symmetry
+            for problem in problems_of(asked.entry.settings.faults(asked.table, known), ("analysis", group))
         ]
 
     def _check_fit(self, system: "HybridSystem") -> list[Problem]:
