@@ -102,16 +102,13 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
     elif isinstance(raw.get("model"), str):
         checked.model = raw["model"]
         _look_up(checked, table_in(raw, "effects"))
-        if _driven_before(checked, raw) is None:
+        if _made_before(checked, raw) is None:
             _check_drives(checked, table_in(raw, "drives"))
     elif isinstance(raw.get(ways[0]), Mapping):
         checked.known = dict(table_in(raw, "parameters"))
         if ways[0] == "definition":
             checked.definition = dict(raw["definition"])
-            if "drives" in raw:
-                found = _driven_before(checked, raw)
-            else:
-                found = checked_before(checked.definition, checked.known)
+            found = _before(checked, raw)
             if found is not None:
                 checked.states = found.state_names
             else:
@@ -120,7 +117,7 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
         elif ways[0] == "map":
             # which tells it from other definitions
             checked.definition = {"images": None, **raw["map"]}
-            found = checked_before(checked.definition, checked.known)
+            found = _before(checked, raw)
             if found is not None:
                 checked.states = found.state_names
             else:
@@ -246,10 +243,17 @@ def _make_filippov(checked: CheckedSystem, table: Mapping[str, Any]) -> None:
     checked.initial, checked.states = system.start, system.state_names
 
 
-def _driven_before(checked: CheckedSystem, raw: Mapping[str, Any]) -> "HybridSystem | None":
-    """The system with the drives of a scene that was run before, and so has no faults."""
-    drives, parameters = table_in(raw, "drives"), table_in(raw, "parameters")
-    if not drives or "noise" in raw or checked.known is None:
+def _before(checked: CheckedSystem, raw: Mapping[str, Any]) -> "HybridSystem | None":
+    """The system of a definition that was run before, and so has no faults."""
+    if table_in(raw, "drives") or table_in(raw, "symmetry"):
+        return _made_before(checked, raw)
+    return checked_before(checked.definition or {}, checked.known or {})
+
+
+def _made_before(checked: CheckedSystem, raw: Mapping[str, Any]) -> "HybridSystem | None":
+    """The system with drives, or over half of its motion, of a scene that was run before, and so has no faults."""
+    drives, symmetry, parameters = (table_in(raw, name) for name in ("drives", "symmetry", "parameters"))
+    if not (drives or symmetry) or "noise" in raw or checked.known is None:
         return None
     if "si" in raw:
         if checked.model not in IN_SI:
@@ -259,7 +263,7 @@ def _driven_before(checked: CheckedSystem, raw: Mapping[str, Any]) -> "HybridSys
             return None
         parameters = {**made.parameters, **parameters}
     tables = (checked.definition, checked.effects, parameters, table_in(raw, "initial"))
-    return Made(checked.model, *tables, drives, table_in(raw, "symmetry")).before()
+    return Made(checked.model, *tables, drives, symmetry).before()
 
 
 def _slid_before(checked: CheckedSystem, raw: Mapping[str, Any]) -> bool:

@@ -250,6 +250,16 @@ def test_a_branch_does_not_turn_back_where_its_orbits_are_small(step):
     assert kinds(branch) == [Special.OUTCOME_SWITCH]
 
 
+@pytest.mark.parametrize("beyond", [1e-3, 1e-4])
+def test_a_fold_just_before_a_change_of_events_is_found(beyond):
+    """x := x + mu - x^2 folds at 0; from x = -beyond on another transition is taken, which changes y alone."""
+    images = [{x: x + mu - x**2, y: y / 2 + x}, {x: x + mu - x**2, y: y / 2 + x + (x + a) / 2}]
+    system = stepped(images, {"mu": 0.2, "a": beyond}, [np.sqrt(0.2), 2 * np.sqrt(0.2)], x <= -a)
+    branch = cd.continue_orbit(system, {"mu": (-0.1, 0.25)}, start="guess")
+    assert sorted(kinds(branch)) == sorted([Special.FOLD, Special.OUTCOME_SWITCH])
+    np.testing.assert_allclose(np.sort(branch["special_value"]), [0.0, beyond**2], atol=1e-14)
+
+
 # Where a stay of no time begins, the paths that never stay cross the branch.
 
 RUBBED = cd.in_modes(

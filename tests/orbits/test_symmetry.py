@@ -5,9 +5,10 @@ from math import acos, atan2, cos, exp, hypot, pi, sin, sqrt
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
+from scipy.optimize import brentq, fsolve
 
 import chaosdrill as cd
+from chaosdrill.dataset.branches import Special
 
 ODD = {"x": "-x", "v": "-v"}
 
@@ -72,6 +73,131 @@ def test_symmetry_is_lost_where_the_half_map_has_a_multiplier_of_minus_one(pair)
     for state, ds in zip(states, one, strict=True):
         np.testing.assert_allclose(ds["orbit_state"], state, rtol=1e-9)
     np.testing.assert_allclose(multipliers(one[0]), multipliers(one[1]), rtol=1e-7)
+
+
+WALLS = cd.HybridSystem(
+    name="two-sided oscillator",
+    states="x v",
+    parameters={"zeta": 0.05, "omega": 1.8, "e": 0.7, "f": 2.4},
+    modes={"free": {"x": "v", "v": "-x - 2*zeta*v + f*cos(omega*t)"}},
+    transitions=[
+        cd.Transition("right", "free", "free", "x - 1", 1, {"v": "-e*v"}),
+        cd.Transition("left", "free", "free", "x + 1", -1, {"v": "-e*v"}),
+    ],
+    period="2*pi/omega",
+    initial={"x": 0.0, "v": 1.5},
+)
+
+
+def drift(time, zeta=0.05):
+    """Motion without the force over a time, shape (2, 2), also of a complex one."""
+    w, decay = sqrt(1 - zeta**2), np.exp(-zeta * time)
+    c, s = np.cos(w * time), np.sin(w * time) / w
+    return decay * np.array([[c + zeta * s, s], [-s, c - zeta * s]])
+
+
+def forced(time, f, omega, zeta=0.05):
+    """The forced motion."""
+    swing = f / (1 - omega**2 + 2j * zeta * omega)
+    c, s = np.cos(omega * time), np.sin(omega * time)
+    return np.array([swing.real * c - swing.imag * s, -omega * (swing.real * s + swing.imag * c)])
+
+
+def symmetric_fold(zeta=0.05, omega=1.8, e=0.7):
+    """The force at which two symmetric orbits with a hit on each wall begin: where b below is a double root.
+
+    With x_p, v_p the forced motion at the hit, and b = e w + v_p for a hit at the speed w: half a period later all is
+    reversed, so that w = kappa b and 1 - x_p = lambda b.
+    """
+    (p, q), (r, s) = drift(pi / omega, zeta)
+    slope = q / (1 + p)
+    speed = (1 + s - r * slope) / (1 + e)
+    across = (1 - e * speed) / omega
+    return abs(across) / hypot(slope, across) * hypot(1 - omega**2, 2 * zeta * omega)
+
+
+def hits(unknowns, f, walls, turns, omega, sign=1.0, e=0.7):
+    """What is left where hits on these walls, rows (time, speed), do not lead to each other, shape (2 N,).
+
+    Where ``turns`` is a half, the last one leads to the image of the first; to ``sign`` times a deviation of it.
+    """
+    rows, left = unknowns.reshape(-1, 2), []
+    again = rows[0].real + 1j * sign * rows[0].imag + np.array([2 * pi / omega * turns, 0.0])
+    following = [*zip(walls[1:], rows[1:], strict=True), (walls[0] if turns >= 1 else -walls[0], again)]
+    for wall, (time, speed), (other, (later, faster)) in zip(walls, rows, following, strict=True):
+        begun = np.array([wall, -e * speed * wall]) - forced(time, f, omega)
+        end = drift(later - time) @ begun + forced(later, f, omega)
+        left += [end[0] - other, end[1] * other - faster]
+    return np.array(left)
+
+
+def doubling_of_hits(branch, number, omega):
+    """The force at a special point where a multiplier is -1, in closed form; the orbit before it is the guess."""
+    point = branch.isel(point=int(branch["special_index"][number]) - 1)
+    turns = int(point["period"]) if branch["special_kind"][number] == Special.PERIOD_DOUBLING else 0.5
+    near = float(point["f"])
+    system = WALLS.with_parameters(f=near, omega=omega).with_initial(list(point["orbit_state"].values))
+    start = found(system, period=max(1, turns), start="guess")
+    before = start["event_state_before"].values
+    count = len(before) // (1 if turns >= 1 else 2)
+    walls = before[:count, 0].round().tolist()
+    seen = np.stack([start["event_time"].values, np.abs(before[:, 1])], axis=1)[:count]
+
+    def left(unknowns):
+        moved = unknowns[:-1] + 1e-30j * np.eye(len(unknowns) - 1)
+        # a deviation that comes back with the opposite sign
+        back = np.array([hits(one, unknowns[-1], walls, turns, omega, -1.0).imag / 1e-30 for one in moved])
+        size = np.prod(np.linalg.norm(back, axis=1))
+        return np.append(hits(unknowns[:-1] + 0j, unknowns[-1], walls, turns, omega).real, np.linalg.det(back) / size)
+
+    answer, told, _, _ = fsolve(left, [*seen.ravel(), near], xtol=1e-13, full_output=True)
+    assert np.abs(told["fvec"]).max() < 1e-9
+    return answer[-1]
+
+
+def of_kind(branch, kind):
+    return branch["special_value"].values[branch["special_kind"].values == kind]
+
+
+def test_an_event_that_passes_the_reflection_is_no_special_point():
+    half = cd.halved(WALLS, ODD)
+    branch = cd.continue_orbit(half.with_parameters(f=1.0), {"f": (0.34, 1.2)})
+    assert set(branch["event_sequence"].values) == {"half-free right", "half-free left"}
+    assert branch["special_kind"].values.tolist() == [Special.FOLD]
+    assert abs(float(branch["special_value"][0]) - symmetric_fold()) < 1e-12
+
+
+def test_the_cascades_of_both_partners():
+    """A plain call gives the pitchfork, both partners, and their doublings: twice those of the halved system."""
+    system, limits = WALLS.with_parameters(omega=1.4, f=6.2), {"f": (6.1, 7.3)}
+    whole = cd.continue_orbit(system, limits, doublings=2)
+    half = cd.continue_orbit(cd.halved(system, ODD), limits, doublings=3)
+    lost, partners = (of_kind(whole, kind) for kind in (Special.BRANCH_POINT, Special.PERIOD_DOUBLING))
+    assert len(lost) == 1
+    assert len(partners) == 6
+    np.testing.assert_allclose(of_kind(half, Special.PERIOD_DOUBLING), [*lost, *np.sort(partners)[::2]], atol=1e-10)
+    np.testing.assert_allclose(np.sort(partners)[1::2], np.sort(partners)[::2], atol=1e-10)
+    for k in (0, 1, 4):
+        assert float(whole["special_value"][k]) == pytest.approx(doubling_of_hits(whole, k, 1.4), abs=1e-10)
+
+
+def test_a_cycle_that_touches_the_surface_of_the_reflection_goes_on():
+    """A cycle of radius sqrt(mu) about x = c, and its image: two reflections a turn from mu = c^2 on."""
+    field = {
+        "x": "(x - c*z)*(mu - (x - c*z)**2 - y**2) - 2*y + c*z*(1 - z**2)",
+        "y": "y*(mu - (x - c*z)**2 - y**2) + 2*(x - c*z)",
+        "z": "z*(1 - z**2)",
+    }
+    given = {"parameters": {"mu": 0.8, "c": 1.0}, "initial": {"x": 1.5, "z": 1.0}}
+    system = cd.HybridSystem(name="rings", states="x y z", modes={"on": field}, **given)
+    half = cd.halved(system, {"x": "-x", "y": "-y", "z": "-z"})
+    branch = cd.continue_orbit(half, {"mu": (0.7, 1.3)})
+    assert branch.sizes["special"] == 0
+    assert sorted(branch["event_sequence"].values.tolist()) == ["", "half-on half-on"]
+    ours = np.sort(branch["multiplier_real"].values, axis=1)
+    mu = branch["mu"].values
+    exact = np.sort(np.stack([np.exp(-2 * pi * mu), np.full(len(mu), exp(-2 * pi)), np.ones(len(mu))], axis=1), axis=1)
+    np.testing.assert_allclose(ours, exact, atol=1e-9)
 
 
 def test_linear_oscillator_in_closed_form():

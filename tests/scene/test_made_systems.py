@@ -1,4 +1,4 @@
-"""Two fields and a surface, and drives with corners, in a scene: the systems of Python, with faults at their lines."""
+"""Two fields and a surface, drives with corners, symmetries in a scene: systems of Python, with faults at their lines."""
 
 import numpy as np
 import pytest
@@ -150,3 +150,45 @@ def test_what_is_driven_is_swept_no_more():
     sweep += "periods = 20\ntransient = 5\n"
     (told,) = faults(FRICTION + sweep)
     assert told.startswith("s.toml:19: analysis.d.sweep.u: unknown parameter")
+
+
+HALVED = """\
+[system]
+model = "gear-rattle"
+[system.parameters]
+drag = 0.0
+beta = 0.05
+[system.symmetry]
+s = "backlash - s"
+v = "-v"
+[analysis.branch]
+kind = "continuation"
+sweep.amplitude = { start = 0.0, stop = 1.4 }
+"""
+
+
+def test_a_scene_follows_a_system_over_half_of_its_motion():
+    whole = cd.build("gear-rattle", {"drag": 0.0, "beta": 0.05})
+    found = cd.parse_scene(HALVED)
+    same(found.system, cd.halved(whole, {"s": "backlash - s", "v": "-v"}))
+    assert cd.check(found)["symmetry"] == {"s": "backlash - s", "v": "-v"}
+    other = cd.parse_scene(HALVED.replace("[system.symmetry]\ns", "[system.symmetry]\n# here\ns"))
+    assert other.fingerprint() == found.fingerprint()
+    plain = HALVED.replace('[system.symmetry]\ns = "backlash - s"\nv = "-v"\n', "")
+    assert cd.parse_scene(plain).fingerprint() != found.fingerprint()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("drag = 0.0", "drag = 0.1", "s.toml:6: system.symmetry: gear-rattle: symmetry: "),
+        ('v = "-v"', 'w = "-v"', "s.toml:8: system.symmetry.w: unknown state"),
+        ('v = "-v"', 'v = "-v +"', "s.toml:6: system.symmetry: gear-rattle: symmetry: v: "),
+        ('v = "-v"', "v = -1", "s.toml:8: system.symmetry.v: expected text in quotes"),
+        ("sweep.amplitude", "sweep.drag", "s.toml:11: analysis.branch.sweep.drag: unknown parameter"),
+    ],
+)
+def test_what_breaks_a_symmetry_stands_at_its_line(old, new, told):
+    assert old in HALVED
+    found = faults(HALVED.replace(old, new))
+    assert any(line.startswith(told) for line in found), found

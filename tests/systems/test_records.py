@@ -427,6 +427,17 @@ mu_d = 0.48
 [system.drives.b]
 pieces = { "0" = "0.3", "0.5" = "0.2" }
 """,
+    "half of a map": """
+[system.map]
+states = ["x"]
+images = { x = "x**3 - a*x" }
+[system.parameters]
+a = 2.4
+[system.initial]
+x = 0.3
+[system.symmetry]
+x = "-x"
+""",
     "noise": """
 [system.definition]
 states = ["x", "v"]
