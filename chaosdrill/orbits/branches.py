@@ -12,7 +12,7 @@ from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.branch import Branch, BranchSegment, Mark
 from chaosdrill.orbits.continuation import Birth, Continued, continue_curve
 from chaosdrill.orbits.criticality import normal_form
-from chaosdrill.orbits.crossings import Located, located, noise_of, steps_with
+from chaosdrill.orbits.crossings import TESTS, Located, ended, located, noise_of, steps_with
 from chaosdrill.orbits.curve import Curve, SpecialCurve
 from chaosdrill.orbits.event_changes import branch_behind, change_at, slowness
 from chaosdrill.orbits.find import NoOrbitError, admissible, starting_orbit
@@ -82,13 +82,19 @@ def trace_branch(
         part = continue_curve(curve, first, step, room, home=home, birth=birth)
         if not special:
             _to_no_speed(curve, part)
-        _append(branch, curve, part)
+        reached = _append(branch, curve, part)
         last = branch.segments[-1]
         if part.border is None:
             if part.end == BranchEnd.REST and not special:
                 return _at_rest(branch, curve)
-            words = f"{'the' if curve.noun == 'branch' else 'a'} parameter reached its limit"
-            return branch.ended(part.end, words if part.end == BranchEnd.LIMIT else "")
+            words = ""
+            if part.end == BranchEnd.LIMIT:
+                words = f"{'the' if curve.noun == 'branch' else 'a'} parameter reached its limit"
+            elif reached is not None and not special:
+                there = float(curve.values(reached.point.orbit)[0])
+                place = f"{curve.problem.free[0]} = {there:.12g} (error {reached.error:.1g})"
+                words = f"{part.end.advice.rstrip('.')}, {place}."
+            return branch.ended(part.end, words)
         found = _behind(curve, part, last, branch)
         if found is None:
             return _ended_at(branch, curve, part, last, step)
@@ -101,14 +107,17 @@ def trace_branch(
     return branch
 
 
-def _append(branch: Branch, curve: Curve, part: Continued) -> None:
-    """Append a continued segment to a branch, and mark the special points on it."""
+def _append(branch: Branch, curve: Curve, part: Continued) -> Located | None:
+    """Append a continued segment to a branch, and mark the special points on it; where a test function ends it."""
     followed, _ = curve.followed(part.points[len(part.points) // 2]) or (part.points[0].orbit, None)
-    segment = BranchSegment(curve, part.points, structural_rank(curve.problem, followed))
+    segment, end = BranchSegment(curve, part.points, structural_rank(curve.problem, followed)), None
+    if any(test.end == part.end for test in TESTS):
+        segment, end = ended(segment, part.end)
     if not isinstance(curve, SpecialCurve):
-        segment, marks = _marked(segment, len(segment) - int(_singular(curve, part)))
+        segment, marks = _marked(segment, len(segment) - int(end is not None or _singular(curve, part)))
         branch.marks += [replace(mark, segment=len(branch.segments)) for mark in marks]
     branch.segments.append(segment)
+    return end
 
 
 def _singular(curve: Curve, part: Continued) -> bool:

@@ -11,8 +11,8 @@ import numpy as np
 
 from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.engine import shooting as at
+from chaosdrill.orbits.crossings import TESTS
 from chaosdrill.orbits.curve import Curve
-from chaosdrill.orbits.halves import Halves, up_to_half
 from chaosdrill.orbits.points import Border, Point, plane_at
 from chaosdrill.orbits.problem import LostError
 from chaosdrill.orbits.rests import rounds, shrinks
@@ -39,7 +39,10 @@ class Birth:
 
 @dataclass
 class Continued:
-    """Points of a curve with one sequence of events, in one direction, and how they end."""
+    """Points of a curve with one sequence of events, in one direction, and how they end.
+
+    Where a test function of the branch ends it, the last point lies beyond its root.
+    """
 
     points: list[Point]
     end: BranchEnd = BranchEnd.MOST_POINTS
@@ -72,7 +75,7 @@ def continue_curve(
         Where the branch was born, far from which its steps may be longer.
     """
     points, home, anchor = [first], home or first, 0
-    halves = Halves(curve.problem.halves_apart(first.orbit, first.weights))
+    watches = [(test.end, test.watch(curve, first)) for test in TESTS if test.end is not None and test.watch is not None]
     found = Continued(points)
     planar, turned = first.orbit.segments[0, at.SEGMENT_END] == at.PLANE, False
     h = TUNING.first_step * step if first_step is None else first_step
@@ -121,14 +124,12 @@ def continue_curve(
             points.pop()
             turned = True
             continue
-        back = halves.traded_places(curve.problem.halves_apart(point.orbit, first.weights))
-        if back is not None:
-            beyond = points[back]
-            del points[back:]
-            if curve.kind != Special.REGULAR:
-                points += up_to_half(curve, points, beyond)
-            found.end = BranchEnd.DOUBLING
-            return found
+        for ending, watch in watches:
+            beyond = watch.passed(point)
+            if beyond is not None:
+                del points[beyond + 1 :]
+                found.end = ending
+                return found
         growth = (
             (TUNING.prediction_error / error) ** (1.0 / min(len(points) - anchor, TUNING.predictor_points))
             if error > 0

@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaosdrill.dataset.branches import Special
+from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.setup import constrained_states
 from chaosdrill.orbits.curve import shares_of
+from chaosdrill.orbits.halves import Halves, apart
 from chaosdrill.orbits.multipliers import free_multipliers
 from chaosdrill.orbits.problem import LostError
 from chaosdrill.orbits.roots import bracketed
@@ -99,6 +100,11 @@ class BranchTest:
         Of the same: how many are on the unit circle where the function vanishes; 0 if nothing happens there.
     crossed : bool
         Whether another branch may cross there, so that the equations of the orbit lose rank.
+    end : BranchEnd, optional
+        How a branch ends where the function vanishes; by default it goes on.
+    watch : callable, optional
+        Of a curve and its first point: what tells, after every further point, the index of the first one beyond, or
+        None. Of a function that ends a branch, whose values count beside that of the first point of the segment.
     """
 
     kind: Special
@@ -106,6 +112,8 @@ class BranchTest:
     critical: Callable[[np.ndarray], np.ndarray]
     multiplicity: Callable[[np.ndarray], int] = lambda values: 1
     crossed: bool = False
+    end: BranchEnd | None = None
+    watch: "Callable[[Curve, Point], Halves] | None" = None
 
     def at(self, segment: "BranchSegment") -> tuple[np.ndarray, np.ndarray | float]:
         """The function at each point; NaN where it raises an exception, which `Problem.remarks` tells."""
@@ -156,6 +164,9 @@ TESTS = [
         lambda values: np.abs(values + 1),
     ),
     BranchTest(Special.NEIMARK_SACKER, _noisy(lambda s: torus_test(free_of(s))), _products, _pair),
+    BranchTest(
+        Special.REGULAR, apart, lambda values: np.abs(values - 1), crossed=True, end=BranchEnd.DOUBLING, watch=Halves
+    ),
 ]
 """What is looked for along a branch; more may be appended. Where a branch turns back, that a multiplier passes 1
 says no more, and the second is not asked."""
@@ -192,7 +203,7 @@ def _signs(segment: "BranchSegment") -> list[tuple[BranchTest, list[int]]]:
 
     Where the branch turns back, that a multiplier passes 1 says no more.
     """
-    found = [(test, changes(*test.at(segment))) for test in TESTS]
+    found = [(test, changes(*test.at(segment))) for test in TESTS if test.end is None]
     turned = {k for test, steps in found if test.kind == Special.FOLD for k in steps}
     return [(test, [k for k in steps if test.kind != Special.BRANCH_POINT or k not in turned]) for test, steps in found]
 
@@ -261,6 +272,21 @@ def _found(step: "_Step", pair: "BranchSegment") -> list[Located]:
     return step.crossed()
 
 
+def ended(segment: "BranchSegment", end: BranchEnd) -> tuple["BranchSegment", Located | None]:
+    """A segment whose last point lies beyond the root of a test function that ends it, up to that root.
+
+    Where no orbit is found on the way, up to the point before.
+    """
+    found = None
+    for test in TESTS:
+        if test.end == end:
+            try:
+                found = _Step(segment.with_points(segment.points[-2:])).located(test)
+            except LostError:
+                continue
+    return segment.with_points([*segment.points[:-1], *([] if found is None else [found.point])]), found
+
+
 class _Step:
     """The branch between two neighbouring points."""
 
@@ -298,10 +324,11 @@ class _Step:
             return there(part)[0]
 
         def there(part: float) -> tuple[float, float]:
-            values, noise = test.at(self.pair.with_points([self.point(part, test.crossed)]))
-            if not np.isfinite(values[0]):
+            beside = [] if test.end is None else [self.before]
+            values, noise = test.at(self.pair.with_points([*beside, self.point(part, test.crossed)]))
+            if not np.isfinite(values[-1]):
                 raise LostError("the function has no value on the way")
-            return float(values[0]), float(np.broadcast_to(noise, 1)[0])
+            return float(values[-1]), float(np.broadcast_to(noise, len(values))[-1])
 
         low, high = value(0.0), value(1.0)
         if low * high > 0:
@@ -315,10 +342,12 @@ class _Step:
         kind, multiplicity = test.kind, test.multiplicity(free)
         if not multiplicity:
             return None
-        if test.crossed and (kind == Special.FOLD or self.held):
+        if test.crossed and test.end is None and (kind == Special.FOLD or self.held):
             kind = Special.BRANCH_POINT if _crossed(self.curve, self.before, point, self.after) else Special.FOLD
         rise = abs(high - low)
-        sharp = self._sharp(part, value, rise) if kind == Special.BRANCH_POINT else None
+        # on a curve of special points its root would be needed as well
+        singular = kind == Special.BRANCH_POINT or (test.end is not None and self.before.root is None)
+        sharp = self._sharp(part, value, rise) if singular else None
         return self._marked(part, kind, there(part)[1], rise, multiplicity, sharp)
 
     def whole(self, one: Located) -> Located:

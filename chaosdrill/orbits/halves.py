@@ -5,24 +5,34 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaosdrill.orbits.problem import LostError
 from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
+    from chaosdrill.orbits.branches import BranchSegment
     from chaosdrill.orbits.curve import Curve
     from chaosdrill.orbits.points import Point
 
 
-class Halves:
-    """Differences between the halves of the orbits along a curve, as from `Problem.halves_apart`."""
+def apart(segment: "BranchSegment") -> tuple[np.ndarray, float]:
+    """Differences between the halves of a segment's orbits in the direction of the first one, shape (P,); its error."""
+    problem, points = segment.curve.problem, segment.points
+    gaps = np.array([problem.halves_apart(p.orbit, points[0].weights) for p in points])
+    return gaps @ gaps[0] / max(float(np.linalg.norm(gaps[0])), 1e-300), problem.accuracy
 
-    def __init__(self, gap: np.ndarray) -> None:
+
+class Halves:
+    """Differences between the halves of the orbits along a curve, as it is followed."""
+
+    def __init__(self, curve: "Curve", first: "Point") -> None:
+        self.curve, self.weights = curve, first.weights
+        gap = curve.problem.halves_apart(first.orbit, first.weights)
         self.last, self.largest, self.count = gap, float(np.abs(gap).max(initial=0)), 1
         self.turns: list[tuple[int, float]] = []
         """Orbits at which the difference has turned round, and how large it is beside them."""
 
-    def traded_places(self, gap: np.ndarray) -> int | None:
+    def passed(self, point: "Point") -> int | None:
         """Index of the first orbit beyond one whose halves coincide, or None, after the next orbit."""
+        gap = self.curve.problem.halves_apart(point.orbit, self.weights)
         here = float(np.abs(gap).max(initial=0))
         self.largest = max(self.largest, here)
         if gap @ self.last < 0:
@@ -40,22 +50,3 @@ def halves_met(curve: "Curve", points: "Sequence[Point]", alone: bool) -> bool:
     if alone:
         return bool(gaps[-1] < TUNING.halves * max(gaps))
     return bool(gaps[-1] < TUNING.meeting < max(gaps))
-
-
-def up_to_half(curve: "Curve", points: "list[Point]", beyond: "Point") -> "list[Point]":
-    """The last point before the halves of doubled orbits coincide; beyond it the same orbits repeat."""
-    last, good = points[-1], None
-    start = curve.problem.halves_apart(last.orbit, last.weights)
-    low, high = 0.0, 1.0
-    while high - low > TUNING.tangent_error:
-        middle = 0.5 * (low + high)
-        try:
-            point = curve.between(last, beyond, middle)
-        except LostError:
-            high = middle
-            continue
-        if start @ curve.problem.halves_apart(point.orbit, last.weights) < 0:
-            high = middle
-        else:
-            low, good = middle, point
-    return [] if good is None else [good]

@@ -347,6 +347,20 @@ def test_partners_that_meet_again_are_walked_once():
     assert len(crossings) == 4
 
 
+@pytest.mark.parametrize("step", [0.01, 0.04])
+def test_a_doubled_branch_ends_where_its_halves_coincide(step):
+    """x := -(1 + (1 - k^2) / 4) x + x^3: the doubled orbit is x^2 = (1 - k^2) / 4, from one doubling to the other."""
+    system = stepped({x: -(1 + (1 - r**2) / 4) * x + x**3, y: y / 3 + x}, {"r": -1.3}, [0.0, 0.0])
+    branch = cd.continue_orbit(system, {"r": (-2.0, 2.0)}, start="guess", doublings=1, step=step)
+    assert branch["branch_end"].values.tolist() == [BranchEnd.LIMIT, BranchEnd.DOUBLING]
+    words = branch["branch_end_text"].values[1].rstrip(").").split()
+    error = float(words[-1])
+    assert error < 1e-11
+    last = branch.isel(point=int(np.flatnonzero(branch["branch"] == 1)[-1]))
+    assert abs(float(last["r"]) - 1) <= error
+    assert abs(float(last["orbit_state"][0])) < 1e-5
+
+
 # A state that stays at zero has the unit of what it would do elsewhere.
 
 
