@@ -75,7 +75,9 @@ def continue_curve(
         Where the branch was born, far from which its steps may be longer.
     """
     points, home, anchor = [first], home or first, 0
-    watches = [(test.end, test.watch(curve, first)) for test in TESTS if test.end is not None and test.watch is not None]
+    watches = [
+        (test.end, test.watch(curve, first)) for test in TESTS if test.end is not None and test.watch is not None
+    ]
     found = Continued(points)
     planar, turned = first.orbit.segments[0, at.SEGMENT_END] == at.PLANE, False
     h = TUNING.first_step * step if first_step is None else first_step

@@ -1,4 +1,4 @@
-"""Two fields and a surface, drives with corners, symmetries in a scene: systems of Python, with faults at their lines."""
+"""Two fields and a surface, drives with corners and symmetries in a scene: as in Python, with faults at their lines."""
 
 import numpy as np
 import pytest
