@@ -96,28 +96,52 @@ def survey(system: HybridSystem, plan: Span, judged: Collection[str] = ()) -> Su
 
 def _survey(system: HybridSystem, plan: Span, numerics: Numerics) -> Survey:
     n = len(system.state_names)
-    # no direction of a model is likely to be orthogonal to this one
-    direction = np.sqrt(np.arange(2.0, n + 2.0))
+    # no direction of a model is likely to be orthogonal to this one; it is the same whatever states are measured in
+    direction = np.sqrt(np.arange(2.0, n + 2.0)) * _sizes_met(system, plan, numerics)
     run = Run(system, plan.unit, numerics, tangents=direction[np.newaxis] / np.linalg.norm(direction))
     outcome = plan.settle(run)
     states, modes, tangents, rates, events = [], [], [], [], []
     for _ in range(plan.count):
         if outcome != Outcome.OK:
             break
-        state, mode, tangent, before = run.x.copy(), run.mode, run.vectors[0].copy(), run.logs[0]
+        state, mode, before = run.x.copy(), run.mode, run.logs[0]
+        tangents.append(_directed(run.vectors[0]))
         found = record(run, 1, events=True)
         outcome = found.outcome
         if outcome == Outcome.OK:
             states.append(state)
             modes.append(mode)
-            tangents.append(tangent / max(np.linalg.norm(tangent), 1e-300))
             rates.append(-np.inf if run.lost[0] else (run.logs[0] - before) / plan.unit)
             events.append(_unit_events(found, found.times - (run.elapsed - plan.unit), plan.unit))
-    rows = (np.array(vectors).reshape(-1, n) for vectors in (states, tangents))
-    points = next(rows)
-    largest = np.fmax(np.abs(points).max(axis=0, initial=0.0), run.sizes)
-    sizes = np.exp2(np.round(np.log2(np.where(largest > 0, largest, 1.0))))
-    return Survey(system, outcome, points, modes, next(rows), np.array(rates), events, numerics, sizes)
+    count = len(states)
+    points, directions = (
+        np.array(rows).reshape(-1, n) for rows in (states, [*tangents[:count], _directed(run.vectors[0])])
+    )
+    sizes = _powers_of_two(np.fmax(np.abs(points).max(axis=0, initial=0.0), run.sizes))
+    # lengths in these sizes, as `growth` takes them
+    with np.errstate(divide="ignore", invalid="ignore"):
+        lengths = np.diff(np.log(np.linalg.norm(directions / sizes, axis=1)))
+    rates = np.where(np.isfinite(rates), rates + lengths / plan.unit, rates)
+    return Survey(system, outcome, points, modes, directions[:count], rates, events, numerics, sizes)
+
+
+def _sizes_met(system: HybridSystem, plan: Span, numerics: Numerics) -> np.ndarray:
+    """Powers of two near the sizes that states have had by the end of the transient and of a unit after it."""
+    run = Run(system, plan.unit, numerics)
+    if plan.settle(run) == Outcome.OK:
+        run.advance(1)
+    return _powers_of_two(run.sizes)
+
+
+def _powers_of_two(sizes: np.ndarray) -> np.ndarray:
+    found: np.ndarray = np.exp2(np.round(np.log2(np.where(sizes > 0, sizes, 1.0))))
+    return found
+
+
+def _directed(tangent: np.ndarray) -> np.ndarray:
+    """A tangent of length 1, or zero."""
+    unit: np.ndarray = tangent / max(np.linalg.norm(tangent), 1e-300)
+    return unit
 
 
 def _unit_events(found: Record, times: np.ndarray, unit: float) -> UnitEvents:
