@@ -28,13 +28,32 @@ class Uncertainty:
     exponent_error: float
 
 
+_UNKNOWN = Uncertainty(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0), np.nan, np.nan)
+"""Of a grid without an axis."""
+
+
 def mixing(numbers: np.ndarray, side: int) -> dict[str, tuple[float, float]]:
     """Basin entropy and boundary basin entropy, with their standard errors; NaN without a box, or without a boundary.
 
     Boxes of ``side`` cells along every axis have the Gibbs entropy of the attractors in them (Daza and others 2016,
     doi:10.1038/srep31416). The first is the mean over all boxes, the second over those with more than one attractor.
-    Cells that do not fill a box are left out. The errors are those of boxes thrown at random.
+    Cells that do not fill a box are left out. The errors are those of boxes thrown at random, joined with how far the
+    means move with where the first box begins along every axis: boxes along a straight boundary are all alike.
     """
+    found = _entropies(numbers, side)
+    for axis in range(numbers.ndim):
+        firsts = np.unique(np.arange(BOUNDARIES.shifts) * side // BOUNDARIES.shifts)[1:]
+        moved = [_entropies(_without_first(numbers, int(first), axis), side) for first in firsts]
+        for name, (value, error) in found.items():
+            values = np.array([value, *(one[name][0] for one in moved)])
+            known = values[np.isfinite(values)]
+            if len(known) > 1:
+                found[name] = value, float(np.hypot(error, known.std(ddof=1)))
+    return found
+
+
+def _entropies(numbers: np.ndarray, side: int) -> dict[str, tuple[float, float]]:
+    """Both, with the errors of boxes thrown at random."""
     boxes = _boxes(numbers, side)
     entropy = np.zeros(len(boxes))
     for number in np.unique(numbers):
@@ -62,35 +81,43 @@ def _mean(values: np.ndarray) -> tuple[float, float]:
 def uncertainty(numbers: np.ndarray) -> Uncertainty:
     """The uncertainty exponent (Grebogi, McDonald, Ott and Yorke 1983, doi:10.1016/0375-9601(83)90945-3).
 
-    A cell is uncertain at a distance of 3, 4, 5, 6, 8, 10, ... cells, up to a sixteenth of the shortest axis, unless
-    all cells as close to it, along every axis, lead to one attractor; cells closer to the edge than the largest of
-    these are left out. The exponent is the slope of a line through the logarithms, all weighted alike. Its error joins
-    that of the slope when each of the 4 parts of every axis is left out in turn, what the line leaves unexplained, or
-    half the difference of the slopes at small and at large distances, as the steps of a self-similar boundary make, and
-    half of what it would be more if what is uncertain at one distance overlapped at random at a larger one, as it does
-    where much of the grid is uncertain.
+    A cell is uncertain at a distance of 3, 4, 5, 6, 8, 10, ... cells along an axis, up to a sixteenth of it, unless all
+    cells as close to it along this axis lead to one attractor; cells closer to its ends than the largest of these are
+    left out. The exponent is the slope of a line through the logarithms, all weighted alike, along the axis on which it
+    is least: others may cross a fractal boundary where it is smooth. Its error joins that of the slope when each of the
+    4 parts of every axis is left out in turn, what the line leaves unexplained, or the difference of the slopes at
+    small and at large distances, as the steps of a self-similar boundary make, and half of what it would be more if
+    what is uncertain at one distance overlapped at random at a larger one, as it does where much of the grid is
+    uncertain.
     """
+    along = [_uncertainty_along(numbers, axis) for axis in range(numbers.ndim)]
+    told = [one for one in along if np.isfinite(one.exponent)]
+    if told:
+        return min(told, key=lambda one: one.exponent + one.exponent_error)
+    return max(along, key=lambda one: (len(one.distance), float(one.fraction.max(initial=0.0))), default=_UNKNOWN)
+
+
+def _uncertainty_along(numbers: np.ndarray, axis: int) -> Uncertainty:
+    """That of distances along an axis."""
     from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-    most = min(numbers.shape) // BOUNDARIES.parts
-    distance = _distances(most)
+    length = numbers.shape[axis]
+    distance = _distances(length // BOUNDARIES.parts)
     blocks = BOUNDARIES.blocks**numbers.ndim
-    hits, cells = np.zeros((2, len(distance), blocks))
-    place = _parts(numbers.shape)
-    # the same cells at all distances, as far from the edge as the largest of these
-    inner = tuple(slice(most, length - most) for length in numbers.shape)
+    hits = np.zeros((len(distance), blocks))
+    # the same cells at all distances, as far from the ends as the largest of these
+    most = int(distance.max(initial=0))
+    inner = (slice(None),) * axis + (slice(most, length - most),)
+    where = _parts(numbers.shape)[inner].ravel()
+    cells = np.bincount(where, minlength=blocks)
     for row, d in enumerate(distance.tolist()):
-        low, high = numbers, numbers
-        for axis in range(numbers.ndim):
-            low, high = minimum_filter1d(low, 2 * d + 1, axis), maximum_filter1d(high, 2 * d + 1, axis)
-        where = place[inner].ravel()
-        cells[row] = np.bincount(where, minlength=blocks)
-        hits[row] = np.bincount(where, weights=(low != high)[inner].ravel(), minlength=blocks)
-    total, every = hits.sum(axis=1), cells.sum(axis=1)
-    fraction = total / np.maximum(every, 1)
-    without = (total[:, np.newaxis] - hits) / np.maximum(every[:, np.newaxis] - cells, 1)
+        low, high = (one(numbers, 2 * d + 1, axis)[inner] for one in (minimum_filter1d, maximum_filter1d))
+        hits[row] = np.bincount(where, weights=(low != high).ravel(), minlength=blocks)
+    total, every = hits.sum(axis=1), cells.sum()
+    fraction = total / max(every, 1)
+    without = (total[:, np.newaxis] - hits) / np.maximum(every - cells, 1)
     # that of as many random places as do not overlap
-    error = np.sqrt(fraction * (1 - fraction) * (2 * distance + 1.0) ** numbers.ndim / np.maximum(every, 1))
+    error = np.sqrt(fraction * (1 - fraction) * (2 * distance + 1.0) ** numbers.ndim / max(every, 1))
     exponent = exponent_error = np.nan
     fits = total >= BOUNDARIES.least
     if fits.sum() >= BOUNDARIES.fewest and (without[fits] > 0).all():
@@ -101,7 +128,7 @@ def uncertainty(numbers: np.ndarray) -> Uncertainty:
         half = len(across) // 2
         ends = [_slope(across[part], np.log(fraction[fits])[part])[0] for part in (slice(half), slice(-half, None))]
         crowded = _slope(across, np.log(-np.log1p(-np.minimum(fraction[fits], BOUNDARIES.most_uncertain))))[0]
-        systematic = max(left, abs(ends[1] - ends[0]) / 2)
+        systematic = max(left, abs(ends[1] - ends[0]))
         exponent_error = float(np.hypot(np.hypot(spread, systematic), abs(crowded - exponent) / 2))
     return Uncertainty(distance, fraction, error, exponent, exponent_error)
 
@@ -113,10 +140,9 @@ def _distances(most: int) -> np.ndarray:
     return found[found <= most]
 
 
-def _shifted(values: np.ndarray, by: int, axis: int) -> np.ndarray:
-    """All but the last ``by`` layers, or all but the first for a negative number."""
-    chosen = slice(None, -by) if by > 0 else slice(-by, None)
-    return values[(slice(None),) * axis + (chosen,)]
+def _without_first(values: np.ndarray, count: int, axis: int) -> np.ndarray:
+    """All but the first layers along an axis."""
+    return values[(slice(None),) * axis + (slice(count, None),)]
 
 
 def _parts(shape: tuple[int, ...]) -> np.ndarray:
@@ -144,7 +170,8 @@ def share_error_of_grid(numbers: np.ndarray, number: int, binomial: float) -> fl
     where it is smaller, as for fractal boundaries, and where no boundary was met.
     """
     inside = numbers == number
-    crossed = max(int(np.count_nonzero(np.diff(inside, axis=axis))) for axis in range(inside.ndim))
+    crossings = (int(np.count_nonzero(np.diff(inside, axis=axis))) for axis in range(inside.ndim))
+    crossed = max(crossings, default=0)
     return min(binomial, crossed / numbers.size / np.sqrt(12)) if crossed else binomial
 
 
@@ -192,7 +219,7 @@ def measures_dataset(system: "HybridSystem", given: Any, job: "Job") -> "xr.Data
     if given.grid:
         shape = tuple(len(values) for values in given.grid.values())
         cells = reached.ravel()[: int(np.prod(shape))].reshape(shape)
-        cells = cells[np.ix_(*(np.argsort(values) for values in given.grid.values()))]
+        cells = cells[np.ix_(*(np.argsort(values) for values in given.grid.values()))].squeeze()
         if given.initial is None:
             error = np.array([share_error_of_grid(cells, k, float(error[k])) for k in range(count + 1)])
     kept = ["attractor_period", "attractor_outcome", "attractor_state", "attractor_exponent", "attractor_error"]
@@ -212,7 +239,10 @@ def measures_dataset(system: "HybridSystem", given: Any, job: "Job") -> "xr.Data
     if cells is not None:
         for name, (value, spread) in mixing(cells, given.box).items():
             variables |= {name: ((), value), f"{name}_error": ((), spread)}
-        even = all(_evenly(values) for values in given.grid.values())
+        # a state of one value is held there, as those without an axis are
+        grid = {name: values for name, values in given.grid.items() if len(values) > 1}
+        held = {name: float(values[0]) for name, values in given.grid.items() if len(values) == 1}
+        even = all(_evenly(values) for values in grid.values())
         power = uncertainty(cells)
         variables |= {
             "uncertainty_exponent": ((), power.exponent if even else np.nan),
@@ -221,9 +251,9 @@ def measures_dataset(system: "HybridSystem", given: Any, job: "Job") -> "xr.Data
             "uncertain_fraction_error": ("distance", power.error),
             "wada_distance": ("attractor", _of_attractors(cells, count)),
         }
-        kicks = [smallest_kicks(cells, given.grid, *one) for one in _in_the_grid(system, given.grid, found)]
+        kicks = [smallest_kicks(cells, grid, *one) for one in _in_the_grid(system, grid, held, found)]
         for name, parts in zip(("smallest_kick", "smallest_kick_error"), zip(*kicks, strict=True), strict=False):
-            variables[name] = (("attractor", "state"), _of_states(system, given.grid, np.array(parts)))
+            variables[name] = (("attractor", "state"), _of_states(system, grid, np.array(parts)))
         coords["distance"] = power.distance.astype(np.int32)
     return dataset(variables | coords, coords)
 
@@ -247,7 +277,9 @@ def smallest_kicks(
     """The smallest change of a point to a cell of another basin, and its error, in the units of each state of the grid.
 
     Lengths are taken in parts of the grid along every axis. NaN for a point that is not in the grid, and where all
-    cells are of one basin. The boundary lies up to a cell before, which is the error.
+    cells are of one basin. The boundary lies up to a cell before; and since it does, the kick may lead to any place
+    where cells of other basins are farther by no more than half a cell, as along a boundary that is about as far
+    everywhere; the nearest cell is amid these. Both make the error.
     """
     axes = [np.sort(values) for values in grid.values()]
     low, extent = (np.array([of(values) for values in axes]) for of in (np.min, np.ptp))
@@ -256,16 +288,22 @@ def smallest_kicks(
     if not len(others) or not (extent > 0).all() or not ((point >= low) & (point <= low + extent)).all():
         return nothing, nothing
     ways = np.column_stack([values[place] for values, place in zip(axes, others.T, strict=True)]) - point
-    nearest = ways[int(np.argmin(((ways / extent) ** 2).sum(axis=1)))]
-    return nearest, extent / (np.array(cells.shape) - 1) / np.sqrt(3)
+    lengths = np.linalg.norm(ways / extent, axis=1)
+    best = int(np.argmin(lengths))
+    steps = [np.diff(values) for values in axes]
+    cell = np.array(
+        [step[max(place - 1, 0) : place + 1].max() for step, place in zip(steps, others[best].tolist(), strict=True)]
+    )
+    as_near = ways[lengths <= lengths[best] + np.linalg.norm(cell / extent) / 2]
+    return ways[best], np.sqrt(cell**2 / 3 + ((as_near - ways[best]) ** 2).mean(axis=0) / 4)
 
 
 def _in_the_grid(
-    system: "HybridSystem", grid: Mapping[str, np.ndarray], found: "xr.Dataset"
+    system: "HybridSystem", grid: Mapping[str, np.ndarray], held: Mapping[str, float], found: "xr.Dataset"
 ) -> Iterator[tuple[int, np.ndarray]]:
     """Numbers of attractors, and their points in the states of the grid; NaN for those in another plane."""
     names = list(system.state_names)
-    own = np.array([system.initial[name] for name in names], dtype=float)
+    own = np.array([held.get(name, system.initial[name]) for name in names], dtype=float)
     spanned = np.array([name in grid for name in names])
     for number, state in enumerate(found["attractor_state"].transpose("attractor", "state").values, start=1):
         size = np.maximum(np.abs(state), np.abs(own))

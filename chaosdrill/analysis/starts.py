@@ -142,13 +142,15 @@ def share_of(hits: Any, starts: int) -> tuple[Any, Any]:
     """The part of the starts that lead somewhere, and its standard error.
 
     The error is that of a binomial share with two hits and two misses more (Agresti and Coull 1998,
-    doi:10.1080/00031305.1998.10480550), which does not vanish where all starts, or none, lead there.
+    doi:10.1080/00031305.1998.10480550), which does not vanish where all starts, or none, lead there, and of few starts
+    how far the share is from that one.
     """
     import numpy as np
 
     hits = np.asarray(hits, dtype=float)
     likely = (hits + 2) / (starts + 4)
-    return hits / starts, np.sqrt(likely * (1 - likely) / (starts + 4))
+    share = hits / starts
+    return share, np.sqrt(likely * (1 - likely) / (starts + 4) + (share - likely) ** 2)
 
 
 def told_of_starts(system: "HybridSystem", outcomes: "np.ndarray") -> str:

@@ -178,6 +178,8 @@ class Boundaries:
     """Fraction that is taken for all."""
     least: int = 16
     """Cells with different attractors, at least, for a distance to count in the fit."""
+    shifts: int = 5
+    """Places at most at which boxes begin along an axis, to see by how much entropies depend on it."""
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 import sympy
 from maps import map_system
+from scipy.stats import binom
 
 import chaosdrill as cd
 from chaosdrill.analysis.boundaries import merged_distances, mixing, share_error_of_grid, smallest_kicks, uncertainty
+from chaosdrill.analysis.starts import share_of
 
 CANTOR = 1 - np.log(2) / np.log(3)
 
@@ -37,6 +39,11 @@ def newton(count, side, off=0.0):
     return 1 + np.argmin(np.abs(z[..., np.newaxis] - np.exp(2j * np.pi * np.arange(3) / 3)), axis=-1)
 
 
+def half_planes(along, across, place):
+    """Basins on the two sides of a straight line."""
+    return 1 + (across[0] * along[:, np.newaxis] + across[1] * along > place)
+
+
 # Entropies.
 
 
@@ -54,10 +61,23 @@ def test_entropies_of_stripes():
     assert np.isnan(alone["boundary_entropy"][0])
 
 
+@pytest.mark.parametrize("name", ["basin_entropy", "boundary_entropy"])
+def test_errors_of_entropies_know_where_boxes_begin(name):
+    """All boxes along a straight boundary of the grid are alike; elsewhere in them it has another entropy."""
+    k = np.arange(1, 5) / 5
+    of_boundary = -(k * np.log(k) + (1 - k) * np.log(1 - k)).mean()
+    exact = {"boundary_entropy": of_boundary, "basin_entropy": of_boundary * 4 / 5 / 20}[name]
+    for place in range(40, 45):
+        value, error = mixing(half_planes(np.arange(100), (1, 0), place), 5)[name]
+        # no box is on the boundary if that lies between boxes
+        assert np.isnan(value) or abs(value - exact) <= 2 * error
+
+
 def test_a_grid_smaller_than_a_box_has_no_entropy():
     small = mixing(np.array([[0, 1]]), 5)
     assert all(np.isnan(value) for both in small.values() for value in both)
     assert np.isnan(uncertainty(np.array([[0, 1]])).exponent)
+    assert np.isnan(uncertainty(np.array(1)).exponent)
 
 
 def test_entropy_in_three_dimensions():
@@ -101,6 +121,18 @@ def test_newtons_method_has_the_published_exponent():
         assert found.exponent == pytest.approx(0.58, abs=0.1)
 
 
+@pytest.mark.parametrize("ratio", [1.3, 1.5, 1.7])
+def test_a_boundary_that_is_a_function_has_its_own_exponent(ratio):
+    """x -> ratio x + cos(u), u -> 2 u: 1 - ln(ratio)/ln 2 is the paper's dimension of the boundary, less 1."""
+    rng, hits = np.random.default_rng(8), []
+    for count in rng.integers(200, 900, 12).tolist():
+        u = np.linspace(0, 2 * np.pi, count) + rng.uniform(0, 0.1)
+        edge = -sum(np.cos(2.0**k * u) / ratio ** (k + 1) for k in range(60))
+        found = uncertainty(1 + (np.linspace(-4, 4, count) > edge[:, np.newaxis]))
+        hits.append(abs(found.exponent - np.log(ratio) / np.log(2)) <= 2 * found.exponent_error < 0.3)
+    assert np.mean(hits) >= 0.9
+
+
 def test_what_is_too_coarse_has_no_exponent():
     assert np.isnan(uncertainty(newton(60, 1.5)).exponent)
     assert np.isnan(uncertainty(np.ones((200, 200), dtype=int)).exponent)
@@ -123,6 +155,15 @@ def test_errors_of_shares_of_a_grid_cover():
         hits.append(abs(inside.mean() - exact) <= 2 * error)
     assert np.mean(hits) >= 0.95
     assert share_error_of_grid(np.ones((9, 9)), 1, 0.25) == 0.25
+
+
+@pytest.mark.parametrize("starts", [1, 5, 20])
+def test_errors_of_shares_of_few_starts_cover(starts):
+    hits = np.arange(starts + 1)
+    share, error = share_of(hits, starts)
+    for exact in (0.05, 0.3, 0.5, 0.8):
+        covered = np.abs(share - exact) <= 2 * error
+        assert binom.pmf(hits, starts, exact)[covered].sum() >= 0.9
 
 
 def test_merged_boundaries_are_the_same_for_newtons_method_alone():
@@ -188,6 +229,47 @@ def test_the_smallest_kick_leads_to_the_boundary():
     kick, error = smallest_kicks(inside, along, 1, np.array([0.24, 3.2]))
     assert (np.abs(kick - [0.06, 0.8]) <= 2 * error).all()
     assert np.isnan(smallest_kicks(inside, along, 1, np.array([0.0, 11.0]))[0]).all()
+
+
+@pytest.mark.parametrize("basin", ["half-plane", "disc"])
+def test_errors_of_kicks_cover_along_the_boundary(basin):
+    """Where a boundary is about as far in many directions, cells do not tell to which place the kick leads."""
+    rng, hits = np.random.default_rng(6), []
+    for _ in range(100):
+        point, turn, place = rng.uniform(-0.3, 0.3, 2), rng.uniform(0, 2 * np.pi), rng.uniform(0.45, 0.6)
+        grid = {name: np.linspace(-1, 1, count) for name, count in zip("xy", rng.integers(20, 90, 2), strict=True)}
+        x, y = np.meshgrid(*grid.values(), indexing="ij")
+        across = np.array([np.cos(turn), np.sin(turn)])
+        if basin == "disc":
+            outside, exact = x**2 + y**2 > 0.64, 0.8 * point / np.linalg.norm(point) - point
+        else:
+            outside, exact = across[0] * x + across[1] * y > place, across * (place - across @ point)
+        kick, error = smallest_kicks(1 + outside, grid, 1, point)
+        hits.append(np.abs(kick - exact) <= 2 * error)
+    assert (np.mean(hits, axis=0) >= 0.95).all()
+
+
+def test_a_grid_of_unequal_steps_knows_its_kicks():
+    along = {"x": np.linspace(0, 1, 30) ** 2}
+    for place in np.linspace(0.3, 0.95, 40):
+        kick, error = smallest_kicks(1 + (along["x"] > place), along, 1, np.array([0.1]))
+        assert abs(kick[0] - (place - 0.1)) <= 2 * error[0]
+
+
+def test_a_state_of_one_value_is_held_there():
+    wells = cd.HybridSystem(
+        name="wells", states="y x", parameters={}, modes={"on": {"x": "x - x**3", "y": "-y"}}, period="1",
+        initial={"x": 0.5},
+    )  # fmt: skip
+    given = {"transient": 60, "periods": 16, "max_period": 4, "exponents": 0}
+    along = np.linspace(-1.2, 1.5, 120)
+    alone, beside = (cd.basin_measures(wells, grid, **given) for grid in ({"x": along}, {"y": [0.0], "x": along}))
+    for name in ("boundary_entropy", "uncertain_fraction", "smallest_kick", "smallest_kick_error", "fraction_error"):
+        assert np.isfinite(alone[name]).all()
+        np.testing.assert_array_equal(alone[name], beside[name])
+    single = cd.basin_measures(wells, {"y": [0.0], "x": [0.7]}, **given)
+    assert float(single["fraction"][0]) == 1.0
+    assert np.isnan(single["smallest_kick"]).all()
 
 
 def test_one_state_spans_a_grid():
