@@ -10,6 +10,7 @@ class that the event does not tell apart.
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ import xarray as xr
 
 from chaosdrill.analysis.arguments import SLICE, Span, check_record, tangent_count
 from chaosdrill.analysis.finite_times import density
+from chaosdrill.analysis.recurrence import powers_of_two
 from chaosdrill.analysis.spectra import computed_exponents
 from chaosdrill.analysis.statistics import error_of_exponents, in_blocks
 from chaosdrill.analysis.tuning import COVARIANT, WINDOWS
@@ -99,18 +101,17 @@ class _Found(NamedTuple):
 class _Forward:
     """The forward pass over all blocks; what it finds is kept of the last chunk alone, the others are run again."""
 
-    def __init__(self, run: Run, blocks: _Blocks, job: "Job") -> None:
-        self.run, self.blocks = run, blocks
+    def __init__(self, run: Run, blocks: _Blocks, sizes: np.ndarray, job: "Job") -> None:
+        self.run, self.blocks, self.sizes = run, blocks, sizes
         m, n = run.vectors.shape
         self.size = min(blocks.total, max(1, COVARIANT.kept // (m * (m + n + 3) + n + 1)))
         self.starts = range(0, blocks.total, self.size)
         again = [first for first in self.starts[:-1] if first + self.size > blocks.before]
         self._report, self._done = job.report(blocks.total + len(again) * self.size), 0
         self._kept: dict[int, list[np.ndarray]] = {}
-        self.sums = np.zeros((blocks.record + 1, m))
-        """Logarithms of growth from the first block to the start of each of the record."""
-        self.total = np.zeros(m)
-        """The same, to the end of all blocks."""
+        self.sums = np.zeros((blocks.total, m))
+        """Logarithms of growth from the first block to the start of each, lengths being taken in the states' sizes."""
+        self._total = np.zeros(m)
         self._last = _Chunk.empty(0, m, n)
 
     def go(self) -> Outcome:
@@ -122,12 +123,23 @@ class _Forward:
             self._kept[first] = [one.copy() for one in self.run.states]
             outcome, chunk = self._over(first)
             growth = np.where(chunk.lost[1:] == 1, -np.inf, chunk.logs)
-            along = self.total + np.vstack([np.zeros_like(self.total), np.cumsum(growth, axis=0)])
-            place = np.arange(first, first + len(along)) - self.blocks.before
-            within = (place >= 0) & (place < len(self.sums))
-            self.sums[place[within]] = along[within]
-            self.total, self._last = along[-1], chunk
+            along = self._total + np.vstack([np.zeros_like(self._total), np.cumsum(growth, axis=0)])
+            self.sums[first : first + len(growth)] = along[:-1] + self._in_sizes(chunk.frames)
+            self._total, self._last = along[-1], chunk
         return outcome
+
+    def _in_sizes(self, frames: np.ndarray) -> np.ndarray:
+        """Logarithms of the independent parts of tangents, lengths being taken in the states' sizes; 0 of lost ones."""
+        rows = np.moveaxis(frames / self.sizes, 1, 0).copy()
+        found = np.zeros(frames.shape[:2])
+        for i, row in enumerate(rows):
+            for before in (*rows[:i], *rows[:i]):
+                row -= (row * before).sum(axis=1, keepdims=True) * before
+            length = np.linalg.norm(row, axis=1)
+            length[length == 0.0] = 1.0
+            row /= length[:, np.newaxis]
+            found[:, i] = np.log(length)
+        return found
 
     def back(self) -> Iterator[tuple[int, _Chunk]]:
         """The chunks that reach into the record or lie behind it, the last one first, with their first blocks."""
@@ -173,8 +185,9 @@ def vectors(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     check_record(blocks.record, count * (n + 4) + n + 1, "periods, or a longer interval")
     lead = Run(system, blocks.plan.unit, job.numerics)
     outcome = blocks.plan.settle(lead)
-    run = _with_tangents(lead, structure.general(m), structure.deficient, blocks, job)
-    forward, found = _Forward(run, blocks, job), _Found.empty(blocks.record, n, count)
+    sizes = powers_of_two(lead.sizes)
+    run = _with_tangents(lead, _orthonormal(structure.general(m) * sizes), structure.deficient, blocks, job)
+    forward, found = _Forward(run, blocks, sizes, job), _Found.empty(blocks.record, n, count)
     if outcome == Outcome.OK:
         outcome = forward.go()
     ahead = np.eye(m)
@@ -237,6 +250,16 @@ def _divided(plan: Span, given: Any) -> _Blocks:
         for lead in (given.forward, given.backward)
     )
     return _Blocks(plan, interval, parts, strobes, before, record, behind)
+
+
+def _orthonormal(rows: np.ndarray) -> np.ndarray:
+    """Orthonormal rows of the same spans; by projections, which keep the digits of states in small units."""
+    found = rows / np.linalg.norm(rows, axis=1, keepdims=True)
+    for i, row in enumerate(found):
+        for before in (*found[:i], *found[:i]):
+            row -= (before @ row) * before
+        row /= np.linalg.norm(row)
+    return found
 
 
 def _with_tangents(lead: Run, frame: np.ndarray, deficient: Any, blocks: _Blocks, job: "Job") -> Run:
@@ -363,11 +386,16 @@ def between(coordinates: np.ndarray, lost: np.ndarray) -> np.ndarray:
         In radians, from 0 to pi/2; NaN where one side has no vector.
     """
     angles = np.full((len(lost), max(lost.shape[1] - 1, 0)), np.nan)
-    for pattern in np.unique(lost, axis=0):
+    for pattern in lost[:1] if (lost == lost[:1]).all() else np.unique(lost, axis=0):
         rows, live = np.flatnonzero((lost == pattern).all(axis=1)), np.flatnonzero(~pattern)
         for first in range(1, len(live)):
             others = coordinates[np.ix_(rows, live[first:])]
-            basis = np.linalg.qr(others.swapaxes(1, 2))[0]
+            basis = others.swapaxes(1, 2)
+            basis = (
+                np.linalg.qr(basis)[0]
+                if len(live) - first > 1
+                else basis / np.linalg.norm(basis, axis=1, keepdims=True)
+            )
             inside = live[:first]
             outside = np.setdiff1d(np.arange(coordinates.shape[2]), inside)
             along, across = basis[:, inside], basis[:, outside]
@@ -393,19 +421,27 @@ def _errors(forward: _Forward, job: "Job") -> np.ndarray:
     """What the start of the forward pass and the end of the backward one may still be of each vector, and the method.
 
     Parts of a faster direction die out backward, those of a slower one forward, as the ratio of their growths: of
-    neighbours, which are the slowest to.
+    neighbours, which are the slowest to. Between the directions of a spiral either grows in turn, and none dies out: a
+    difference of growths counts where it stays beyond those met soon after the start.
     """
+    sums = forward.sums
+    found = np.zeros_like(sums)
+    live = np.flatnonzero(np.isfinite(sums[-1]))
+    soon = (np.arange(len(sums)) * COVARIANT.beginning).astype(int)
     with np.errstate(invalid="ignore", over="ignore"):
-        since = -np.diff(forward.sums[:-1], axis=1)
-        until = -np.diff(forward.total - forward.sums[:-1], axis=1)
-        # beside a lost one nothing is mixed
-        gone = np.isneginf(forward.total)[np.newaxis, 1:]
-        until = np.where(gone, np.inf, until)
-        since = np.where(np.isnan(since), np.inf, since)
-    none = np.full((len(since), 1), np.inf)
-    found = np.exp(-np.hstack([since, none])) + np.exp(-np.hstack([none, until]))
+        for one, other in pairwise(live):
+            ahead = sums[:, one] - sums[:, other]
+            most, least = np.maximum.accumulate(ahead), np.minimum.accumulate(ahead[::-1])[::-1]
+            late = least[::-1][soon][::-1]
+            found[:, one] += np.where(least > most[soon], np.exp(ahead[0] - ahead), 1.0)
+            found[:, other] += np.where(late > most, np.exp(ahead - ahead[-1]), 1.0)
+        # what an event removes is known from it
+        for one in np.setdiff1d(np.arange(sums.shape[1] - 1), live):
+            ahead = sums[:, one] - sums[:, one + 1]
+            found[:, one] = np.exp(-np.where(np.isfinite(ahead), ahead, np.inf))
     found = np.minimum(found + job.numerics.global_error, 1.0)
-    return np.where(np.isneginf(forward.sums[:-1]), 0.0, found)
+    record = slice(forward.blocks.before, forward.blocks.before + forward.blocks.record)
+    return np.where(np.isneginf(sums), 0.0, found)[record]
 
 
 def _means(found: _Found, run: Run, forward: _Forward, job: "Job") -> tuple[np.ndarray, np.ndarray]:

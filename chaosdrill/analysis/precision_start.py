@@ -10,7 +10,7 @@ import numpy as np
 from chaosdrill.analysis.arguments import Span
 from chaosdrill.analysis.precision_reference import DIGITS, Exact, Itinerary, Point, Truth, find_truth
 from chaosdrill.analysis.recording import Record, record
-from chaosdrill.analysis.recurrence import find_period
+from chaosdrill.analysis.recurrence import find_period, powers_of_two
 from chaosdrill.analysis.statistics import standard_error
 from chaosdrill.analysis.tuning import PRECISION
 from chaosdrill.dataset import Outcome
@@ -117,7 +117,7 @@ def _survey(system: HybridSystem, plan: Span, numerics: Numerics) -> Survey:
     points, directions = (
         np.array(rows).reshape(-1, n) for rows in (states, [*tangents[:count], _directed(run.vectors[0])])
     )
-    sizes = _powers_of_two(np.fmax(np.abs(points).max(axis=0, initial=0.0), run.sizes))
+    sizes = powers_of_two(np.fmax(np.abs(points).max(axis=0, initial=0.0), run.sizes))
     # lengths in these sizes, as `growth` takes them
     with np.errstate(divide="ignore", invalid="ignore"):
         lengths = np.diff(np.log(np.linalg.norm(directions / sizes, axis=1)))
@@ -130,12 +130,7 @@ def _sizes_met(system: HybridSystem, plan: Span, numerics: Numerics) -> np.ndarr
     run = Run(system, plan.unit, numerics)
     if plan.settle(run) == Outcome.OK:
         run.advance(1)
-    return _powers_of_two(run.sizes)
-
-
-def _powers_of_two(sizes: np.ndarray) -> np.ndarray:
-    found: np.ndarray = np.exp2(np.round(np.log2(np.where(sizes > 0, sizes, 1.0))))
-    return found
+    return powers_of_two(run.sizes)
 
 
 def _directed(tangent: np.ndarray) -> np.ndarray:

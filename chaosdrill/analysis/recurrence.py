@@ -100,6 +100,12 @@ def trend(
     return (late <= CLOSE) | (late < (1 - FADES) * early), late > (1 + FADES) * early
 
 
+def powers_of_two(sizes: np.ndarray) -> np.ndarray:
+    """The powers of two nearest to sizes, by which no digit changes; 1 for 0."""
+    found: np.ndarray = np.exp2(np.round(np.log2(np.where(sizes > 0, sizes, 1.0))))
+    return found
+
+
 def sizes(points: np.ndarray, known: np.ndarray) -> np.ndarray:
     """What distances between states are relative to, for points of shape (P, rows, n); shape (P, n).
 

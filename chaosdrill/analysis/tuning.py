@@ -159,6 +159,9 @@ class Covariant:
     kept: int = 8_000_000
     """Numbers that are kept of the forward pass at most: of longer records it is repeated, a chunk at a time, from
     states that were kept."""
+    beginning: float = 0.125
+    """Part of the time since the start of a pass that shows by how much growths differ where directions take turns, as
+    those of a spiral."""
 
 
 @dataclass(frozen=True)

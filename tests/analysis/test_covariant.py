@@ -96,6 +96,55 @@ def test_of_a_spiral_no_single_vector_is_known():
     assert (found["vector_error"] > 0.1).all()
 
 
+MATRIX = {f"a{i}{j}": 0.0 for i in range(3) for j in range(3)}
+LINEAR = cd.Map("x y z", MATRIX, ["a00*x + a01*y + a02*z", "a10*x + a11*y + a12*z", "a20*x + a21*y + a22*z"])
+BASIS = np.array([[0.35, 0.82, 0.33], [-1.3, 0.91, 0.45], [-0.54, 0.58, 0.36]])
+
+
+def of_matrix(blocks):
+    """Covariant vectors of a fixed point, whose matrix is given in another basis."""
+    matrix = BASIS @ blocks @ np.linalg.inv(BASIS)
+    system = LINEAR.with_parameters(**dict(zip(MATRIX, matrix.ravel().tolist(), strict=True)))
+    return cd.covariant_vectors(system, periods=200, forward=100, backward=100)
+
+
+@pytest.mark.parametrize("real", [0.5, 2.0])
+def test_of_a_spiral_beside_a_real_multiplier_the_subspace_is_known(real):
+    turn = np.array([[np.cos(0.7), -np.sin(0.7)], [np.sin(0.7), np.cos(0.7)]])
+    blocks = np.zeros((3, 3))
+    blocks[:2, :2], blocks[2, 2] = 1.2 * turn, real
+    found = of_matrix(blocks)
+    alone, pair = (2, [0, 1]) if real < 1 else (0, [1, 2])
+    vectors, told = found["vector"].values, found["vector_error"].values
+    assert apart(vectors[:, :, [alone]], BASIS[:, 2:]) < 1e-12
+    assert (told[:, alone] < 1e-11).all()
+    # as small as 0.33 where the first has once grown more
+    assert (told[:, pair] == 1.0).all()
+    both = np.linalg.qr(BASIS[:, :2])[0]
+    assert np.abs(vectors[:, :, pair] - both @ (both.T @ vectors[:, :, pair])).max() < 1e-12
+
+
+@pytest.mark.parametrize("powers", [(40, 0, -40), (-40, 0, 40), (0, 40, 0)])
+def test_vectors_and_their_errors_do_not_depend_on_units(powers):
+    """A Henon map of three states: in the units of the second case a direction was lost, in all errors were 1e-12."""
+    henon = cd.Map(
+        "x y z", {"X": 1.0, "Y": 1.0, "Z": 1.0}, ["X*(1.76 - (y/Y)**2 - 0.1*z/Z)", "Y*x/X", "Z*y/Y"],
+        bounds=dict.fromkeys("xyz"),
+    )  # fmt: skip
+    found = []
+    for units in (np.ones(3), 2.0 ** np.array(powers)):
+        start = dict(zip("xyz", (np.array([0.1, 0.2, 0.1]) * units).tolist(), strict=True))
+        system = henon.with_parameters(**dict(zip("XYZ", units.tolist(), strict=True))).with_initial(**start)
+        found.append(cd.covariant_vectors(system, transient=50, periods=100, forward=200, backward=200))
+    here, there = found
+    np.testing.assert_array_equal(there["states"], here["states"] * units)
+    told = here["vector_error"].values
+    np.testing.assert_allclose(there["vector_error"], told, rtol=1e-9)
+    away = unit(there["vector"].values / units[:, np.newaxis])
+    away = np.minimum(*(np.linalg.norm(away - sign * here["vector"].values, axis=1) for sign in (1, -1)))
+    assert (away <= 10 * told + 1e-11).all()
+
+
 # Maps.
 
 
