@@ -67,8 +67,13 @@ STEADY = 0.95
 """Part of its fastest pace that it has at last: what comes to rest like a power of time, as at a bifurcation, and what
 turns back in the end is slowing down."""
 
-FAR = 0.03
-"""Part of its size by which it has grown at least."""
+FAR = 0.3
+"""Part of its size by which it has grown at least: less may be an arc of an angle that turns back."""
+
+CROSSINGS, SETTLED = 8, 0.01
+"""Times that another state passes the middle of its extent in a record at least where it goes to and fro, and part of
+that extent in the last quarter at most where it has settled. Where another does neither, nor grows itself, the record is
+an arc of a motion that goes on otherwise, as that of a slow angle."""
 
 ALONG, ACROSS = 0.1, 0.4
 """Part of the distance between neighbours that lies across the flow: at most on a closed curve, at least on a torus."""
@@ -153,8 +158,19 @@ def only_grows(
         inward = (net * path[:, -1] < 0) & (known[here] * BEYOND <= np.maximum(np.abs(first), np.abs(path[:, 0])))
         beyond = inward | (np.abs(path[:, -1]) >= BEYOND * known[here])
         grows = (onward > ONWARD * way).all(axis=1) & steady & far & beyond & ~bounded
-        found[here] = grows & ~_is_passage(pace) if grows.any() else grows
+        if grows.any():
+            grows &= ~_is_passage(pace)
+        found[here] = grows & (grows | _is_known(path, size)).all(axis=1, keepdims=True) if grows.any() else grows
     return found
+
+
+def _is_known(path: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Which states of paths, shape (P, W, n), of such sizes, go to and fro, or have settled; shape (P, n)."""
+    low, high = path.min(axis=1), path.max(axis=1)
+    above = path > ((low + high) / 2)[:, np.newaxis]
+    crossings = (above[:, 1:] != above[:, :-1]).sum(axis=1)
+    left = np.ptp(path[:, -(path.shape[1] // 4) :], axis=1)
+    return np.asarray((crossings >= CROSSINGS) | (left <= np.maximum(SETTLED * (high - low), CLOSE * size)))
 
 
 def _is_passage(pace: np.ndarray) -> np.ndarray:
