@@ -8,14 +8,16 @@ undecided here. The word itself is given by `chaosdrill.analysis.words`, for spe
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from chaosdrill.analysis.recurrence import CLOSE, FLOOR, ROUND_OFF, Recurrence, recurrence
+from chaosdrill.analysis.resting import is_left, rests, stirs
 from chaosdrill.analysis.stationarity import departs, stationarity
 from chaosdrill.analysis.statistics import SINKS, STAYS, error_of_exponents, leading
-from chaosdrill.analysis.tori import LEAST, REPEATS, Regularity, aside, closes, examine, only_grows, rests
+from chaosdrill.analysis.tori import LEAST, REPEATS, Regularity, aside, closes, examine, only_grows
 from chaosdrill.analysis.words import Evidence, words
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED
@@ -44,6 +46,9 @@ HYPERBOLIC = 1e-5
 NO_GROWTH = 8.0
 """Logarithm by which the tangent along the flow grows or shrinks in a record at most: on an attractor it is that of the
 speed at the end over that at the beginning."""
+
+ZERO = 0.1
+"""Part of the largest growth or decay of a tangent up to which that along the flow may be uncertain in the record."""
 
 OPEN_ANSWERS = (Outcome.TRANSIENT, Outcome.UNDECIDED)
 """Words that leave open what a motion is on."""
@@ -110,7 +115,9 @@ def evidence_of(
             growth, late = exponents * length[:, np.newaxis], averages.late * length[:, np.newaxis]
             found.sinks = growth[:, 0] < -SINKS
             found.shrinks = (growth[:, 0] < -STAYS) & (late.max(axis=1) < -STAYS)
-            most = np.maximum(NO_GROWTH, 3 * averages.errors * length[:, np.newaxis])
+            by_chance = 3 * averages.errors * length[:, np.newaxis]
+            # an error as large as what it is of makes nothing zero
+            most = np.maximum(NO_GROWTH, np.minimum(by_chance, ZERO * np.abs(growth).max(axis=1, keepdims=True)))
             zero = np.minimum(np.abs(growth), np.abs(late)) <= most
             # what rests but for a shift has no other one
             found.flows = zero.sum(axis=1) >= np.minimum(averages.neutral, max(structure.symmetries, 1))
@@ -119,6 +126,7 @@ def evidence_of(
         if averages.complete and contracts(system):
             found.torus_possible = ~(exponents.sum(axis=1) * length < -NEUTRAL)
     found.chaos_possible = np.full(points, _chaos_possible(system, n))
+    found.stirs = (ended == Outcome.OK) & stirs(shifts.quotient(windows[:, :, :-1]), shifts.sizes(known))
     # what grows where only a condition or a step sees it has no tangent that tells
     unseen = structure.symmetries > len(shifts.lines)
     open_ = np.flatnonzero((ended == Outcome.OK) & (unseen | ~(found.lead < -found.margin)))
@@ -313,7 +321,7 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
         e.attracts = attracting & (distance <= CLOSE) & (found.splitting > 10 * distance)
         centre = e.recurs & neutral & (found.residual <= ROUND_OFF)
     e.winds = _winds(plan, batch, which) & ~e.recurs & ~e.noisy
-    e.rests, moves = _at_rest(plan, batch, which, e)
+    e.rests, moves = _at_rest(plan, batch, which, e, before)
     e.ended = np.where(e.rests, int(Outcome.OK), e.ended)
     if not plan.max_extension and plan.maps and plan.section is None and not noisy:
         _look_closer(plan, e, windows, known)
@@ -419,7 +427,9 @@ def _winds(plan: "Plan", batch: Batch, which: np.ndarray) -> np.ndarray:
     return plan.structure.winds(batch.flow(which))
 
 
-def _at_rest(plan: "Plan", batch: Batch, which: np.ndarray, e: Evidence) -> tuple[np.ndarray, np.ndarray]:
+def _at_rest(
+    plan: "Plan", batch: Batch, which: np.ndarray, e: Evidence, before: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray]:
     """Which points of a system without forcing are at rest, and which go on moving for all that is known.
 
     A motion that neither rests nor ends has a zero exponent, that of the flow (Haken 1983,
@@ -430,7 +440,15 @@ def _at_rest(plan: "Plan", batch: Batch, which: np.ndarray, e: Evidence) -> tupl
     went = np.isin(batch.outcome[which], (Outcome.OK, Outcome.NO_RETURN))
     with np.errstate(invalid="ignore"):
         rest = went & rests(batch.x[which], batch.sizes[which], batch.flow(which), plan.where.unit)
-    return rest, ~(rest | e.sinks | e.shrinks)
+    moving = [i for i, t in enumerate(plan.system.transitions) if not t.marks_only()]
+    unmoved = batch.counts[which][:, moving].sum(axis=1) == 0
+    e.sinks &= rest | ~unmoved
+    for k in np.flatnonzero(rest & unmoved):
+        p = int(which[k])
+        at = partial(batch.rates, p, mode=int(batch.mode[p]))
+        e.stirs[k] |= is_left(at, batch.x[p], batch.sizes[p], None if before is None else before[p])
+    rest &= ~e.stirs
+    return rest, ~(rest | e.sinks | e.shrinks) | e.stirs
 
 
 def _cycle_length(

@@ -4,11 +4,12 @@ import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 
 import numpy as np
 
 from chaosdrill.analysis.arguments import check_record
-from chaosdrill.analysis.tori import rests
+from chaosdrill.analysis.resting import is_left, rests
 from chaosdrill.analysis.tuning import SECTIONS
 from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
@@ -152,6 +153,7 @@ def record_returns(
         met = int(rows[ours, at.EVENT_STROBES].max(initial=met))
         if outcome == Outcome.OK and not full and met < target - cell:
             still = run.system.autonomous and rests(run.x[np.newaxis], run.sizes, flow_of(run), run.period)[0]
+            still = still and not is_left(partial(flow_of, run), run.x, run.sizes)
             outcome = Outcome.EQUILIBRIUM if still else Outcome.NO_RETURN
         if report:
             report(count - left)

@@ -19,7 +19,8 @@ from chaosdrill.analysis.statistics import (
     kaplan_yorke,
     kaplan_yorke_error,
 )
-from chaosdrill.analysis.tori import LENGTH, rests
+from chaosdrill.analysis.resting import is_left, rests
+from chaosdrill.analysis.tori import LENGTH
 from chaosdrill.analysis.words import Evidence, reason, words
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.build import dataset
@@ -91,8 +92,14 @@ def _evidence(run: Run, plan: Span, structure: Structure, means: "MeanExponents"
         system, structure, shifts, averages, window, known, path.states[np.newaxis], part, flow, passages
     )
     e.winds = structure.winds(flow_of(run)[np.newaxis]) & ~e.noisy
-    if e.shrinks[0]:
+    if not system.forced and structure.autonomous and not flow_of(run).any():
+        e.rests[:] = True
+    elif e.sinks[0] or e.shrinks[0]:
         e.rests = rests(run.x[np.newaxis], known, flow_of(run), time_of_motion(system, job.numerics))
+    if not path.moved:
+        e.sinks &= e.rests
+        begin = np.array([float(system.initial[name]) for name in system.state_names])
+        e.stirs |= e.rests[0] and is_left(partial(flow_of, run), run.x, run.sizes, begin)
     return e
 
 
@@ -156,6 +163,11 @@ class _Path:
         self._buffer = np.zeros((AT_ONCE if passed and self._moves.any() else 0, EVENT_COLUMNS + 2 * n))
         self._events: list[np.ndarray] = []
         self.met = 0
+
+    @property
+    def moved(self) -> bool:
+        """Whether events have moved the states."""
+        return bool(self._run.counts[: len(self._moves)][self._moves].any())
 
     @property
     def sums(self) -> np.ndarray:

@@ -97,22 +97,11 @@ DRIFT = 2.0
 """Times that points of a cycle are further away after all of a record than after one turn, at most. A record holds at
 least `REPEATS` turns, and what drifts evenly is further away by as many less one."""
 
-REST = 1e-7
-"""Part of its size by which a state changes in the time in which the motion crosses its extent, at most, at rest."""
-
 BEYOND = 0.9
 """Part of the size that a state has had on the way at which it arrives at least if it grows beyond all bounds."""
 
 FEWEST = 16
 """Smallest number of points that show a growing state."""
-
-
-def rests(states: np.ndarray, known: np.ndarray, flow: np.ndarray, unit: float) -> np.ndarray:
-    """Whether nothing moves any more at states, by their rates and a time of the motion; shape (P,).
-
-    ``states``, ``flow`` and ``known``, the sizes that states have had on the way, have the shape (P, n).
-    """
-    return np.asarray((np.abs(flow) * unit <= REST * sizes(states[:, np.newaxis], known)).all(axis=1))
 
 
 def only_grows(

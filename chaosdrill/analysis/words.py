@@ -57,6 +57,7 @@ class Evidence:
     leaving: np.ndarray  # bool: the spread of the record, or what it lacks to a cycle, still grows
     settling: np.ndarray  # bool: it still shrinks
     rests: np.ndarray  # bool: nothing moves
+    stirs: np.ndarray  # bool: it seems to rest where nearby motions leave, or a state too small to be seen grows
     sinks: np.ndarray  # bool: all tangents shrink further than they could if the motion went on
     shrinks: np.ndarray  # bool: all tangents shrink, and none is that of the flow
     flows: np.ndarray  # bool: there are as many exponents of zero as the flow needs, or none is needed
@@ -183,6 +184,7 @@ class Rule:
 
 
 RULES = (
+    Rule(Outcome.TRANSIENT, lambda e: e.stirs, "it seems to rest, or to repeat, where it will move on"),
     Rule(Outcome.EQUILIBRIUM, lambda e: e.rests, "nothing moves"),
     Rule(Outcome.PERIODIC, lambda e: ~e.measured & e.recurs, "the points come back; no exponent was requested"),
     Rule(Outcome.OK, lambda e: ~e.measured, "no exponent was requested"),

@@ -1,0 +1,99 @@
+"""Whether a motion rests, and whether it will stay there: what passes a rest slowly seems to rest for a while.
+
+Along a heteroclinic cycle (May and Leonard 1975, doi:10.1137/0129022; Guckenheimer and Holmes 1988,
+doi:10.1017/S0305004100064732) a motion comes ever closer to one unstable rest, or cycle, after the other, and stays at
+each longer than before by a constant factor. While it stays, nothing moves but states that are too small to be seen.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from chaosdrill.analysis.recurrence import CLOSE, sizes
+from chaosdrill.engine.scales import SMALLEST
+
+REST = 1e-7
+"""Part of its size by which a state changes in the time in which the motion crosses its extent, at most, at rest."""
+
+STEP = 1e-6
+"""Part of the size of a state by which it is displaced for a difference quotient."""
+
+LEFT = 1e-4
+"""Part of the fastest rate about a rest at which nearby motions leave it at least; of difference quotients a multiple
+zero is known to 1e-5."""
+
+LAST, FEWEST, PARTS = 16, 16, 4
+"""Part of a record, as one over it, and points at its end at least, in parts of which a small state grows: it has done
+so since it became small, and the last stay is a large part of all."""
+
+GROWS, EVEN = 1e-3, 1.5
+"""Logarithm by which it grows from part to part at least, and factor by which these logarithms differ at most: it grows
+evenly as long as it is small."""
+
+
+def rests(states: np.ndarray, known: np.ndarray, flow: np.ndarray, unit: float) -> np.ndarray:
+    """Whether nothing moves any more at states, by their rates and a time of the motion; shape (P,).
+
+    ``states``, ``flow`` and ``known``, the sizes that states have had on the way, have the shape (P, n).
+    """
+    return np.asarray((np.abs(flow) * unit <= REST * sizes(states[:, np.newaxis], known)).all(axis=1))
+
+
+def is_left(
+    rates: Callable[[np.ndarray], np.ndarray], state: np.ndarray, known: np.ndarray, begin: np.ndarray | None = None
+) -> bool:
+    """Whether a motion that seems to rest leaves again, since nearby motions do.
+
+    One that has always been where it is, and of which nothing moves, stays on an unstable rest. Where it has come to be
+    of numbers that are too small for a double, it does not.
+
+    Parameters
+    ----------
+    rates : callable
+        Rates of the states, shape (n,), at a state.
+    state, known : ndarray, shape (n,)
+        Where it seems to rest, and sizes that states have had on the way.
+    begin : ndarray, shape (n,), optional
+        Where it was long before.
+    """
+    stayed = (known <= np.abs(state)).all() and (begin is None or (begin == state).all())
+    if stayed and not rates(state).any():
+        return False
+    size = np.maximum(known, SMALLEST)
+    if begin is not None:
+        size = np.maximum(size, np.abs(begin))
+    steps = np.diag(STEP * size)
+    matrix = np.array([(rates(state + step) - rates(state - step)) / (2 * STEP * size) for step in steps]).T
+    if not np.isfinite(matrix).all():
+        return False
+    return bool(np.linalg.eigvals(matrix).real.max() > LEFT * np.linalg.norm(matrix, 2))
+
+
+def stirs(windows: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Whether a state that is too small to be seen grows evenly to the end, so that the motion will move again.
+
+    Parameters
+    ----------
+    windows : ndarray, shape (P, W, n)
+        States in order, at equal intervals or at a section; NaN behind the last.
+    known : ndarray, shape (P, n)
+        Sizes that states have had on the way.
+
+    Returns
+    -------
+    ndarray of bool, shape (P,)
+    """
+    found = np.zeros(len(windows), dtype=bool)
+    rows = np.isfinite(windows).all(axis=2).sum(axis=1)
+    for count in np.unique(rows[rows >= FEWEST]).tolist():
+        here = np.flatnonzero(rows == count)
+        each = max(FEWEST, count // LAST) // PARTS
+        end = np.abs(windows[here, count - PARTS * each : count])
+        small = (end <= CLOSE * known[here][:, np.newaxis]).all(axis=1) & (end > 0).all(axis=1)
+        if not small.any():
+            continue
+        size = np.log(np.where(end > 0, end, 1.0)).reshape(len(here), PARTS, each, -1).mean(axis=2)
+        grown = np.diff(size, axis=1)
+        least, most = grown.min(axis=1), grown.max(axis=1)
+        found[here] = (small & (least > GROWS) & (most <= EVEN * least)).any(axis=1)
+    return found
