@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chaosdrill.analysis.recurrence import CLOSE, FLOOR, ROUND_OFF, Recurrence, recurrence
-from chaosdrill.analysis.resting import is_left, rests, stirs
+from chaosdrill.analysis.resting import is_left, lengthens, rests, stirs
 from chaosdrill.analysis.stationarity import departs, stationarity
 from chaosdrill.analysis.statistics import SINKS, STAYS, error_of_exponents, leading
 from chaosdrill.analysis.tori import LEAST, REPEATS, Regularity, aside, closes, examine, only_grows
@@ -178,6 +178,8 @@ def evidence_of_records(
     found = recurrence(aside(windows, shifts), shifts.sizes(known), windows.shape[1] // REPEATS)
     e.recurs = found.period > 0
     e.exact = e.recurs & (found.residual <= ROUND_OFF)
+    if flow is not None:
+        e.lengthens = lengthens(shifts.quotient(windows[:, :, :-1]))
     unclear = np.flatnonzero(~e.positive & ~e.negative)
     _add_seen(e, unclear, examine(windows[unclear], known[unclear], shifts, flow), flow is None)
     e.leaving[unclear], e.settling[unclear] = leaving[unclear], settling[unclear]

@@ -30,6 +30,10 @@ GROWS, EVEN = 1e-3, 1.5
 """Logarithm by which it grows from part to part at least, and factor by which these logarithms differ at most: it grows
 evenly as long as it is small."""
 
+TURNS, LONGER, SHRINKS = 3, 0.05, 0.5
+"""Turns of a motion at least, by parts of which it is seen to slow down, part by which these are longer at last than at
+first at least, and part of their growth that is left in the later ones at most on the way to a cycle."""
+
 
 def rests(states: np.ndarray, known: np.ndarray, flow: np.ndarray, unit: float) -> np.ndarray:
     """Whether nothing moves any more at states, by their rates and a time of the motion; shape (P,).
@@ -96,4 +100,36 @@ def stirs(windows: np.ndarray, known: np.ndarray) -> np.ndarray:
         grown = np.diff(size, axis=1)
         least, most = grown.min(axis=1), grown.max(axis=1)
         found[here] = (small & (least > GROWS) & (most <= EVEN * least)).any(axis=1)
+    return found
+
+
+def lengthens(paths: np.ndarray) -> np.ndarray:
+    """Whether turns take longer and longer, and no less so in the end, as along a heteroclinic cycle; bool, shape (P,).
+
+    On the way to a cycle they do so by less and less. Of a motion that has turned less than three times nothing is known
+    to repeat, which is the same.
+
+    Parameters
+    ----------
+    paths : ndarray, shape (P, W, n)
+        States at equal intervals of time.
+    """
+    found = np.zeros(len(paths), dtype=bool)
+    for p, path in enumerate(paths):
+        extent = np.ptp(path, axis=0)
+        above = path > (path.min(axis=0) + extent / 2)
+        rises = above[1:] & ~above[:-1]
+        # the state that turns least often but often enough
+        counts = rises.sum(axis=0)
+        enough = counts > TURNS
+        if not enough.any():
+            found[p] = True
+            continue
+        values = path[:, np.where(enough, counts, len(path)).argmin()]
+        level = values.min() + np.ptp(values) / 2
+        at = np.flatnonzero((values[1:] > level) & (values[:-1] <= level))
+        turns = np.diff(at + (level - values[at]) / (values[at + 1] - values[at]))
+        early, middle, late = (part.mean() for part in np.array_split(turns, 3))
+        grows = late - early > LONGER * early and middle > early
+        found[p] = grows and late - middle > SHRINKS * (middle - early)
     return found

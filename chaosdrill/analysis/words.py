@@ -56,6 +56,7 @@ class Evidence:
     attracts: np.ndarray  # bool: nearby motions come closer, by the exponents over whole cycles
     leaving: np.ndarray  # bool: the spread of the record, or what it lacks to a cycle, still grows
     settling: np.ndarray  # bool: it still shrinks
+    lengthens: np.ndarray  # bool: turns of a motion without forcing take longer and longer, or are less than three
     rests: np.ndarray  # bool: nothing moves
     stirs: np.ndarray  # bool: it seems to rest where nearby motions leave, or a state too small to be seen grows
     sinks: np.ndarray  # bool: all tangents shrink further than they could if the motion went on
@@ -129,7 +130,7 @@ class Evidence:
     def reached_cycle(self) -> np.ndarray:
         """Whether the later half is on a cycle, and nearby motions come closer there, or stay."""
         growth = self.late * self.length
-        return self.cycle_reached & ((growth < -2 * FOLDS) | (np.abs(growth) <= UNMOVED))
+        return self.cycle_reached & ~self.lengthens & ((growth < -2 * FOLDS) | (np.abs(growth) <= UNMOVED))
 
     @property
     def reached_torus(self) -> np.ndarray:
@@ -233,7 +234,7 @@ RULES = (
     ),
     Rule(
         Outcome.PERIODIC,
-        lambda e: e.negative & e.falls_on & ~e.leaving & ~e.drifts,
+        lambda e: e.negative & e.falls_on & ~e.leaving & ~e.drifts & ~e.lengthens,
         "nearby motions come closer to the end",
     ),
     Rule(
