@@ -96,6 +96,8 @@ class Reader:
         # no programs of the reader's machine are looked for to read what a stranger has written
         environment = {name: text for name, text in os.environ.items() if not name.startswith("HDF5_PLUGIN")}
         environment |= {"HDF5_PLUGIN_PRELOAD": "::", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+        # whoever has it open for writing elsewhere has locked a file that is as whole as before
+        environment["HDF5_USE_FILE_LOCKING"] = "FALSE"
         pipes: dict[str, Any] = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.PIPE)
         try:
             # in a session of its own it hears no Ctrl-C of the terminal; this process ends it

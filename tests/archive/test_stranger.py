@@ -1,5 +1,6 @@
 """Files that a stranger built on purpose are refused, with the reason, by a process of its own; sealed or not."""
 
+import fcntl
 import os
 import signal
 import subprocess
@@ -320,6 +321,15 @@ def test_too_many_open_files_is_no_damage(tmp_path, sound):
         resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
     assert "Too many open files" in told
     assert "damaged" not in told
+
+
+def test_a_file_that_another_program_has_locked_is_no_damage(tmp_path, sound):
+    path = tmp_path / "a.nc"
+    path.write_bytes(sound)
+    trial._end_spare()
+    with open(path, "rb") as held:
+        fcntl.flock(held, fcntl.LOCK_EX)
+        assert "a" in cd.open(path)
 
 
 def test_what_may_be_declared():
