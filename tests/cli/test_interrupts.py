@@ -1,5 +1,6 @@
 """Ctrl-C ends a run, with exit code 130, and leaves what was there, whenever it comes."""
 
+import json
 import os
 import re
 import signal
@@ -121,6 +122,29 @@ def test_second_interrupt_on_the_way_out(tmp_path, when):
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60)
     assert done.returncode == 130
     assert done.stderr.strip() in ("interrupted", "interrupted at once")
+
+
+# Ctrl-C while the commands are imported
+
+EARLY = """
+import sys
+from chaosdrill.cli import main
+
+class Finder:
+    def find_spec(name, *_):
+        if name == "chaosdrill.cli.program":
+            raise KeyboardInterrupt
+
+sys.meta_path.insert(0, Finder)
+sys.exit(main())
+"""
+
+
+def test_an_interrupt_while_the_commands_are_imported():
+    command = [sys.executable, "-c", EARLY, "list", "methods", "--json"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert done.returncode == json.loads(done.stdout)["error"]["exit_code"] == 130
+    assert done.stderr.strip() == "interrupted"
 
 
 # Ctrl-C while the compiler calls back waits until it has returned: an exception there is lost, or ends the process.

@@ -37,18 +37,7 @@ for command in (new, run, check, plot, report, verify, info, cite, warm, list_na
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line.
-
-    Parameters
-    ----------
-    arguments : sequence of str, optional
-        Default: those of the process.
-
-    Returns
-    -------
-    int
-        The exit code.
-    """
+    """Run the command line, as `chaosdrill.cli.main`."""
     given = sys.argv[1:] if arguments is None else list(arguments)
     if arguments is None and os.environ.get("MPLBACKEND", "").startswith("module://"):
         # a notebook's own backend, which another environment than that of its kernel lacks; commands open no window
