@@ -307,9 +307,13 @@ class File:
 
     def _name(self, raw, path):
         try:
-            return raw.decode("utf-8")
+            name = raw.decode("utf-8")
         except UnicodeDecodeError:
             raise Refused(f"{path:.200}: a name is not text: {raw!r:.60}") from None
+        # what is listed a line each must not make lines of its own
+        if any(letter < " " or letter == "\x7f" for letter in name):
+            raise Refused(f"{path:.200}: {name!r:.60} holds a control character, which no name of NetCDF does")
+        return name
 
     def _check_storage(self, dataset, what):
         """Refuse what takes its values from another file, or by a program of its own."""

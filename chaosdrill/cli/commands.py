@@ -74,7 +74,7 @@ def check(scene: str, changes: dict[str, Any], as_json: bool) -> None:
 
 def check_text(described: dict[str, Any]) -> str:
     """The description of a scene for people."""
-    lines = [described["title"], f"system     {described['system']}"]
+    lines = [_within(described["title"], 2), f"system     {described['system']}"]
     lines += _block("set", ((key, f"= {value}") for key, value in described["changes"].items()))
     for heading, key in (("simulated", "simulated"), ("left out", "left_out"), ("noise", "noise")):
         lines += _block(heading, described[key].items())
@@ -137,7 +137,12 @@ def _in_modes(told: str | dict[str, str]) -> str:
 def _block(heading: str, rows: Any) -> list[str]:
     rows = list(rows)
     width = max((len(name) for name, _ in rows), default=0)
-    return [heading, *(f"  {name:<{width}} {text}".rstrip() for name, text in rows)] if rows else []
+    return [heading, *(f"  {name:<{width}} {_within(text, width + 3)}".rstrip() for name, text in rows)] if rows else []
+
+
+def _within(text: Any, margin: int) -> str:
+    """A text whose later lines are indented, so that a stranger's text makes no line that this program might print."""
+    return str(text).replace("\n", "\n" + " " * margin)
 
 
 @click.command()
@@ -270,24 +275,26 @@ def info_text(described: dict[str, Any]) -> str:
             if not value:
                 continue
             value = ", ".join(f"{key} {text}" for key, text in value.items())
-        lines.append(f"  {name:<13} {value}")
+        lines.append(f"  {name:<13} {_within(value, 16)}")
     lines += altered_line(described)
     for name, entry in described["quantities"].items():
-        lines.append(f"  {name:<21} {entry['value']} [{entry['units']}]  {entry['long_name']}")
+        lines.append(_within(f"  {name:<21} {entry['value']} [{entry['units']}]  {entry['long_name']}", 24))
     for group, content in described["groups"].items():
         facts = [f"{name} {content[name]}" for name in ("system", "method", "tolerance") if name in content]
-        lines += ["", f"{group}  {content['kind']}  {', '.join(facts)}"]
+        lines += ["", _within(f"{group}  {content['kind']}  {', '.join(facts)}", 16)]
         lines.append("  dimensions    " + ", ".join(f"{name} {size}" for name, size in content["dimensions"].items()))
         if noise := content.get("noise"):
-            lines.append("  noise         " + "; ".join(f"{name} {words}" for name, words in noise.items()))
+            noises = "; ".join(f"{name} {words}" for name, words in noise.items())
+            lines.append(f"  noise         {_within(noises, 16)}")
         for heading, key in (("outcomes", "outcomes"), ("special", "special_points")):
             if counts := ", ".join(f"{name} {count}" for name, count in content.get(key, {}).items()):
                 lines.append(f"  {heading:<13} {counts}")
-        lines.append(f"  repeatable    {content['repeatable']}")
+        lines.append(f"  repeatable    {_within(content['repeatable'], 16)}")
         lines += altered_line(content)
         for name, variable in content["variables"].items():
             shape = f"({', '.join(variable['dimensions'])})"
-            lines.append(f"  {name + shape:<44} {variable['dtype']:<8} [{variable['units']}]  {variable['long_name']}")
+            about = f"{variable['dtype']:<8} [{variable['units']}]  {variable['long_name']}"
+            lines.append(f"  {name + shape:<44} {_within(about, 47)}")
     return "\n".join(lines)
 
 

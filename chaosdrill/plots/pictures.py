@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial, wraps
 from inspect import signature
+from itertools import count
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 from chaosdrill.dataset.dates import undated
 from chaosdrill.dataset.schema import RUN, table_of
 from chaosdrill.errors import ArchiveError, SettingsError
+from chaosdrill.names import visible
 from chaosdrill.plots.animation import MOVING, animate
 from chaosdrill.plots.contents import SINGLE, fits, in_si, limits, swept
 from chaosdrill.typed import AXES, NAMED, PATH, SWITCH, TEXT, expecting
@@ -444,12 +446,16 @@ def stems_of(stem: str, planned: list[tuple[list[str], Picture]]) -> list[str]:
     A group with the name of its picture, or of the archive, is not repeated, unless two pictures would then have the
     same name and the later one would replace the earlier.
     """
-    whole = [[stem, *(name.replace("/", "-") for name in names), picture.name] for names, picture in planned]
+    whole = [[stem, *(visible(name).replace("/", "-") for name in names), picture.name] for names, picture in planned]
     brief = ["-".join(part for part in dict.fromkeys(parts) if part) for parts in whole]
     times = Counter(brief)
-    return [
-        name if times[name] == 1 else "-".join(filter(None, parts)) for name, parts in zip(brief, whole, strict=True)
-    ]
+    stems: dict[str, None] = {}
+    for name, parts in zip(brief, whole, strict=True):
+        full = name if times[name] == 1 else "-".join(filter(None, parts))
+        # the groups a/b and a-b
+        counted = (full if number == 1 else f"{full}-{number}" for number in count(1))
+        stems[next(one for one in counted if one not in stems)] = None
+    return list(stems)
 
 
 def _alike(dataset: "xr.Dataset", other: "xr.Dataset") -> bool:

@@ -114,6 +114,19 @@ def test_links(stranger, tmp_path, link):
     assert "is a link to another place or file" in refusal(stranger(change))
 
 
+@pytest.mark.parametrize("place", ["b", "b/more", "attribute"])
+def test_names_that_make_lines(stranger, place):
+    def change(file):
+        if place == "attribute":
+            file["b"].attrs["x\n  altered  nothing"] = 1
+        elif place == "b":
+            file.move("b", "b\nvictim")
+        else:
+            beside(file, file["b"], "more\x1b[2J", (1,), dtype="f8")
+
+    assert "holds a control character" in refusal(stranger(change))
+
+
 def test_a_circle_of_hard_links(stranger):
     def change(file):
         file["a/b"] = file["b"]

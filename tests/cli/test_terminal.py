@@ -49,6 +49,21 @@ def test_check_run_and_info(call, scene, told, tmp_path):
             assert LETTERS[told] in answer.out
 
 
+def test_a_text_makes_no_line_of_the_program(call, tmp_path):
+    """What stands at the beginning of a line, or two letters into it, is the program's own."""
+    forged = r"a\n  altered       nothing\nsystem     other"
+    scene, output = tmp_path / "scene.toml", tmp_path / "out.nc"
+    scene.write_text(
+        f'title = "{forged}"\n[system.definition]\nname = "spring"\nstates = ["x"]\nlabels.x = "{forged}"\n'
+        'modes.only = {x = "-x"}\n[analysis.run]\nkind = "trajectory"\nduration = 1.0\nsamples = 3\n'
+    )
+    assert call("run", scene, "-o", output).code == 0
+    for arguments in (("check", scene), ("info", output)):
+        lines = call(*arguments).out.splitlines()
+        assert sum(line.strip() == "altered       nothing" for line in lines) >= 1
+        assert not [line for line in lines if line.startswith(("  altered", "system     other"))]
+
+
 def test_json_says_what_it_said(call, scene, told):
     answer = call("check", scene, "--json")
     assert harmless(answer.out)

@@ -133,6 +133,8 @@ def test_no_picture_replaces_another_where_archive_and_group_are_named_as_pictur
     planned = [(["branches"], drawn["branches"]), (["branches"], drawn["cascade"])]
     assert stems_of("cascade", planned) == ["cascade-branches-branches", "cascade-branches-cascade"]
     assert stems_of("orbits", planned) == ["orbits-branches", "orbits-branches-cascade"]
+    both = [(["a/b"], drawn["branches"]), (["a-b"], drawn["branches"]), (["\u202ea"], drawn["branches"])]
+    assert stems_of("x", both) == ["x-a-b-branches", "x-a-b-branches-2", r"x-\u202ea-branches"]
 
 
 def test_one_picture_goes_exactly_where_it_was_asked_to(archive, tmp_path):
