@@ -13,6 +13,7 @@ from chaosdrill.names import brief, remedy
 
 P = ParamSpec("P")
 R = TypeVar("R")
+C = TypeVar("C")
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ def _is_nested(value: Any) -> bool:
 
 
 PATH = Kind("the name of a file, as text or a pathlib.Path", _is_path)
-RESULT = Kind("what an analysis returned, and comes first: save(ds, path)", lambda value: not _is_path(value))
+RESULT = Kind("what an analysis returned", lambda value: not _is_path(value))
 TEXT = Kind("text", lambda value: isinstance(value, str))
 TABLE = Kind("a mapping of names to values, as in {'a': 0.3}", _is_table)
 TABLES = Kind("a mapping of names to mappings, as in {'motion': {'kind': 'trajectory'}}", _is_nested)
@@ -46,7 +47,7 @@ NAMED = Kind(
         isinstance(value, str) or (isinstance(value, list | tuple) and all(isinstance(n, str) for n in value))
     ),
 )
-AXES = Kind("axes of matplotlib, as matplotlib.pyplot.gca() returns", lambda value: hasattr(value, "get_figure"))
+AXES = Kind("axes of matplotlib, as matplotlib.pyplot.gca() returns", lambda value: hasattr(value, "set_xlabel"))
 FUNCTION = Kind("a function", callable)
 COUNT = Kind("a whole number from 1 on", lambda value: isinstance(value, Integral) and int(value) >= 1)
 NUMBER = Kind("a number", lambda value: isinstance(value, Real) and not isinstance(value, bool))
@@ -54,7 +55,16 @@ LISTENER = Kind("True, False or a function", lambda value: isinstance(value, boo
 SWITCH = Kind("True or False", lambda value: isinstance(value, bool))
 
 
-def refuse(error: type[ChaosdrillError], name: str, value: Any, kind: Kind) -> None:
+def _way(value: Any) -> str:
+    """How a path comes of what was given for it."""
+    if hasattr(value, "attrs"):
+        return "; save it first, as in chaosdrill.save(ds, 'result.nc'), which returns its path"
+    if hasattr(value, "with_parameters"):
+        return "; run an analysis of the system and save its result, as in chaosdrill.save(ds, 'result.nc')"
+    return ""
+
+
+def refuse(error: type[ChaosdrillError], name: str, value: Any, kind: Kind, way: str = "") -> None:
     """Raise an error if a value is not of a type.
 
     Raises
@@ -63,8 +73,7 @@ def refuse(error: type[ChaosdrillError], name: str, value: Any, kind: Kind) -> N
         Of the class that is given, with the name of the argument, the value, and what it must be.
     """
     if not kind.holds(value):
-        unsaved = kind is PATH and hasattr(value, "attrs")
-        way = "; save it first, as in chaosdrill.save(ds, 'result.nc'), which returns its path" if unsaved else ""
+        way = way or (_way(value) if kind is PATH else "")
         raise error(f"{name} is {brief(value)}; it must be {kind.words}{way}")
 
 
@@ -85,7 +94,8 @@ _SPELT = {
     "method": ("solver", "integrator", "algorithm"),
     "ax": ("axes", "axis", "axs"),
     "modes": ("equations", "rhs", "rates", "flow", "odes", "ode", "vector_field"),
-    "transitions": ("events", "jumps", "impacts", "switches"),
+    "transitions": ("events", "jumps", "impacts", "switches", "guards", "resets"),
+    "reset": ("jump", "action", "map", "effect"),
     "images": ("step", "map", "update", "image", "rule"),
 }
 """What other packages call an argument."""
@@ -94,7 +104,9 @@ _OF_LINES = (
     *("color", "c", "lw", "linewidth", "marker", "s", "x", "y"),
     *("label", "title", "xlabel", "ylabel", "xlim", "ylim"),
 )
-_OF_FIGURES = ("figsize", "dpi", "style", "fig")
+_OF_FIGURES = ("figsize", "dpi", "style", "fig", "figure", "fontsize", "font_size", "size")
+
+_SIZES = "matplotlib.rc_context({'figure.figsize': (6, 3), 'font.size': 9})"
 
 _ELSEWHERE = {
     "parameters": ("system", "system.with_parameters(name=value) returns a copy with other parameters"),
@@ -102,7 +114,7 @@ _ELSEWHERE = {
     "sweep": ("system", "bifurcation_diagram and parameter_chart sweep parameters"),
     "samples": ("system", "the method chooses its own steps, by tolerance"),
     **dict.fromkeys(_OF_LINES, ("ax", "change the axes that come back, as in axes.set(title='...')")),
-    **dict.fromkeys(_OF_FIGURES, ("ax", "pass axes of your own figure, or use matplotlib.rc_context")),
+    **dict.fromkeys(_OF_FIGURES, ("ax", f"pass axes of your own figure, or use {_SIZES}")),
 }
 """Where else a function with a certain argument, named first, has what its caller looks for."""
 
@@ -142,6 +154,25 @@ def known_names(function: str, known: Signature, keywords: Mapping[str, Any], sy
             raise TypeError(f"{function}() got an unexpected keyword argument {name!r}; {way}")
 
 
+def _places(known: Signature) -> list[str]:
+    """The arguments that need no name, in order."""
+    return [name for name, one in known.parameters.items() if one.kind is Parameter.POSITIONAL_OR_KEYWORD]
+
+
+def known_all(function: str, known: Signature, given: Mapping[str, Any]) -> None:
+    """Refuse a call that leaves a required argument out.
+
+    Raises
+    ------
+    TypeError
+        With its name, and where the arguments are described.
+    """
+    for name, one in known.parameters.items():
+        single = one.kind not in (Parameter.VAR_POSITIONAL, Parameter.VAR_KEYWORD)
+        if single and one.default is Parameter.empty and name not in given:
+            raise TypeError(f"{function}() missing a required argument: {name!r}; see help(chaosdrill.{function})")
+
+
 def not_too_many(function: str, known: Signature, count: int) -> None:
     """Refuse more arguments without a name than a function takes.
 
@@ -150,12 +181,29 @@ def not_too_many(function: str, known: Signature, count: int) -> None:
     TypeError
         With the names of those that it takes, and a name that another one may have had.
     """
-    places = [name for name, one in known.parameters.items() if one.kind is Parameter.POSITIONAL_OR_KEYWORD]
+    places = _places(known)
     named = [name for name, one in known.parameters.items() if one.kind is Parameter.KEYWORD_ONLY]
     if count > len(places):
-        takes = f"{len(places)} argument{'s' * (len(places) != 1)} without a name ({', '.join(places)})"
+        listed = f" ({', '.join(places)})" if places else ""
+        takes = f"{len(places) or 'no'} argument{'s' * (len(places) != 1)} without a name{listed}"
         way = f"name the others, as in {named[0]}=..." if named else "leave the others out"
         raise TypeError(f"{function}() takes {takes}, received {count}; {way}")
+
+
+def constructor(kind: type[C]) -> type[C]:
+    """Have a class refuse arguments that it does not have, and calls that leave one out, with the way."""
+    changed: Any = kind
+    known, make = signature(kind), changed.__init__
+
+    @wraps(make)
+    def checked(self: C, *arguments: Any, **keywords: Any) -> None:
+        known_names(kind.__name__, known, keywords)
+        not_too_many(kind.__name__, known, len(arguments))
+        known_all(kind.__name__, known, {**dict.fromkeys(_places(known)[: len(arguments)]), **keywords})
+        make(self, *arguments, **keywords)
+
+    changed.__init__ = checked
+    return kind
 
 
 def expecting(error: type[ChaosdrillError], **kinds: Kind) -> Callable[[Callable[P, R]], Callable[P, R]]:
@@ -171,7 +219,13 @@ def expecting(error: type[ChaosdrillError], **kinds: Kind) -> Callable[[Callable
 
     def wrap(function: Callable[P, R]) -> Callable[P, R]:
         known = signature(function)
+        places = _places(known)
         optional = {name for name, parameter in known.parameters.items() if parameter.default is None}
+
+        def order(name: str, kind: Kind, given: Mapping[str, Any]) -> str:
+            """That arguments stand in another order, if one of them would do in the place of this one."""
+            others = [value for other, value in given.items() if kinds.get(other) is not kind and other != name]
+            return f"; the order is {function.__name__}({', '.join(places)})" if any(map(kind.holds, others)) else ""
 
         @wraps(function)
         def checked(*arguments: P.args, **keywords: P.kwargs) -> R:
@@ -180,10 +234,12 @@ def expecting(error: type[ChaosdrillError], **kinds: Kind) -> Callable[[Callable
                 given = known.bind_partial(*arguments, **keywords).arguments
             except TypeError:
                 # a call with too many arguments has Python's own words
-                given = {}
+                return function(*arguments, **keywords)
             for name, kind in kinds.items():
                 if name in given and not (given[name] is None and name in optional):
-                    refuse(error, name, given[name], kind)
+                    plain = {key: value for key, value in given.items() if key not in keywords}
+                    refuse(error, name, given[name], kind, order(name, kind, plain) if name in plain else "")
+            known_all(function.__name__, known, given)
             return function(*arguments, **keywords)
 
         return checked

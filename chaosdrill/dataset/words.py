@@ -1,10 +1,12 @@
 """Results in words: meanings of codes, and events as a table. Importing this adds the accessor ``cd`` to datasets."""
 
+from collections import Counter
+
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from chaosdrill.dataset.outcomes import flag_names, holds_codes
+from chaosdrill.dataset.outcomes import Outcome, flag_names, holds_codes
 from chaosdrill.errors import ChaosdrillError
 
 _MODES = ("mode_before", "mode_after")
@@ -36,6 +38,24 @@ class Words:
         """
         words = self.words("outcome")
         return words if words.ndim else str(words.values)
+
+    @property
+    def advice(self) -> str:
+        """What the outcomes mean and what to try, a line for each with the number of its runs; after it the message.
+
+        Raises
+        ------
+        ChaosdrillError
+            As `outcome`.
+        """
+        counts = Counter(np.atleast_1d(self.words("outcome").values).ravel().tolist())
+        known = {one.meaning: one.advice for one in Outcome}
+        many = sum(counts.values()) > 1
+        lines = [
+            f"{name}{f' ({count} of {counts.total()})' if many else ''}: {known.get(name, 'no outcome of a run')}"
+            for name, count in counts.most_common()
+        ]
+        return "\n".join([*lines, *filter(None, [str(self._ds.attrs.get("message", ""))])])
 
     def words(self, name: str) -> xr.DataArray:
         """A variable of codes, such as ``mode``, ``event_kind`` or ``special_point``, as the words that they stand for.

@@ -234,7 +234,7 @@ class Written:
         parameters: Any,
         more: More,
     ) -> "Written":
-        listed = states.replace(",", " ").split() if isinstance(states, str) else states
+        listed = states.replace(",", " ").replace(";", " ").split() if isinstance(states, str) else states
         if not isinstance(listed, Iterable):
             raise ModelError(f"{name}: states is {states!r}; expected names in order, as in 'x v' or ['x', 'v']")
         symbols = tuple(read_symbol(f"{name}: state {place}", s) for place, s in enumerate(listed))

@@ -34,7 +34,7 @@ _INSTEAD = {
     "^": "write ** for a power",
     "%": "write Mod(a, b) for a remainder",
     "//": "write floor(a/b)",
-    "=": "write == to compare",
+    "=": "write == to compare; a guard and a rate are the expression alone",
     "&": "write 'and'",
     "&&": "write 'and'",
     "|": "write 'or'",
@@ -205,6 +205,8 @@ class _Parser:
         hint = _INSTEAD.get(self.value, f"expected {expected}")
         if self.value in ("if", "else"):
             hint = "write Piecewise((a, x > 0), (b, True)) for cases, or a mode for each case"
+        elif self.value == "," and self.text[self.start - 1 : self.start].isdigit():
+            hint = "write a point for a decimal comma"
         elif self.kind == "name" and "')'" in expected:
             hint = "write * for a product, or close the parenthesis before it"
         elif expected.startswith("an operator") and (self.kind != "sign" or self.value == "("):

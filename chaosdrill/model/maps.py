@@ -11,12 +11,13 @@ from chaosdrill.errors import ModelError
 from chaosdrill.model.system import HybridSystem, Words, arguments_of
 from chaosdrill.model.tables import UNNAMED_MAP
 from chaosdrill.model.values import LATE
-from chaosdrill.typed import meant
+from chaosdrill.typed import constructor, meant
 
 if TYPE_CHECKING:
     from chaosdrill.model.images import MapReader
 
 
+@constructor
 class Map(HybridSystem):
     """A discrete map: states that are replaced by their images.
 

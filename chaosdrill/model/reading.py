@@ -108,7 +108,7 @@ class Reader(PartReader):
 
     def _states(self, value: Any) -> tuple[str, ...] | None:
         """Names of the states; None if what is given are no names."""
-        listed = value.replace(",", " ").split() if isinstance(value, str) else value
+        listed = value.replace(",", " ").replace(";", " ").split() if isinstance(value, str) else value
         ordered = isinstance(listed, Iterable) and not isinstance(listed, Mapping | set | frozenset | bytes)
         names = [self._name(("states", place), one) for place, one in enumerate(listed)] if ordered else []
         if not names:

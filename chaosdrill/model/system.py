@@ -19,7 +19,7 @@ from chaosdrill.model.transition import Transition
 from chaosdrill.model.tuning import TUNING
 from chaosdrill.model.values import Definition, Shared, System, deriving
 from chaosdrill.names import remedy, shown
-from chaosdrill.typed import meant
+from chaosdrill.typed import constructor, meant
 
 if TYPE_CHECKING:
     from chaosdrill.model.noise import Noise
@@ -48,6 +48,7 @@ def arguments_of(kind: type) -> list[str]:
     return [*named, *Words.__annotations__]
 
 
+@constructor
 class HybridSystem(System):
     """States that flow in modes and jump at guards.
 
@@ -222,7 +223,8 @@ class HybridSystem(System):
         )
         if not isinstance(initial, Mapping | None):
             raise ModelError(
-                f"{self.name}: initial: expected a table of names (a dict in Python), received {shown(initial):.60}"
+                f"{self.name}: initial: expected numbers by name, as in {{{self.state_names[0]!r}: 0.1}}, received "
+                f"{shown(initial):.60}; with_initial also takes numbers in the order of the states"
             )
         from chaosdrill.model.exponents import exponent_parameters
 
@@ -524,5 +526,7 @@ def _drawn(system: HybridSystem, noise: "Noise") -> HybridSystem:
 def _number(system: str, what: str, key: Any, value: Any) -> float:
     number = finite(value)
     if number is None:
-        raise SettingsError(f"{system}: {what} {str(key)!r} is {shown(value):.60}; it must be a finite number")
+        way = ", without quotes" if isinstance(value, str) else ""
+        way = "; take one of its values after another" if getattr(value, "ndim", 0) else way
+        raise SettingsError(f"{system}: {what} {str(key)!r} is {shown(value):.60}; it must be a finite number{way}")
     return number

@@ -424,6 +424,7 @@ INSTEAD = {
     "arccos": "write acos(x)",
     "arctan": "write atan(x)",
     "frac": "write Mod(x, 1)",
+    **dict.fromkeys(("deg", "degrees", "rad", "radians"), "angles are in radians; write x*180/pi or x*pi/180"),
     "sec": "write 1/cos(x)",
     "csc": "write 1/sin(x)",
     "cot": "write 1/tan(x)",

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ModelError
 from chaosdrill.model.tables import read_only
+from chaosdrill.typed import constructor
 
 _PLAIN = ("name", "source", "target", "direction", "priority", "completes", "kind")
 EXPRESSIONS = ("guard", "reset", "condition", "given")
@@ -20,6 +21,7 @@ Systems of `chaosdrill.halved` have them.
 """
 
 
+@constructor
 @dataclass(frozen=True)
 class Transition:
     """One outcome of one event.

@@ -98,8 +98,8 @@ def at_rest(problem: Problem, orbit: Orbit) -> bool:
     return bool((np.ptp(path, axis=0) <= TUNING.at_rest * np.maximum(problem.sizes, np.abs(path).max(axis=0))).all())
 
 
-def understood(problem: Problem, place: Place, failure: NoOrbitError) -> NoOrbitError:
-    """Why there is no orbit: the motion ends, comes to rest, or a state grows without bound."""
+def understood(problem: Problem, place: Place, period: int, failure: NoOrbitError) -> NoOrbitError:
+    """Why there is no orbit: the motion ends, comes to rest, repeats after other periods, or a state only grows."""
     system = place.system
     unit = unit_of(problem, place)
     run = place.run(unit, problem.numerics)
@@ -116,7 +116,11 @@ def understood(problem: Problem, place: Place, failure: NoOrbitError) -> NoOrbit
         return NoOrbitError(Outcome.EQUILIBRIUM, "the motion from the start comes to rest", failure.residuals)
     growing = _growing(np.array(points), problem.sizes) & ~problem.shifts.moves
     if not growing.any():
-        return failure
+        after = _repeats(np.array(points), problem)
+        if not problem.forced or after in (0, period):
+            return failure
+        words = f"{failure.message}; the motion from the start repeats after {after} period{'s' * (after > 1)}"
+        return NoOrbitError(failure.outcome, f"{words}: give period={after}", failure.residuals)
     each = "a period" if problem.forced else "a unit of time"
     net = (points[-1] - points[0]) / (TUNING.watched_units if problem.forced else TUNING.watched_units * unit)
     told = ", ".join(f"{system.state_names[i]} by {net[i]:.3g}" for i in np.flatnonzero(growing))
@@ -136,6 +140,16 @@ def _rests(problem: Problem, run: Run) -> bool:
     kernels_of(system).functions.field(mode, run.elapsed, run.c, run.x, rates)
     moved = np.abs(problem.shifts.beside(rates[: len(run.x)])) * run.period
     return bool((moved <= TUNING.at_rest * np.maximum(problem.sizes, np.abs(run.x))).all())
+
+
+def _repeats(points: np.ndarray, problem: Problem) -> int:
+    """The number of periods after which points, shape (points, n), repeat at their end, and repeated before; or 0."""
+    last = problem.shifts.still(points)
+    near = TUNING.repeats * np.maximum(problem.sizes, np.abs(last).max(axis=0))
+    for after in range(1, len(last) // 4):
+        if (np.abs(last[-2 * after :] - last[-3 * after : -after]) <= near).all():
+            return after
+    return 0
 
 
 def _growing(points: np.ndarray, sizes: np.ndarray) -> np.ndarray:
@@ -239,7 +253,7 @@ def starting_orbit(
     if shorter is not None:
         return shorter
     assert failure is not None
-    raise understood(problem, place, failure)
+    raise understood(problem, place, period, failure)
 
 
 def orbit_read(
@@ -270,7 +284,7 @@ def orbit_read(
         if guess is None:
             words = "does not return soon"
             if problem.forced:
-                words = f"after {period} periods is in another mode than at its beginning"
+                words = f"after {period} period{'s' * (period > 1)} is in another mode than at its beginning"
             raise NoOrbitError(Outcome.NO_ORBIT, f"the motion from the start {words}")
         if any(guess.same_events(old) for old in seen):
             raise failure

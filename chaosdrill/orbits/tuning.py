@@ -111,6 +111,8 @@ class Tuning:
     """Part of its size by which a state moves at least along an orbit, if it is not a point at rest."""
     watched_units: int = 64
     """Periods, or characteristic times, over which a state that only grows is distinguished from one that returns."""
+    repeats: float = 1e-6
+    """Part of its size by which a state differs at most after a number of periods after which the motion repeats."""
     path_parts: int = 8
     """Parts of a segment with which its path begins."""
     path_halvings: int = 16

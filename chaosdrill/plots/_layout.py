@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.font_manager import FontProperties
     from matplotlib.legend import Legend
 
 
@@ -150,31 +151,36 @@ def fit_legend(legend: "Legend", fig: "Figure") -> bool:
     if own.loc is None:
         room = legend.axes.bbox.width
     pads = em * (legend.handlelength + legend.handletextpad)
-    widths = np.array([_width(label, legend, fig) for label in own.labels])
+    widths = np.array([_width(label, legend.prop, fig) for label in own.labels])
     for columns in range(min(own.most, len(widths)), 0, -1):
         parts = [part.max() + pads for part in np.array_split(widths, columns)]
         if sum(parts) + em * (legend.columnspacing * (columns - 1) + 2 * legend.borderpad) <= room:
             break
     most = room - pads - 2 * em * legend.borderpad
-    labels = [_broken(label, width, most) for label, width in zip(own.labels, widths, strict=True)]
+    labels = [
+        label if width <= most else _broken(label, legend.prop, fig, most)
+        for label, width in zip(own.labels, widths, strict=True)
+    ]
     changed = columns != own.columns or labels != [text.get_text() for text in legend.texts]
     if changed:
         _make_again(legend, own, labels, columns)
     if own.title:
-        legend.get_title().set_text(_broken(own.title, _width(own.title, legend, fig), room))
+        title = legend.get_title()
+        title.set_text(_broken(own.title, title.get_fontproperties(), fig, room))
     return changed
 
 
-def _broken(label: str, width: float, room: float) -> str:
-    if width <= room or room <= 0:
-        return label
-    longest = max(map(len, label.split("\n")))
-    letters = max(TUNING.fewest_letters, int(0.95 * longest * room / width))
-    return "\n".join(wrapped(line, letters) for line in label.split("\n"))
+def _broken(label: str, font: "FontProperties", fig: "Figure", room: float) -> str:
+    """A text in lines that fit; letters differ in width, so that the lines themselves are measured."""
+    text, longest = label, max(map(len, label.split("\n")))
+    while (width := _width(text, font, fig)) > room > 0 and longest > TUNING.fewest_letters:
+        longest = max(TUNING.fewest_letters, min(longest - 1, int(longest * room / width)))
+        text = "\n".join(wrapped(line, longest) for line in label.split("\n"))
+    return text
 
 
-def _width(label: str, legend: "Legend", fig: "Figure") -> float:
-    text = Text(text=label, fontproperties=legend.prop)
+def _width(label: str, font: "FontProperties", fig: "Figure") -> float:
+    text = Text(text=label, fontproperties=font)
     text.set_figure(fig)
     return float(text.get_window_extent().width)
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 from chaosdrill.dataset.dates import undated
 from chaosdrill.dataset.schema import RUN, table_of
 from chaosdrill.errors import ArchiveError, SettingsError
-from chaosdrill.names import visible
+from chaosdrill.names import brief, visible
 from chaosdrill.plots.animation import MOVING, animate
 from chaosdrill.plots.contents import SINGLE, fits, in_si, limits, swept
 from chaosdrill.typed import AXES, NAMED, PATH, SWITCH, TEXT, expecting
@@ -228,10 +228,7 @@ def plot(
     if isinstance(ds, xr.DataTree) and "kind" in ds.attrs:
         ds = ds.to_dataset()
     if not isinstance(ds, xr.Dataset) or "kind" not in ds.attrs:
-        raise SettingsError(
-            f"ds is {type(ds).__name__} without the attribute 'kind'; give what an analysis has returned, or one group "
-            "of an archive, as in chaosdrill.open(path)['motion']"
-        )
+        raise SettingsError(f"ds is {brief(ds)}; give what an analysis has returned, {_result_of(ds)}")
     if lost := [name for name in swept(ds) if name in ds.coords and name not in ds.dims]:
         raise SettingsError(f"{lost[0]} has been selected to one value; give several, as in ds.sel({lost[0]}=[value])")
     ds = _with_dimensions(undated(ds))
@@ -250,6 +247,19 @@ def plot(
         return ax
     with made_by(pyplot.figure):
         return picture.draw(ds, state=state, over=over).axes[0]
+
+
+def _result_of(value: Any) -> str:
+    """How the result of an analysis comes of what was given for it."""
+    if PATH.holds(value):
+        return f"or one group of the archive, as in chaosdrill.open({brief(value)})['motion'], or take plot_archive"
+    if hasattr(value, "with_parameters"):
+        return "as in chaosdrill.plot(chaosdrill.trajectory(system, ...))"
+    if isinstance(value, list | tuple):
+        return "one after the other, on the axes of your own (ax) if they belong together"
+    if hasattr(value, "dims"):
+        return "with its attributes; a part of it is ds.isel(...) or ds.sel(...)"
+    return "or one group of an archive, as in chaosdrill.open(path)['motion']"
 
 
 def _check_behind(picture: Picture, ds: "xr.Dataset", over: Any) -> None:

@@ -1,5 +1,6 @@
 """A call that is wrong in one place is refused with that place, not with another, and never read as something else."""
 
+import matplotlib as mpl
 import numpy as np
 import pytest
 
@@ -98,7 +99,7 @@ def _with_guard(guard):
         (lambda s: cd.build("drill"), "did you mean 'drill-string', 'percussive-drill' or 'percussive-drill-5d'"),
         (lambda s: cd.plot(s, color="red"), "change the axes that come back"),
         (lambda s: cd.plot(s, figsize=(3, 2)), "pass axes of your own figure"),
-        (lambda s: cd.save("a.nc", s), r"tree is 'a.nc'; .* comes first: save\(ds, path\)"),
+        (lambda s: cd.save("a.nc", s), r"tree is 'a.nc'; .*; the order is save\(tree, path\)"),
         (lambda s: s.gamma, r"its value is system.parameters\['gamma'\]"),
         (lambda s: s.params, "did you mean 'parameters'"),
         (lambda s: s.simulate(10), r"analyses are functions, as in chaosdrill.trajectory\(system\)"),
@@ -109,6 +110,37 @@ def _with_guard(guard):
         (lambda s: _own(modes=OWN["modes"]["free"]), r"give the mode a name, as in \{'free': \{'x': 'v', ...\}\}"),
         (lambda s: _own(modes={"free": {"x": "v", "v": "x if v > 0 else -x"}}), "or a mode for each case"),
         (lambda s: _own(modes={"free": {"x": "v", "v": "cos(2 t)"}}), r"write \* for a product"),
+        (lambda s: _own(parameters={"k": "2"}), "it must be a finite number, without quotes"),
+        (
+            lambda s: _own(initial=[1, 0]),
+            r"by name, as in \{'x': 0.1\}, .*; with_initial also takes numbers in the order",
+        ),
+        (lambda s: _own(modes={"free": {"x": "v", "v": "-1,5*x"}}), "write a point for a decimal comma"),
+        (
+            lambda s: _own(modes={"free": {"x": "v", "v": "-sin(radians(x))"}}),
+            r"in radians; write x\*180/pi or x\*pi/180",
+        ),
+        (lambda s: _own(guards={}), "did you mean 'transitions'"),
+        (lambda s: cd.HybridSystem("x v"), "takes no arguments without a name, received 1; name the others"),
+        (
+            lambda s: cd.HybridSystem(states="x"),
+            r"missing a required argument: 'modes'; see help\(chaosdrill.HybridSystem",
+        ),
+        (
+            lambda s: cd.Transition("hit", "free", "free", "x"),
+            r"missing .* 'direction'; see help\(chaosdrill.Transition",
+        ),
+        (lambda s: cd.Transition("hit", "free", "free", "x", 1, resets={}), "did you mean 'reset'"),
+        (lambda s: cd.Transition("hit", "free", "free", "x = 1", 1), "a guard and a rate are the expression alone"),
+        (lambda s: cd.plot(s), r"as in chaosdrill.plot\(chaosdrill.trajectory\(system, ...\)\)"),
+        (lambda s: cd.plot("a.nc"), r"as in chaosdrill.open\('a.nc'\)\['motion'\], or take plot_archive"),
+        (lambda s: cd.plot([s, s]), "one after the other, on the axes of your own"),
+        (lambda s: cd.plot(s, ax=mpl.figure.Figure()), "must be axes of matplotlib"),
+        (lambda s: cd.plot(s, fontsize=9), r"or use matplotlib.rc_context\(\{'figure.figsize'"),
+        (lambda s: cd.save_scene(s, "a.toml"), r"the order is save_scene\(path, system, analyses\)"),
+        (lambda s: cd.save_scene("a.toml", s), r"missing a required argument: 'analyses'; see help"),
+        (lambda s: cd.report(s, "a.html"), "run an analysis of the system and save its result"),
+        (lambda s: cd.basins(s, {"x": [0, 1]}, periods=9, transient=9), "attractors follows random starts"),
         (
             lambda s: _with_guard("x > 0.3"),
             "is a comparison; .* write the difference of the two sides, as in 'x - 0.3'",

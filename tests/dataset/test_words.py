@@ -25,6 +25,17 @@ def test_the_outcome_of_one_run_is_a_word(run):
     assert run.cd.outcome == "ok"
 
 
+def test_advice_tells_each_outcome_once_with_its_number(system, run):
+    assert run.cd.advice == f"ok: {cd.Outcome.OK.advice}"
+    start = system.with_parameters(wall=-0.5, amplitude=0.1).with_initial(x=-0.6)
+    ended = cd.trajectory(start, periods=30)
+    assert ended.cd.advice == f"stalled: {cd.Outcome.STALLED.advice}"
+    many = xr.concat([run["outcome"], ended["outcome"], ended["outcome"]], "run").to_dataset()
+    first, second = many.cd.advice.split("\n")
+    assert first.startswith("stalled (2 of 3): Events continued")
+    assert second.startswith("ok (1 of 3): The run reached its end")
+
+
 def test_outcomes_of_many_keep_their_places(system):
     ds = cd.bifurcation_diagram(system, {"omega": [2.4, 2.5]}, transient=50, periods=20)
     words = ds.cd.outcome

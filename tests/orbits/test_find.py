@@ -453,6 +453,16 @@ def test_where_newtons_method_leads_is_no_start():
     nothing(system, Outcome.INADMISSIBLE, "the equations close", 3)
 
 
+@pytest.mark.parametrize("start", ["guess", "attractor"])
+def test_a_motion_that_repeats_after_other_periods_says_after_how_many(start):
+    """A neuron with a periodic current spikes five times in three periods; of period 1 it has no orbit."""
+    drive = {"modes": {"rest": {"v": "1.2 + 0.3*sin(2*t) - v"}}, "period": "pi"}
+    spike = cd.Transition("spike", "rest", "rest", guard="v - 1", direction=1, reset={"v": 0})
+    neuron = cd.HybridSystem(states="v", transitions=[spike], **drive)
+    nothing(neuron, Outcome.NO_ORBIT, "the motion from the start repeats after 3 periods: give period=3", start=start)
+    assert find_orbit(neuron, 3, start, 100, Numerics(tolerance=1e-13)).outcome == Outcome.PERIODIC
+
+
 def test_a_mode_that_escapes(drill):
     nothing(drill.with_initial(y=-1.0, u=2.0), Outcome.ESCAPED, "runs away")
     nothing(drill.with_parameters(eta=0.48), Outcome.ESCAPED, "ended", start="attractor")

@@ -310,7 +310,10 @@ def test_a_run_that_failed_says_so_with_its_advice(ball, outcome):
     for draw in (time_history, phase_portrait):
         figure = draw(failed)
         title = figure.legends[0].get_title().get_text() if figure.legends else figure.get_suptitle()
+        figure.draw_without_rendering()
+        shown = figure.legends[0].get_title() if figure.legends else figure.texts[-1]
         assert title == told
+        assert shown.get_window_extent().x1 <= figure.bbox.x1
     axes = mpl.figure.Figure().subplots()
     cd.plot(failed, ax=axes)
     assert [text.get_text().replace("\n", " ") for text in axes.texts] == [told]

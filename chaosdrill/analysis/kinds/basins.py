@@ -74,7 +74,7 @@ class Basins(Points):
     }
 
     grid: dict[str, Any] | None = setting(
-        Axes("state", 2, 2, "basins are drawn over two states"),
+        Axes("state", 2, 2, "basins are drawn over two states; attractors follows random starts in any number of them"),
         None,
         positional=True,
         doc='``{"y": np.linspace(-1, 1, 400), "w": np.linspace(0, 1, 300)}``.',
