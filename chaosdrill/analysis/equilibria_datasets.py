@@ -8,6 +8,7 @@ import xarray as xr
 
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import BranchEnd, Criticality
+from chaosdrill.dataset.build import dataset
 from chaosdrill.equilibrium.branches import ENDS, Branch, Mark, Task, unexplained
 from chaosdrill.equilibrium.points import Equilibrium
 from chaosdrill.equilibrium.search import Found
@@ -111,11 +112,8 @@ def _points(system: HybridSystem, found: Sequence[Equilibrium]) -> dict[str, Any
 
 def _finished(system: HybridSystem, variables: dict[str, Any], words: Sequence[str]) -> xr.Dataset:
     code = Outcome.EQUILIBRIUM if variables["mode"][1].size else Outcome.NO_EQUILIBRIUM
-    ds = xr.Dataset({**variables, "outcome": ((), np.int8(code))})
-    ds = ds.assign_coords(
-        state=list(system.state_names), eigenvalue=np.arange(1, len(system.state_names) + 1, dtype=np.int32)
-    )
-    return ds.assign_attrs(message="; ".join(words))
+    names = {"state": list(system.state_names), "eigenvalue": np.arange(1, len(system.state_names) + 1, dtype=np.int32)}
+    return dataset({**variables, **names, "outcome": ((), np.int8(code))}, attrs={"message": "; ".join(words)})
 
 
 def _guards(system: HybridSystem, one: Equilibrium) -> str:

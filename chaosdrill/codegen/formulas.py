@@ -28,9 +28,14 @@ _ALLOWED = (
 
 
 def function_of(
-    system: "HybridSystem", name: str, derive: "Callable[[HybridSystem], Any]", *, arrays: bool = False
+    system: "HybridSystem",
+    name: str,
+    derive: "Callable[[HybridSystem], Any]",
+    *,
+    of: "Callable[[HybridSystem], list[Any]] | None" = None,
+    arrays: bool = False,
 ) -> Any:
-    """An expression of time, states and parameters as a function of numbers.
+    """An expression of time, states and parameters, or of other symbols, as a function of numbers.
 
     Parameters
     ----------
@@ -39,13 +44,15 @@ def function_of(
         What it is called among the formulas of the system.
     derive : callable
         Gives the expression of the system in its places; None for one that is nothing but zero.
+    of : callable, optional
+        Gives the symbols that it is a function of; what its terms have in common is then computed once.
     arrays : bool
         Whether any of its arguments may be an array.
 
     Returns
     -------
     callable or None
-        Of time, all states and all parameters, in order.
+        Of time, all states and all parameters, or the other symbols, in order.
     """
     known = system.shared.setdefault("functions", {})
     if name not in known:
@@ -54,11 +61,17 @@ def function_of(
             text = formulas[name]
             known[name] = None if text == "" else _read(text, arrays)
         else:
-            known[name] = _derived(system, name, derive(system.placed), arrays)
+            known[name] = _derived(system, name, derive(system.placed), of, arrays)
     return known[name]
 
 
-def _derived(system: "HybridSystem", name: str, expression: Any, arrays: bool) -> Any:
+def _derived(
+    system: "HybridSystem",
+    name: str,
+    expression: Any,
+    of: "Callable[[HybridSystem], list[Any]] | None",
+    arrays: bool,
+) -> Any:
     formulas = system.shared["formulas"]
     if expression is None:
         formulas[name] = ""
@@ -75,9 +88,11 @@ def _derived(system: "HybridSystem", name: str, expression: Any, arrays: bool) -
     if arrays:
         own = {name: np.vectorize(function, otypes=[float]) for name, function in own.items()}
     modules = [own, "numpy" if arrays else "math"]
-    found = sympy.lambdify(arguments(system.placed), expression, modules=modules)
-    text = inspect.getsource(found).partition("(")[2]
-    text = f"lambda {text.replace('):', ':', 1).replace('return ', '', 1)}"
+    if of is None:
+        found = sympy.lambdify(arguments(system.placed), expression, modules=modules)
+    else:
+        found = sympy.lambdify(of(system.placed), sympy.sympify(expression), modules=modules, cse=True)
+    text = inspect.getsource(found)
     try:
         _read(text, arrays)
     except (ValueError, SyntaxError, RecursionError):
@@ -94,12 +109,31 @@ def _read(text: str, arrays: bool) -> Any:
     ValueError, SyntaxError
         If it says anything but arithmetic.
     """
-    tree = ast.parse(" ".join(text.split()), mode="eval")
-    made = tree.body
-    if not isinstance(made, ast.Lambda) or made.args.defaults or made.args.kwonlyargs or made.args.vararg:
+    (made,) = ast.parse(text).body
+    if not isinstance(made, ast.FunctionDef) or made.decorator_list or made.returns:
         raise ValueError(text)
-    names, known = {one.arg for one in made.args.args}, _OF_NUMPY if arrays else _OF_MATH
-    for node in ast.walk(made.body):
+    given = made.args
+    if given.defaults or given.kwonlyargs or given.vararg or given.kwarg or any(one.annotation for one in given.args):
+        raise ValueError(text)
+    names, known = {one.arg for one in given.args}, _OF_NUMPY if arrays else _OF_MATH
+    *terms, last = made.body
+    for term in terms:
+        # a part that several terms have in common
+        if not (isinstance(term, ast.Assign) and [*map(type, term.targets)] == [ast.Name]):
+            raise ValueError(text)
+        _check(term.value, names, known)
+        names |= {one.id for one in term.targets if isinstance(one, ast.Name)}
+    if not (isinstance(last, ast.Return) and last.value is not None):
+        raise ValueError(text)
+    _check(last.value, names, known)
+    within = {"__builtins__": {}, **known}
+    exec(compile(ast.Module([made], []), "<formula>", "exec"), within)
+    return within[made.name]
+
+
+def _check(expression: ast.expr, names: set[str], known: dict[str, Any]) -> None:
+    """Raise a ValueError if an expression holds anything but arithmetic of names."""
+    for node in ast.walk(expression):
         if isinstance(node, ast.Constant):
             fits = type(node.value) in (int, float)
         elif isinstance(node, ast.Name):
@@ -109,6 +143,4 @@ def _read(text: str, arrays: bool) -> Any:
         else:
             fits = isinstance(node, _ALLOWED)
         if not fits:
-            raise ValueError(f"{text:.60} holds {type(node).__name__}")
-    found: Any = eval(compile(tree, "<formula>", "eval"), {"__builtins__": {}, **known})
-    return found
+            raise ValueError(f"a formula holds {type(node).__name__}")

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 _FOLDERS = ("model", "codegen", "systems", "systems.drill")
 _FILES = (
     *("engine.setup", "engine.structure", "engine.period", "analysis.classification", "sweep.fingerprint"),
+    *("equilibrium.expressions", "equilibrium.fields"),
     *("declared", "scene.checks", "scene.defined", "scene.check_made"),
     *("orbits.problem", "orbits.expressions", "orbits.functions", "orbits.verification", "orbits.multipliers"),
 )
@@ -38,7 +39,7 @@ def _pairs(plain: Any) -> frozenset[tuple[int, int]]:
     return frozenset((int(one), int(other)) for one, other in plain)
 
 
-_GROWING = ("formulas",)
+_GROWING = ("formulas", "fields of equilibria")
 """Facts to which more is added as it is asked for."""
 
 _FACTS: Mapping[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {

@@ -10,9 +10,8 @@ from functools import cached_property
 
 import numpy as np
 
-from chaosdrill.codegen.rounding import UNIT
 from chaosdrill.dataset.branches import BranchEnd
-from chaosdrill.equilibrium.fields import Field
+from chaosdrill.equilibrium.fields import UNIT, Field
 from chaosdrill.equilibrium.points import Equilibrium, equilibrium, polished
 from chaosdrill.equilibrium.tuning import TUNING
 

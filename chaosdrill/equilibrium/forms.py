@@ -14,11 +14,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaosdrill.codegen.rounding import UNIT
 from chaosdrill.dataset.branches import Criticality
 from chaosdrill.dataset.equilibria import Beyond
 from chaosdrill.equilibrium.curve import Curve, Point
-from chaosdrill.equilibrium.fields import NoFieldError, field_of
+from chaosdrill.equilibrium.fields import UNIT, NoFieldError, field_of
 from chaosdrill.equilibrium.points import Equilibrium, equilibrium, polished
 from chaosdrill.equilibrium.tuning import TUNING
 
@@ -260,7 +259,7 @@ def beyond(
             other = field_of(system, target)
         except NoFieldError:
             continue
-        n = len(field.system.states)
+        n = len(field.system.state_names)
         values = numbers[n : n + len(field.system.parameters)]
         begin = other.numbers(point.at.states, values)
         found = polished(other, begin)

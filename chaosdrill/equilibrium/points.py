@@ -13,9 +13,8 @@ from typing import TypeVar
 import numpy as np
 import scipy.linalg
 
-from chaosdrill.codegen.rounding import UNIT
 from chaosdrill.dataset.equilibria import Admissibility, EquilibriumType
-from chaosdrill.equilibrium.fields import Field
+from chaosdrill.equilibrium.fields import UNIT, Field
 from chaosdrill.equilibrium.tuning import TUNING
 
 Place = TypeVar("Place")

@@ -191,7 +191,9 @@ class HybridSystem(System):
             cls._list(key, found)
         return found
 
-    def relative(self, how: tuple[str, ...], make: "Callable[[], HybridSystem]") -> "HybridSystem":
+    def relative(
+        self, how: tuple[str, ...], make: "Callable[[], HybridSystem]", kind: "type[HybridSystem] | None" = None
+    ) -> "HybridSystem":
         """A system derived from the equations of this one, with numbers of its own; stored or built.
 
         Parameters
@@ -200,11 +202,14 @@ class HybridSystem(System):
             Identifies it among the systems derived from this one.
         make : callable
             What builds it, which can be sent to another process.
+        kind : type, optional
+            Of what is built, as a record of it is read; default: `HybridSystem`.
         """
+        kind = kind or HybridSystem
         related = self.shared.setdefault(RELATED, {})
         if how not in related:
             key = self.shared.key
-            related[how] = make() if key is None else HybridSystem.listed((*key, *how), make, {})
+            related[how] = make() if key is None else kind.listed((*key, *how), make, {})
         found: HybridSystem = related[how]
         return found
 
@@ -424,8 +429,7 @@ class HybridSystem(System):
 
         noise = noise_of(self, distributions, at, seed)
         make = partial(_drawn, self, noise)
-        # a record of a map would be read as one of a flow
-        known = make() if self.discrete else self.relative(("noise", noise.form), make)
+        known = self.relative(("noise", noise.form), make, type(self))
         known.shared.origin = self
         found = known.changed(parameters={name: noise.parameters[name] for name in known.parameters})
         return found.begun(noise.initial).limited(noise.limits)

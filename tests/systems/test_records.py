@@ -23,7 +23,7 @@ from chaosdrill.model import system as model
 
 PACKAGE = Path(cd.__file__).parent
 CHOSEN = ("lorenz", "impact-oscillator", "percussive-drill")
-MORE = ("orbit", "branch", "noise")
+MORE = ("orbit", "branch", "noise", "equilibria", "pseudo-equilibria")
 
 RESULTS = """
 import json, sys
@@ -46,6 +46,8 @@ ASKED = {
         impact, {"omega": (2.5, 2.52)}, max_points=5, functions=taken, optima=["hit"]
     ),
     "noise": lambda: cd.lyapunov_spectrum(noisy(), periods=20),
+    "equilibria": lambda: cd.equilibria(cd.build("lorenz"), {"rho": (20.0, 29.0)}, starts=20),
+    "pseudo-equilibria": lambda: cd.equilibria(cd.build("belt-stick-slip"), starts=20),
 }
 results = {}
 for name in sys.argv[1:]:
@@ -73,7 +75,7 @@ def first(tmp_path_factory):
 
 
 def test_the_second_process_needs_no_sympy_and_gives_the_same_bits(first):
-    """Of spectra, of an orbit with its derivatives and functions, of a branch, and of noise."""
+    """Of spectra, of an orbit with its derivatives and functions, of a branch, of noise, and of equilibria."""
     folder, (loaded, derived, _) = first
     assert "sympy" in loaded
     again, read, told = process(folder, *CHOSEN, *MORE)
@@ -451,6 +453,17 @@ e = 0.8
 seed = 3
 e = { distribution = "uniform", low = 0.7, high = 0.9, at = "wall" }
 a = { distribution = "normal", mean = 1.0, deviation = 0.1, at = "period" }
+""",
+    "noise of a map": """
+[system.map]
+states = ["x"]
+images = { x = "r*x*(1 - x)" }
+[system.parameters]
+r = 3.7
+[system.initial]
+x = 0.3
+[system.noise]
+r = { distribution = "uniform", low = 3.6, high = 3.8 }
 """,
     "a drive of the library": """
 [system]
