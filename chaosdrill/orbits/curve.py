@@ -91,7 +91,7 @@ class Curve:
         return self.whole(weights).apart(one, other)
 
     def whole(self, weights: np.ndarray) -> Whole:
-        """What differences count, by these weights."""
+        """Weights of all differences, from these weights."""
         if self._known is None or self._known[0] is not weights:
             self._known = weights, Whole(self.problem, weights)
         return self._known[1]
@@ -102,7 +102,7 @@ class Curve:
         return float(np.sqrt(difference @ difference))
 
     def met(self, one: "Orbit", other: "Orbit", weights: np.ndarray, within: float) -> "Orbit | None":
-        """An orbit written from the segment at which another one begins, if they are that near; else None."""
+        """An orbit written from the segment at which another one begins if the two are this close; otherwise None."""
         if len(one) != len(other) or one.periods != other.periods:
             return None
         if np.abs((self.values(one) - self.values(other)) / self.spans).max() > within:
@@ -130,12 +130,12 @@ class Curve:
         return self.whole(weights).direction(shot, change)
 
     def first(self, orbit: "Orbit", shot: "Shot", ahead: np.ndarray | None = None) -> Point:
-        """A converged orbit as the first point of a curve, to be followed towards ``ahead``.
+        """A converged orbit as the first point of a curve that is followed towards ``ahead``.
 
-        By default the parameter grows.
+        By default the parameter increases.
         """
         weights = self.weights(orbit)
-        # in all points the error of ``ahead`` may count, which grows along an orbit
+        # over all points the error of ``ahead`` may matter, which grows along an orbit
         row = None if ahead is None else ahead * weights**2
         tangent = self.directed(shot, self.problem.direction(orbit, shot, weights, row), weights)
         return Point(orbit, shot.bare(), weights, tangent, orbit)
@@ -176,11 +176,11 @@ class Curve:
         return max(abs(float(self.values(orbit)[0])), float(self.spans[0]))
 
     def error_at(self, point: Point) -> float:
-        """Error of the first parameter where something happens, as that of the orbit makes it.
+        """Error of the first parameter at a special point, as a result of the error of the orbit.
 
-        An orbit is off by what is left of its equations times the inverse of their smallest singular value, and the
-        place of what happens along the curve by as much: near a multiplier 1 that is many times the error of the
-        equations. 0 where they have no derivatives.
+        The error of an orbit is the residual of its equations over their smallest singular value, and a special point
+        is off along the curve by as much: near a multiplier 1 that is many times the residual. It is 0 where the
+        equations have no derivatives.
         """
         shot = self.problem.shoot(point.orbit, False, point.section)
         if shot.outcome != DONE or not np.isfinite(shot.equations).all():
@@ -192,7 +192,7 @@ class Curve:
         return float(along * off / max(smallest, TUNING.smallest_pivot))
 
     def blocked(self, point: Point) -> tuple["Orbit", "Shot"] | None:
-        """The orbit at or beside a point if it is not admissible; None if it is."""
+        """The orbit at or beside a point if it is inadmissible; otherwise None."""
         found = self.followed(point)
         if found is not None and admissible(*found):
             return None
@@ -212,7 +212,7 @@ class Curve:
         """The polynomial through orbits of the same segments, at one place."""
         shares = shares_of(places, place, 0)
         starts = np.tensordot(shares, np.array([one.starts for one in orbits]), 1)
-        # the parameters of all segments are one set of numbers
+        # all segments share one set of parameters
         starts[1:, self.problem.states :] = starts[0, self.problem.states :]
         durations = shares @ np.array([one.durations for one in orbits])
         phase = float(shares @ np.array([one.phase for one in orbits]))
@@ -221,7 +221,7 @@ class Curve:
     def after(self, points: list[Point], h: float) -> tuple[Point, float]:
         """The next point, one step along the curve, and the error of its prediction.
 
-        ``points`` are those through which the predictor goes.
+        ``points`` are those that the predictor passes through.
 
         Raises
         ------
@@ -291,7 +291,7 @@ class Curve:
     def bisect(self, last: Point, beyond: Point) -> tuple[Point, Border]:
         """Bisect between an admissible point and one that is not: the last point before the border, and the border.
 
-        The former is ``last`` itself if nothing lies between.
+        The former is ``last`` itself if there is nothing in between.
         """
         good, beyond, bad, part = self._bisected(last, beyond)
         orbit, shot = self.followed(good) or (good.orbit, good.shot)
@@ -341,10 +341,10 @@ class Curve:
         return 2 * way * float(lasting[i] ** 2 / (longer[i] ** 2 - lasting[i] ** 2))
 
     def _known_from(self, before: Point, border: Point, within: float) -> float:
-        """Error of a border as the orbits beside it make it: how far from it they are known better than by that.
+        """Error of a border from the orbits beside it: the distance at which their errors are smaller than that.
 
-        Where a multiplier comes to 1 just there, the errors of the orbits grow beyond their distance from the border,
-        and none of those nearer to it tells on which side it is.
+        If a multiplier tends to 1 there, the errors of the orbits exceed their distance from the border, and none of
+        those closer to it tells on which side it lies.
         """
         error = self.error_at(border)
         step = abs(float((self.values(before.orbit) - self.values(border.orbit))[0]))
@@ -360,7 +360,7 @@ class Curve:
             away = abs(float((self.values(point.orbit) - self.values(border.orbit))[0]))
             there = self.error_at(point)
             if tried == high and there > 0.5 * error:
-                # it is as good as constant
+                # it is practically constant
                 return error
             if there <= away:
                 high, least = tried, away + there

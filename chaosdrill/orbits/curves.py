@@ -52,8 +52,8 @@ def curve(
 ) -> BranchResult:
     """The curve of special points of one kind over two parameters through the nearest such point.
 
-    That point is looked for on the branch of orbits over the first parameter, both ways from the start, with the second
-    one as the system has it. From there the curve is followed both ways, around its own folds and cusps.
+    The point is located on the branch of orbits over the first parameter, in both directions from the start, at the
+    system's value of the second one. From there the curve is followed in both directions, around its folds and cusps.
 
     Parameters
     ----------
@@ -62,8 +62,8 @@ def curve(
     period, start, transient
         Of the first orbit, as for `chaosdrill.orbits.find.starting_orbit`.
     follow : str
-        One of `FOLLOWED`. The last two: where the first of the functions of ``columns`` takes its value, or is largest
-        or smallest.
+        One of `FOLLOWED`. The last two: where the first function of ``columns`` takes its value, or has a maximum or
+        minimum.
     step : float
         Longest step of the first parameter; that of the second is the same part of its range.
     max_points : int
@@ -71,15 +71,15 @@ def curve(
     progress : callable, optional
         Called with the directions done, their total and None.
     columns : Columns, optional
-        What else is told of every orbit, and the functions of which one is followed.
+        Further properties of every orbit, and the functions of which one is followed.
 
     Returns
     -------
     BranchResult
-        One branch, all points of which are of the kind that is followed, but for those of a Neimark-Sacker curve behind
-        a multiplier of 1 or -1: there the pair is real, and nothing bifurcates. ``stable`` says whether all multipliers
+        One branch, all of whose points are of the kind that is followed, except on a Neimark-Sacker curve beyond a
+        multiplier of 1 or -1: there the pair is real, and nothing bifurcates. ``stable`` says whether all multipliers
         but those on the unit circle are inside. At grazing the orbit is the one without the event
-        that appears. Without points, and with the reason in its message, if there is no orbit or no such point.
+        that appears. It has no points, and the reason in its message, if there is no orbit or no such point.
     """
     ranges = np.array(limits, dtype=float)
     kind, called = FOLLOWED[follow], follow.replace("_", " ")
@@ -141,7 +141,7 @@ def _nearest(ways: list[Branch], kind: Special) -> Orbit | None:
 
 
 def _told(ways: list[Branch]) -> str:
-    """The special points that a branch has instead, in words."""
+    """The special points that the branch has instead, in words."""
     marks = sorted((way.value(m), m.kind.meaning.replace("_", " ")) for way in ways for m in way.marks)
     there = ", ".join(f"{name} at {value:.9g}" for value, name in marks) or "nothing special"
     ends = [float(way.segments[-1].values[-1, 0]) if way.segments else float("nan") for way in ways]

@@ -1,10 +1,10 @@
-"""Exact derivatives of what is told of an orbit, by parameters: start, times, means, multipliers.
+"""Exact derivatives of the properties of an orbit with respect to parameters: start, times, means, multipliers.
 
 The linearised shooting equations give those of the unknowns by one linear solve (implicit function theorem). Means and
 tangents are carried along the orbit as further states (`chaosdrill.model.lifted`), whose own linearised equations hold
 second variations and the derivatives of saltation matrices. The orbits of a branch that have the same events are
-derived together. Each is derived twice, the second time in coarser steps on an orbit that is off by what these miss:
-the difference is what errors are made of.
+derived together. Each is derived twice, the second time with coarser steps on an orbit that is off by their error:
+the errors follow from the difference.
 """
 
 from collections.abc import Sequence
@@ -31,9 +31,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class _Task:
-    """An orbit whose strobe begins a segment, and what numbers its events."""
+    """An orbit whose strobe begins a segment, and the numbering of its events."""
 
-    number: int  # its place in the list of those that are derived
+    number: int  # its place in the list of derived orbits
     orbit: Orbit
     multipliers: np.ndarray
     rank: int
@@ -45,7 +45,7 @@ class _Task:
 
     @property
     def kind(self) -> tuple[object, ...]:
-        """What orbits that are derived together have in common."""
+        """What orbits have in common that are derived together."""
         of = self.orbit
         return (
             *(of.segments.tobytes(), of.periods, of.drift is None, self.strobe, self.turn, self.inserted),
@@ -54,20 +54,20 @@ class _Task:
 
 
 def _coarser(numerics: Numerics) -> Numerics:
-    """Steps whose errors are several times as large."""
+    """Numerics whose errors are several times as large."""
     fewer = max(2, int(numerics.steps_a_period / TUNING.coarser_steps)) if numerics.traits.fixed_step else None
     return replace(numerics, tolerance=TUNING.coarser * numerics.tolerance, steps=fewer)
 
 
 class Carrier:
-    """The shooting problem of orbits with passengers; its free parameters are those by which is derived.
+    """The shooting problem of orbits with passengers; its free parameters are those of the derivatives.
 
     Parameters
     ----------
     problem : Problem
         Its free parameters are those of its orbits.
     names : sequence of str
-        The parameters by which is derived.
+        Parameters of the derivatives.
     """
 
     def __init__(self, problem: "Problem", names: Sequence[str]) -> None:
@@ -93,8 +93,8 @@ class Carrier:
         Parameters
         ----------
         orbits : sequence of (orbit, multipliers, rank)
-            Multipliers complex, shape (n,), by falling modulus, exactly 0 where rank is lost; the rank is the number of
-            directions that are not lost.
+            Multipliers are complex, shape (n,), by decreasing modulus, exactly 0 where rank is lost; the rank is the
+            number of directions that survive.
         """
         problem, found = self.problem, list[Derived]()
         words = refusal(problem)
@@ -113,7 +113,7 @@ class Carrier:
         return found
 
     def _together(self, tasks: Sequence[_Task]) -> dict[int, Derived | str]:
-        """The derivatives on orbits of one kind, or why there are none, by their numbers."""
+        """The derivatives on orbits of one kind, or the reason why there are none, by the numbers of the orbits."""
         found: dict[int, Derived | str] = {}
         first, second = _Plain(self, self.problem, tasks), _Plain(self, self.coarse, tasks)
         whole = first.regular & second.regular
@@ -146,7 +146,7 @@ class Carrier:
 def derived_of(
     problem: "Problem", names: Sequence[str], orbits: Sequence[tuple[Orbit, np.ndarray, int]]
 ) -> list[Derived]:
-    """The derivatives on orbits of a problem, as of `Carrier.derived`; what is compiled for them serves others."""
+    """The derivatives on orbits of a problem, as of `Carrier.derived`; the compiled code is used again."""
     known = problem.carriers.get(tuple(names))
     if known is None:
         known = problem.carriers[tuple(names)] = Carrier(problem, names)
@@ -221,7 +221,7 @@ class _Equations:
     rows : ndarray, shape (P, m, columns + 1)
         As of `Shot`, those of passengers left out.
     own : ndarray of int, shape (k,)
-        Columns of the unknowns: the others are given.
+        Columns of the unknowns; the others are given.
     """
 
     def __init__(self, problem: "Problem", tasks: Sequence[_Task], rows: np.ndarray, own: np.ndarray) -> None:
@@ -241,7 +241,7 @@ class _Equations:
         self.misses = self.right(rows[:, :, -1:])
 
     def right(self, rows: np.ndarray) -> np.ndarray:
-        """What the equations are equal to by what is given, shape (P, m, g) of shape (P, m without what is held, g)."""
+        """The right-hand side of the equations, shape (P, m, g), from that without held states."""
         held = np.zeros((len(rows), self.matrix.shape[1] - rows.shape[1], rows.shape[2]))
         return -np.concatenate([rows, held], axis=1) / self.scale
 
@@ -250,7 +250,7 @@ class _Equations:
         return np.asarray(self.inverse @ right / self.weights)
 
     def uncertain(self, right: np.ndarray) -> np.ndarray:
-        """How much more than one part in itself every unknown is off, where the entries of each row are by one."""
+        """By which factor the relative error of every unknown exceeds that of the entries of each row."""
         change = np.abs(self.inverse @ right)
         off = np.abs(self.matrix).max(axis=2, keepdims=True) * change.sum(axis=1, keepdims=True) + np.abs(right)
         return np.asarray(np.abs(self.inverse) @ off / self.weights)
@@ -286,7 +286,7 @@ class _Plain:
         return _Plain(self.carrier, self.problem, [self.tasks[i] for i in places], [self.shots[i] for i in places])
 
     def words(self, i: int) -> str:
-        """Why one of them has no derivatives."""
+        """The reason why one of them has no derivatives."""
         orbit, speeds = self.tasks[i].orbit, self.shots[i].speeds
         paces = self.problem.paces(orbit)
         slow = int(np.argmin(speeds / paces))
@@ -297,7 +297,7 @@ class _Plain:
         return "the equations of the orbit are singular, as at a fold: derivatives by parameters are infinite there"
 
     def beside(self, coarse: "_Plain") -> list[_Task]:
-        """Them moved by as much as coarser steps move them, and on in the direction that they determine least."""
+        """The orbits displaced by the error of coarser steps, and further in the direction that is least determined."""
         n, here, there = self.carrier.n, self.equations, coarse.equations
         missed = np.maximum(np.abs(here.misses), np.abs(there.misses)).max(axis=(1, 2))
         weakest = here.across[:, -1, :, np.newaxis] / here.weights
@@ -316,7 +316,7 @@ class _Plain:
 
 @dataclass(frozen=True)
 class _Tangent:
-    """A part of a right eigenvector of the tangent map of an orbit, and what it is carried for."""
+    """A part of a right eigenvector of the tangent map of an orbit, and its use."""
 
     orbit: int
     multiplier: int
@@ -326,24 +326,24 @@ class _Tangent:
 
 @dataclass
 class _Eigen:
-    """Eigenvectors of the tangent map of an orbit, in the states that its first mode leaves free, for m multipliers."""
+    """Eigenvectors of the tangent map of an orbit for m multipliers, in the states that are free in its first mode."""
 
     values: np.ndarray  # (m,)
     left: np.ndarray  # (f, m)
     right: np.ndarray  # (f, m)
     size: float  # of the map
-    rest: list[int]  # those that structure does not make 1 or 0
+    rest: list[int]  # those that are not 1 or 0 by structure
     twins: dict[int, int]  # of these, the second of each pair, and the first
 
     def products(self) -> np.ndarray:
-        """Cosines between left and right ones: sensitive multipliers have small ones."""
+        """Cosines between left and right eigenvectors; they are small for sensitive multipliers."""
         return np.asarray(np.abs((self.left * self.right).sum(axis=0)))
 
 
 class _Linear:
-    """The linearised equations of orbits of one kind with their passengers, solved for what parameters do to them.
+    """The linearised equations of orbits of one kind with their passengers, solved for the effect of parameters.
 
-    P orbits, N segments, C columns of unknowns and parameters, q parameters by which is derived.
+    P orbits, N segments, C columns of unknowns and parameters, q parameters of the derivatives.
     """
 
     def __init__(self, carrier: Carrier, wide: "Problem", plain: _Plain, tasks: Sequence[_Task]) -> None:
@@ -384,7 +384,7 @@ class _Linear:
         self.means, self.moved_integrals = integrals[:, :, -1] / self.lengths[:, np.newaxis], integrals[:, :, :-1]
 
     def _keep(self, i: int, shot: "Shot") -> bool:
-        """Keep what a shot around an orbit shows."""
+        """Keep the result of a shot around an orbit."""
         self.equations[i] = shot.equations if shot.outcome == DONE else np.nan
         self.strobes[i] = shot.sensitivity[self.kind.strobe, : self.carrier.n, :-1]
         return True
@@ -410,9 +410,9 @@ class _Linear:
         return self.wide.shoot(replace(orbit, segments=segments, starts=starts, drift=drift), watched=False)
 
     def along(self, rows: np.ndarray, places: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """What parameters do to what changes by these rows over the unknowns, shape (P, m, C), and shares of errors.
+        """Effect of parameters on quantities with these derivatives by the unknowns, shape (P, m, C); error shares.
 
-        With ``places``, of orbits of these numbers.
+        With ``places``, for the orbits with these numbers.
         """
         change, uncertain = self.change, self.uncertain
         if places is not None:
@@ -422,7 +422,7 @@ class _Linear:
         return rows @ change, size @ uncertain + size @ np.abs(change)
 
     def told(self) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-        """All derivatives, and how much an error of one part in each number that they are made of makes of them."""
+        """All derivatives, and by how much a relative error of 1 in every number behind them changes them."""
         period = self.along(self._durations(0, len(self.kind.orbit))[np.newaxis])
         found = {
             "orbit_state": self.along(self.strobes),
@@ -441,7 +441,7 @@ class _Linear:
         return row
 
     def _events(self) -> tuple[np.ndarray, np.ndarray]:
-        """Of the times of the events since the first strobe, in their order."""
+        """Derivatives of the times of events since the first strobe, in order."""
         kind, total = self.kind, self._durations(0, len(self.kind.orbit))
         rows = np.zeros((len(kind.events), self.columns))
         for place, (segment, turns) in enumerate(zip(kind.events, kind.turns, strict=True)):
@@ -459,14 +459,14 @@ class _Linear:
         return rows
 
     def _rates(self) -> tuple[np.ndarray, np.ndarray]:
-        """Of the mean rates of the quadratures."""
+        """Derivatives of the mean rates of the quadratures."""
         total = self._durations(0, len(self.kind.orbit))
         change, off = self.along(self.moved_integrals - self.means[:, :, np.newaxis] * total)
         lengths = self.lengths[:, np.newaxis, np.newaxis]
         return change / lengths, off / lengths
 
     def _eigen(self, i: int) -> _Eigen | None:
-        """Eigenvectors of an orbit's tangent map; None where multipliers have no derivatives."""
+        """Eigenvectors of an orbit's tangent map; None if its multipliers have no derivatives."""
         from scipy.linalg import eig
 
         task, problem = self.tasks[i], self.carrier.problem
@@ -500,7 +500,7 @@ class _Linear:
         return found
 
     def _multipliers(self) -> tuple[np.ndarray, np.ndarray]:
-        """Of the multipliers, complex; zero for those that are 0 or 1 by structure."""
+        """Derivatives of the multipliers, complex; zero for those that are 0 or 1 by structure."""
         n, q, count = self.carrier.n, len(self.given), len(self.tasks)
         changes = np.full((count, n, q), complex(np.nan, np.nan))
         errors = np.full((count, n, q), np.nan)
@@ -529,9 +529,9 @@ class _Linear:
         return changes, errors * (1 + 1j)
 
     def _images(self) -> dict[tuple[int, int], tuple[np.ndarray, np.ndarray]]:
-        """What parameters do to the images of the tangents, in parts of the units, shapes (f, q), by orbit and number.
+        """Effect of parameters on the images of the tangents, in their units, shapes (f, q), by orbit and number.
 
-        Tangents stay as they are, but for what keeps them on the surfaces that the first mode holds, as these turn.
+        Tangents are constant, apart from what keeps them on the surfaces that the first mode holds, as these turn.
         """
         units, shape = self.units[self.loose, np.newaxis], (len(self.loose), len(self.given))
         places = np.array([one.orbit for one in self.tangents], dtype=int)
@@ -565,13 +565,13 @@ class _Linear:
     def _exponents(
         self, period: np.ndarray, off: np.ndarray, multipliers: np.ndarray, errors: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Of the exponents log|mu|/T; NaN where they are infinite."""
+        """Derivatives of the exponents log|mu|/T; NaN where they are infinite."""
         lengths = self.lengths[:, np.newaxis, np.newaxis]
         period, off = period[:, np.newaxis], off[:, np.newaxis]
         with np.errstate(divide="ignore", invalid="ignore"):
             size = np.array([one.multipliers for one in self.tasks])[:, :, np.newaxis]
             exponent = np.where(size == 0, np.nan, np.log(np.abs(size)) / lengths)
-            # by structure 0, and what is left of it is rounding
+            # zero by structure; the rest is round-off
             exponent[(exponent == exponent) & ~errors.any(axis=2, keepdims=True)] = 0.0
             change = ((multipliers / size).real - exponent * period) / lengths
             bound = (errors.real / np.abs(size) + np.abs(exponent) * off) / lengths
@@ -582,10 +582,10 @@ class _Linear:
 def _errors(
     values: dict[str, np.ndarray], others: dict[str, np.ndarray], shares: dict[str, np.ndarray]
 ) -> dict[str, np.ndarray]:
-    """Errors of derivatives: what coarser steps on an orbit that is off change in them, and what these may hide.
+    """Errors of derivatives: their change with coarser steps on an orbit that is off, and what this may hide.
 
-    That is told by the shares: how much an error of one part in each number makes of a derivative. The median over all
-    derivatives of an orbit says how large this one part is.
+    The shares tell the latter: by how much a relative error of 1 in every number changes a derivative. The median over
+    all derivatives of an orbit gives the actual relative error.
     """
     apart = {name: values[name] - others[name] for name in values}
 
@@ -612,6 +612,6 @@ def _errors(
 
 
 def _median(values: np.ndarray) -> float:
-    """The median of those that are numbers."""
+    """The median without NaN."""
     known = values[np.isfinite(values)]
     return float(np.median(known)) if len(known) else float("nan")

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 def standpoint(problem: "Problem", orbit: Orbit) -> tuple[int, float, np.ndarray]:
     """Middle of the longest segment: its number, the time since the start of the orbit, the state.
 
-    There no event is near, so that a run that begins there meets all of them.
+    No event is near there, so that a run from there meets all of them.
     """
     longest = int(orbit.durations.argmax())
     step = (problem.unit or 1.0) / problem.numerics.steps_a_period
@@ -42,8 +42,8 @@ def standpoint(problem: "Problem", orbit: Orbit) -> tuple[int, float, np.ndarray
 def place_on(problem: "Problem", orbit: Orbit, segment: int, time: float, state: np.ndarray) -> Place:
     """A place within a segment of an orbit.
 
-    How the guards stand there is seen by a run from the event at which the segment began. States that the mode leaves
-    no freedom are what the mode makes of them: on which side of a guard they lie is not left to their last digit.
+    The signs of the guards come from a run from the event at which the segment began. States that the mode constrains
+    get the values that it gives them, so that round-off does not decide on which side of a guard they lie.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def _pinned(system: "HybridSystem", mode: int, state: np.ndarray, time: float) -
 
 
 def step_of(problem: "Problem", forcing: float | None) -> float:
-    """Step of methods of fixed step, the same wherever a run of a system begins."""
+    """Step of a fixed-step method, the same wherever a run of a system begins."""
     return (forcing or problem.unit or 1.0) / problem.numerics.steps_a_period
 
 
@@ -101,8 +101,8 @@ def run_from(
     segment, time, state : int, float, ndarray
         Where, as for `place_on`.
     parts : int
-        A period of the run is one of the forcing, or all of an orbit without forcing; if parts are asked for, that
-        part of the whole orbit.
+        The period of the run is that of the forcing, or the whole orbit without forcing; with ``parts``, that
+        fraction of the whole orbit.
     options
         Passed on to `Run`.
     """
@@ -115,7 +115,7 @@ def run_from(
 
 
 def unit_of(problem: "Problem", place: Place) -> float:
-    """Forcing period, or the characteristic time of the first motion that was followed."""
+    """Forcing period, or the characteristic time of the first motion."""
     if problem.unit is None:
         problem.set_unit(characteristic_time(place, problem.numerics))
     assert problem.unit is not None
@@ -123,9 +123,9 @@ def unit_of(problem: "Problem", place: Place) -> float:
 
 
 def settled(problem: "Problem", transient: float) -> tuple[Outcome, Run]:
-    """The run from the system's initial state over a transient, to a phase 0, and how it went.
+    """The run from the system's initial state over a transient, up to phase 0, and its outcome.
 
-    The transient is in forcing periods, or a time where there are none.
+    The transient counts forcing periods, or time without forcing.
     """
     parts = int(np.ceil(transient)) if problem.forced else TUNING.transient_parts
     run = Run(problem.plain, problem.period or max(transient, 1e-300) / TUNING.transient_parts, problem.numerics)
@@ -133,7 +133,7 @@ def settled(problem: "Problem", transient: float) -> tuple[Outcome, Run]:
 
 
 InitialGuess = Callable[[], tuple[Outcome, Orbit | None]]
-"""What reads a guess of an orbit: ``Outcome.OK`` or what ended the run, and the guess if there is one."""
+"""Reads a guess of an orbit: returns ``Outcome.OK`` or the reason why the run ended, and the guess if there is one."""
 
 
 def initial_guess(problem: "Problem", place: Place, periods: int) -> InitialGuess:
@@ -155,7 +155,7 @@ def guess_of_forced(problem: "Problem", place: Place, periods: int, values: np.n
     Returns
     -------
     outcome : Outcome
-        ``Outcome.OK``, or what ended the run before.
+        ``Outcome.OK``, or the reason why the run ended early.
     orbit : Orbit or None
     """
     period = place.system.forcing_period()
@@ -179,7 +179,7 @@ def _round(
     period: float,
     moved: np.ndarray,
 ) -> Orbit | None:
-    """The path from a state and phase over ``periods`` periods, with its events, by which the state has ``moved``."""
+    """The path from a state and phase over ``periods`` periods, with its events; the state changes by ``moved``."""
     if not len(events):
         if phase > 0:
             rest = np.array([period - phase])
@@ -196,7 +196,7 @@ def _round(
 def returns(problem: "Problem", run: Run, periods: int) -> list[InitialGuess]:
     """Functions that simulate the closest returns of a run after ``periods`` periods, the closest first.
 
-    Of systems without a period: at some distances along it.
+    Without forcing: spread out along the run.
     """
     place = reached(run, problem.numerics)
     run = place.run(unit_of(problem, place), problem.numerics)
@@ -217,7 +217,7 @@ def returns(problem: "Problem", run: Run, periods: int) -> list[InitialGuess]:
         return np.asarray((np.abs(moved) / spread).max(axis=1))
 
     whole, parts = away(periods), [q for q in range(1, periods) if periods % q == 0]
-    # what is back sooner leads to an orbit of a shorter period
+    # an earlier return leads to an orbit of a shorter period
     sooner = np.min([away(q) for q in parts], axis=0) < TUNING.sooner * whole if parts else np.zeros(last, dtype=bool)
     return [partial(record.guess, problem, j, periods) for j in np.lexsort((whole, sooner))[: TUNING.places].tolist()]
 
@@ -226,11 +226,11 @@ def returns(problem: "Problem", run: Run, periods: int) -> list[InitialGuess]:
 class Strobed:
     """A motion as its strobes show it, m of them."""
 
-    outcome: Outcome  # what ended it before its time, else ``Outcome.OK``
+    outcome: Outcome  # why it ended early; otherwise ``Outcome.OK``
     states: np.ndarray  # (m, d): its start first
     modes: np.ndarray  # int (m,)
     sequences: np.ndarray
-    """int (m,): a number that stands for the sequence of events from the strobe before; 0 for the first state."""
+    """int (m,): number of the sequence of events from the strobe before; 0 for the first state."""
     rows: np.ndarray  # (E, columns): events that change something, as the engine records them
 
     def guess(self, problem: "Problem", j: int, periods: int) -> tuple[Outcome, Orbit | None]:
@@ -246,7 +246,7 @@ class Strobed:
 
 
 def strobed(run: Run, length: int) -> Strobed:
-    """The strobes of a run, at most ``length`` beyond its start."""
+    """The strobes of a run, at most ``length`` after its start."""
     d = len(run.x)
     samples = np.zeros((length + 3, d + len(run.system.quadratures) + 1))
     buffer = np.zeros((TUNING.most_events, layout.EVENT_COLUMNS + 2 * d))
@@ -295,9 +295,9 @@ def guess_of_autonomous(
 ) -> tuple[Outcome, Orbit | None]:
     """The path from a place until it returns within a duration, as a guess for an orbit.
 
-    It is taken to be back after the time that is expected, or else at the first return that is as near as any; without
-    events a longer duration may show a nearer one, unless it is ``near``. A motion that ends before, as one that
-    escapes, may have returned before it did.
+    It returns after the expected time if there is one, otherwise at the first return that is about as close as any
+    other; without events a longer duration may show a closer one, unless it is ``near``. A motion that ends early, for
+    instance by escaping, may have returned before.
     """
     system = place.system
     unit = unit_of(problem, place)
@@ -338,7 +338,7 @@ def guess_of_autonomous(
     if expected is not None:
         return Outcome.OK, Orbit(segments, 1, starts, 0.0, np.array([expected]), drift_in(problem, moved))
     if ended:
-        # as far as it had gone until then: what escapes is farther than anything that came back
+        # up to there: a motion that escapes is farther away than any return
         extent = np.maximum.accumulate(resting) - np.minimum.accumulate(resting)
     away = shifts.across(path - state)
     if len(shifts.turns) and not ended:
@@ -366,19 +366,19 @@ def own_path(
 
 
 def _first_return(away: np.ndarray, near: bool) -> int | None:
-    """Index of the first local minimum of the distance that is not much larger than the smallest one.
+    """Index of the first local minimum of the distance that is comparable to the smallest one.
 
     Parameters
     ----------
     away : ndarray, shape (T, d)
-        Distances from the first state, in parts of the extent of each state.
+        Distances from the first state, as fractions of the extent of each state.
     near : bool
-        Whether only what is as near as a state that has not left yet counts.
+        Whether a return must be as close as a state that has not left yet.
 
     Returns
     -------
     int or None
-        None if the motion does not leave, or has not come back.
+        None if the motion does not leave, or does not return.
     """
     distance = away.max(axis=1)
     left = np.flatnonzero(distance > TUNING.left)
@@ -395,7 +395,7 @@ def _first_return(away: np.ndarray, near: bool) -> int | None:
 
 
 def drift_in(problem: "Problem", moved: np.ndarray) -> np.ndarray | None:
-    """The shift in what a state has moved by, None for none."""
+    """The shift contained in the change of a state; None without one."""
     drift = problem.shifts.part(moved) if problem.shifts else np.zeros(0)
     return drift if drift.any() else None
 
@@ -403,7 +403,7 @@ def drift_in(problem: "Problem", moved: np.ndarray) -> np.ndarray | None:
 def _shortest_return(away: np.ndarray, states: np.ndarray, kinds: np.ndarray, sizes: np.ndarray) -> int | None:
     """Number of events after which the first one recurs most closely; None if its kind never recurs.
 
-    ``away`` is the way from the first of the states to each, without shifts; ``sizes`` are those of the states.
+    ``away`` is the difference of each state from the first, without shifts; ``sizes`` are the sizes of the states.
     """
     same = np.flatnonzero(kinds[1:] == kinds[0]) + 1
     if not len(same):
@@ -423,7 +423,7 @@ def orbit_of_events(
     phase: float,
     moved: np.ndarray,
 ) -> Orbit:
-    """The round that ends with the last of the events; in it the state has ``moved`` by that, shape (d,)."""
+    """The round that ends with the last of the events; the state changes in it by ``moved``, shape (d,)."""
     d = problem.states
     guards = kernels_of(problem.system).events
     segments = np.zeros((len(events), 3), dtype=np.int64)
@@ -440,7 +440,7 @@ def orbit_of_events(
 
 
 def _connected(problem: "Problem", orbit: Orbit) -> bool:
-    """Whether every event leads into the mode of the next segment; the last one need not, on a path that is open."""
+    """Whether every event leads into the mode of the next segment; on an open path the last one need not."""
     targets = [problem.plain.transitions[k].target for k in orbit.segments[:, at.SEGMENT_OUTCOME]]
     modes = [problem.system.mode_names[m] for m in np.roll(orbit.segments[:, at.SEGMENT_MODE], -1)]
     return targets == modes

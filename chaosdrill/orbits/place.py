@@ -24,7 +24,7 @@ class Place:
     system: "HybridSystem"  # with the state and the mode there as its initial ones
     phase: float = 0.0  # time in the forcing period
     came: Run | None = None
-    """A run that has come there, from which the standing of the guards is taken over. Without one the motion begins."""
+    """A run that has come there, whose guard signs are taken over. Without one the motion begins there."""
 
     def run(self, period: float, numerics: Numerics, **options: object) -> Run:
         """A run that continues from there; arguments as for `Run`."""
@@ -54,7 +54,7 @@ def reached(run: Run, numerics: Numerics) -> Place:
 def characteristic_time(place: Place, numerics: Numerics) -> float:
     """Time in which the motion from a place crosses its own extent, 1 if it does not move.
 
-    A sinusoidal motion takes about nine of these units for a turn.
+    A turn of a sinusoidal motion takes about nine of these units.
     """
     unit = _first_unit(place, numerics)
     for _ in range(TUNING.characteristic_rounds):
@@ -69,9 +69,9 @@ def characteristic_time(place: Place, numerics: Numerics) -> float:
 
 
 def _first_unit(place: Place, numerics: Numerics) -> float:
-    """1, or the power of ten below it in which the motion takes no more steps than it may.
+    """1, or the largest power of ten below it in which the motion stays within the allowed number of steps.
 
-    It is looked at from below: in a unit of time that is not its own a motion may take any number of them.
+    The search goes upward: in a unit far from its own, a motion may take any number of steps.
     """
     if numerics.traits.fixed_step:
         return 1.0
@@ -85,10 +85,10 @@ def _first_unit(place: Place, numerics: Numerics) -> float:
 
 
 def _crossing(place: Place, numerics: Numerics, unit: float) -> tuple[float, int]:
-    """Extent over mean rate of the state for which that is longest, as samples at this distance show it, and the steps.
+    """The longest ratio of extent to mean rate among the states, from samples at this distance; and the steps taken.
 
-    States that only move one way do not count, as long as there are others. Of a motion that escapes, only its events
-    say how fast it was while it stayed: the mean time between them counts.
+    States that move one way only are ignored if there are others. For a motion that escapes, the mean time between its
+    events tells how fast it was before.
     """
     system = place.system
     d = len(system.state_names)
@@ -114,7 +114,7 @@ def _crossing(place: Place, numerics: Numerics, unit: float) -> tuple[float, int
     moving = (mean > 0) & (extent > 0)
     ways = extent[moving] / mean[moving]
     if run.steps <= len(rows):
-        # samples show all that moves: rates that they do not follow are round-off along a stiff direction
+        # samples show all motion; rates without motion are round-off along a stiff direction
         seen = np.ptp(times) * extent[moving] / np.abs(np.diff(rows[:, :d], axis=0)).sum(axis=0)[moving]
         ways = np.where(seen > np.maximum(unit, TUNING.characteristic_ratio * ways), seen, ways)
     returning = ways < TUNING.characteristic_units * unit / 2
@@ -122,13 +122,13 @@ def _crossing(place: Place, numerics: Numerics, unit: float) -> tuple[float, int
 
 
 def events_until_escape(place: Place, numerics: Numerics, unit: float) -> np.ndarray:
-    """Events with an effect of a motion that escapes within so many units, shape (E, columns); none if it stays."""
+    """Events with an effect, shape (E, columns), of a motion that escapes within these units; none if it stays."""
     outcome, events = events_of(place.run(unit, numerics), TUNING.characteristic_units)
     return within_bounds(place.system, events) if outcome == Outcome.ESCAPED else events[:0]
 
 
 def within_bounds(system: "HybridSystem", events: np.ndarray) -> np.ndarray:
-    """The events of a run up to one whose reset led beyond the bounds, or to no number."""
+    """The events of a run up to the first whose reset leaves the bounds or gives NaN."""
     low, high = bounds_of(system)
     after = events[:, layout.EVENT_COLUMNS + len(system.state_names) :]
     beyond = np.flatnonzero(~((low <= after) & (after <= high)).all(axis=1))

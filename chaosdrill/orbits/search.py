@@ -41,9 +41,9 @@ class Record:
     """States that a motion passes, of one kind each."""
 
     states: np.ndarray  # (m, d)
-    kinds: np.ndarray  # int (m,): only states of the same kind are compared: modes, or kinds of events
+    kinds: np.ndarray  # int (m,): modes, or kinds of events; only states of the same kind are compared
     sequences: np.ndarray
-    """int (m,): which events led there from the state before, as a number that stands for their sequence."""
+    """int (m,): number of the sequence of events that led there from the state before."""
     times: np.ndarray  # (m,)
     rows: np.ndarray  # (m, columns): events as the engine records them, where there are any
 
@@ -54,9 +54,9 @@ class CloseReturns:
     Parameters
     ----------
     longest : int
-        Largest period that is asked for.
+        Largest period to look for.
     starts, modes : ndarray, shapes (S, d) and (S,)
-        Given states, at phase 0.
+        Starts at phase 0.
     """
 
     def __init__(self, problem: Problem, longest: int, starts: np.ndarray, modes: np.ndarray) -> None:
@@ -70,7 +70,7 @@ class CloseReturns:
             self.unit, self.turning = _turn(problem, systems, self.unit)
         self.records = [self._record(system, TUNING.record) for system in systems]
         known = self._measured()
-        # where every motion escapes, the given ones are no attractor: they show little of where orbits are
+        # if every motion escapes, the given ones are not on an attractor and show little of where orbits are
         stays = problem.forced or not self.eventful or any(len(r.states) == TUNING.record for r in self.records)
         short = TUNING.short_record * longest
         if stays:
@@ -85,7 +85,7 @@ class CloseReturns:
             known = self._measured()
             problem.sizes = np.maximum(np.abs(known).max(axis=0, initial=0), 1e-9 * problem.sizes)
         self.orbits: list[FoundOrbit] = []
-        """What was found from these returns so far: longer orbits follow shorter ones a part of the way."""
+        """Orbits found from these returns so far: longer orbits follow shorter ones a part of the way."""
         self._rounds: list[Record] = []
 
     def _measured(self) -> np.ndarray:
@@ -96,10 +96,10 @@ class CloseReturns:
         return known
 
     def nearest(self, period: int) -> Iterator[Return]:
-        """Returns after a period (in periods of the forcing, occurrences of an event, maxima).
+        """Returns after a period (counted in forcing periods, occurrences of an event, or maxima).
 
-        Those by different sequences of events lead to different orbits: of every sequence the nearest one comes first,
-        then of every one the next.
+        Different sequences of events lead to different orbits: first comes the nearest return of each sequence,
+        then the second nearest of each.
         """
         found: dict[tuple[int, ...], list[tuple[float, int, int, int]]] = {}
         for number, record in enumerate(self.records):
@@ -123,9 +123,9 @@ class CloseReturns:
             yield Return(away_, place, partial(self._attempt, self.records[number], j, steps, period))
 
     def pieced(self, period: int) -> Iterator[Return]:
-        """Rounds that are made of pieces of several motions.
+        """Rounds joined from pieces of several motions.
 
-        Where motions escape few of them return, but every one has gone a part of the way.
+        Where motions escape few of them return, but each covers a part of the way.
         """
         if not (self.problem.forced or self.eventful):
             return
@@ -143,7 +143,7 @@ class CloseReturns:
                 yield Return(gap, record.states[0], partial(self._attempt, record, 0, len(chosen), period))
 
     def _joined(self, parts: list[tuple[Record, int]]) -> Record:
-        """Pieces of motions as the record of one; each begins where it did, whatever the last one came to."""
+        """Pieces of motions as the record of one; each keeps its own start, wherever the one before it ended."""
         d = self.problem.states
         around = [*parts, parts[0]]
         states = np.array([r.states[j] for r, j in around])
@@ -183,7 +183,7 @@ class CloseReturns:
     def _scattered(self, known: np.ndarray, span: np.ndarray) -> Iterator[HybridSystem]:
         """Systems that start at random in the enlarged box of the known states, where their mode leaves freedom.
 
-        It reaches beyond them by a part of the ``span``, shape (d,).
+        The box extends beyond them by a part of the ``span``, shape (d,).
         """
         table = constrained_states(self.problem.plain)
         rng = np.random.default_rng(20260106)
@@ -196,7 +196,7 @@ class CloseReturns:
             yield started(self.problem.plain, state, self.problem.plain.mode_names[modes[chosen]])
 
     def _beside_lasting(self) -> Iterator[HybridSystem]:
-        """Systems that start beside recorded states from which the motion went on, at distances of several orders.
+        """Systems that start beside recorded states whose motion lasted, at distances of several orders of magnitude.
 
         Almost all others escape at once (Sweet, Nusse and Yorke 2001, doi:10.1103/PhysRevLett.86.2261).
         """
@@ -228,13 +228,13 @@ class CloseReturns:
 
 
 def _busiest(kinds: np.ndarray, steps: int) -> np.ndarray:
-    """How often the most frequent kind occurs among this number of events after each event."""
+    """How often the most frequent kind occurs among the given number of events after each event."""
     counts = np.cumsum(kinds[:, np.newaxis] == np.unique(kinds), axis=0)
     return np.asarray((counts[steps:] - counts[:-steps]).max(axis=1))
 
 
 def _least_turn(sequence: list[int]) -> tuple[int, ...]:
-    """The first in order of all cyclic shifts, the same for all of them."""
+    """The cyclic shift that comes first in order, the same for all shifts of a sequence."""
     return min(tuple(sequence[i:] + sequence[:i]) for i in range(len(sequence)))
 
 
@@ -255,7 +255,7 @@ def _events(problem: Problem, system: HybridSystem, length: int, unit: float) ->
     kinds = rows[:, layout.EVENT_KIND].astype(np.int64)
     changing = np.array([not t.marks_only() for t in system.transitions], dtype=bool)[kinds]
     low, high = bounds_of(system)
-    # the reset that ended a run may have led beyond all bounds, or to no number
+    # the reset that ended a run may have left the bounds, or given NaN
     after = rows[:, layout.EVENT_COLUMNS + d :]
     kept = changing & ((low <= after) & (after <= high)).all(axis=1)
     rows, kinds = rows[kept], kinds[kept]
@@ -277,7 +277,7 @@ def _peaks(values: np.ndarray) -> np.ndarray:
 
 
 def _turn(problem: Problem, systems: list[HybridSystem], unit: float) -> tuple[float, int]:
-    """Time of a turn of a smooth motion, and the state whose maxima come most regularly."""
+    """Time of one turn of a smooth motion, and the state with the most regular maxima."""
     state = 0
     for _ in range(8):
         paths = [_path(problem, system, unit, 32) for system in systems]
@@ -295,7 +295,7 @@ def _turn(problem: Problem, systems: list[HybridSystem], unit: float) -> tuple[f
 
 
 def _maxima(problem: Problem, system: HybridSystem, length: int, unit: float, state: int) -> Record:
-    """States where one of them is largest, by the parabola through three samples."""
+    """States at the maxima of one of them, by the parabola through three samples."""
     path = _path(problem, system, unit, length)
     mode = system.mode_names.index(system.initial["mode"])
     top = _peaks(path[:, state]) if len(path) > 2 else np.zeros(0, dtype=np.int64)
@@ -317,23 +317,24 @@ def search(
     progress: Callable[[int, int, dict[str, int] | None], None] | None = None,
     derive: Sequence[str] = (),
 ) -> list[FoundOrbit]:
-    """All orbits up to a period that are found where motions nearly come back.
+    """All orbits up to a period that are found from close returns of motions.
 
     Motions are recorded from the given states (by default the system's own) and from random ones in a box around them;
-    Newton's method starts from their returns, the nearest first, until many in a row lead to nothing new (Auerbach et
-    al. 1987, doi:10.1103/PhysRevLett.58.2387). Nothing proves that no orbit is missed.
+    Newton's method starts from their returns, the closest first, until many in a row give no new orbit (Auerbach et
+    al. 1987, doi:10.1103/PhysRevLett.58.2387). There is no proof that all orbits are found.
 
     Parameters
     ----------
     max_period : int
-        Longest period in forcing periods. Without forcing: how often the most frequent event of an orbit may happen in
-        one round; without events too, how many maxima it may have of the state whose maxima come most regularly.
+        Longest period in forcing periods. Without forcing: the largest number of times that the most frequent event of
+        an orbit occurs in one round; without events, the largest number of maxima of the state with the most regular
+        maxima.
     starts, modes : ndarray, shapes (S, d) and (S,)
         States at phase 0, and their modes.
     progress : callable, optional
         Called with the periods done, their number, and the orbits so far.
     derive : sequence of str
-        Parameters by which what is told of the orbits is derived.
+        Parameters with respect to which the properties of the orbits are differentiated.
 
     Returns
     -------
@@ -357,9 +358,9 @@ def search(
 
 
 def _all_of(period: int, close_returns: CloseReturns, known: "Known") -> None:
-    """Try the returns after a period, those that probably lead to a known orbit last.
+    """Try the returns after a period, last those that probably lead to a known orbit.
 
-    Where there are not enough of them, rounds are made of pieces, as long as that leads to new ones.
+    If there are too few of them, rounds are joined from pieces, as long as new orbits are found.
     """
     put_off: list[tuple[float, Return]] = []
 
@@ -380,7 +381,7 @@ def _all_of(period: int, close_returns: CloseReturns, known: "Known") -> None:
 
 
 def _try(candidates: Iterable[Return], known: "Known") -> bool:
-    """Look for the orbits near returns until many in a row lead to nothing new; whether there were not so many."""
+    """Look for the orbits near returns until many in a row give nothing new; return whether the returns ran out."""
     last = 0
     for attempt, candidate in enumerate(candidates, 1):
         if known.add(candidate):
@@ -413,7 +414,7 @@ class Known:
         return float((away / self.extent).max(axis=1).min(initial=np.inf))
 
     def add(self, candidate: Return) -> bool:
-        """Look for the orbit near a return; whether it is a new one."""
+        """Look for the orbit near a return; return whether it is new."""
         try:
             orbit, shot, residuals = candidate.attempt()
         except NoOrbitError:
@@ -437,7 +438,7 @@ class Known:
         return True
 
     def derive(self, names: Sequence[str]) -> None:
-        """Derive what is told of all orbits by these parameters."""
+        """Differentiate the properties of all orbits with respect to these parameters."""
         pairs = zip(self.found, self._orbits, strict=True)
         derived = derived_of(self.problem, names, [(orbit, one.multipliers, one.rank) for one, orbit in pairs])
         self.found = [replace(one, derived=own) for one, own in zip(self.found, derived, strict=True)]
