@@ -180,7 +180,7 @@ def _passed(system: "HybridSystem") -> str:
             side = "negative" if t.direction > 0 else "positive"
             return (
                 f"At {state} the guard {t.guard} of {t.name!r} is {value:g}, and mode {mode!r} holds while it is "
-                f"{side}; start on that side, or in another mode."
+                f"{side}; start on that side, or in another mode; or give the guard the other direction."
             )
     return ""
 

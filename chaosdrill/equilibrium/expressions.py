@@ -11,13 +11,16 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from chaosdrill.codegen.rounding import rounding_bound
-from chaosdrill.equilibrium.fields import NoFieldError
 from chaosdrill.model.derive import conserved_by, derivative_along, differentiate, pinned_values
 from chaosdrill.model.held import held_surfaces
 from chaosdrill.model.places import TIME, parameter
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
+
+
+class NoRatesError(Exception):
+    """Raised where a mode has no equilibria, or none that can be looked for, with the reason."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +102,7 @@ def expressions_of(system: "HybridSystem", mode: str) -> Expressions:
 
     Raises
     ------
-    NoFieldError
+    NoRatesError
         The mode has no equilibria, or none that can be looked for, with the reason.
     """
     known = system.shared.setdefault("expressions of equilibria", {})
@@ -121,14 +124,14 @@ def _derived(placed: "HybridSystem", mode: str, names: tuple[str, ...]) -> Expre
         left = sympy.expand(surface.xreplace(values))
         solved = _linear_in(left, [x for x in states if x not in values])
         if solved is None:
-            raise NoFieldError(f"mode {mode!r} holds a surface that is linear in no state")
+            raise NoRatesError(f"mode {mode!r} holds a surface that is linear in no state")
         slope = differentiate(left, solved)
         value = sympy.expand(solved - left / slope)
         values = {x: one.xreplace({solved: value}) for x, one in values.items()} | {solved: value}
         dropped[states.index(solved)] = f"mode {mode!r} holds a surface, which gives {names[states.index(solved)]}"
         slides = True
     if slides and placed.regions and mode not in placed.regions:
-        raise NoFieldError(f"no motion is ever in mode {mode!r}: the fields beside its surface never both lead there")
+        raise NoRatesError(f"no motion is ever in mode {mode!r}: the fields beside its surface never both lead there")
     inside = {x: sympy.expand(sympy.sympify(rates[x]).xreplace(values)) if values else rates[x] for x in states}
     for i, x in enumerate(states):
         if x not in values and inside[x] == 0:
@@ -138,7 +141,7 @@ def _derived(placed: "HybridSystem", mode: str, names: tuple[str, ...]) -> Expre
         total = sympy.expand(sympy.Add(*(c * inside[x] for c, x in zip(row, states, strict=True) if c)))
         words = " + ".join(name if c == 1 else f"{c:g} {name}" for c, name in zip(row, names, strict=True) if c)
         if total != 0:
-            raise NoFieldError(f"{words} changes at a rate of its own in mode {mode!r}, and so never rests")
+            raise NoRatesError(f"{words} changes at a rate of its own in mode {mode!r}, and so never rests")
         i = next(i for i in range(len(states)) if row[i] and states[i] not in values and i not in dropped)
         rest = sympy.Add(*(c * x for j, (c, x) in enumerate(zip(row, states, strict=True)) if c and j != i))
         value = (sympy.Symbol(f"level_{k}", real=True) - rest.xreplace(values)) / row[i]
@@ -147,11 +150,11 @@ def _derived(placed: "HybridSystem", mode: str, names: tuple[str, ...]) -> Expre
         levels.append(tuple(row))
     free = tuple(i for i in range(len(states)) if i not in dropped)
     if not free:
-        raise NoFieldError(f"mode {mode!r} leaves no state free")
+        raise NoRatesError(f"mode {mode!r} leaves no state free")
     put = {x: sympy.sympify(value) for x, value in values.items()}
     reduced = tuple(sympy.sympify(rates[states[i]]).xreplace(put) for i in free)
     if any(TIME in one.free_symbols for one in (*reduced, *put.values())):
-        raise NoFieldError(f"the rates of mode {mode!r} depend on time")
+        raise NoRatesError(f"the rates of mode {mode!r} depend on time")
     return Expressions(
         placed=placed,
         mode=mode,

@@ -175,7 +175,7 @@ def field_of(system: "HybridSystem", mode: str) -> Field:
 
 def _plain(system: "HybridSystem", mode: str) -> str | list[Any]:
     """What is to be kept of a mode: why it has no equilibria, or its free states and what stands beside them."""
-    from chaosdrill.equilibrium.expressions import expressions_of
+    from chaosdrill.equilibrium.expressions import NoRatesError, expressions_of
 
     if system.sources:
         from chaosdrill.codegen import kernels_of
@@ -184,7 +184,7 @@ def _plain(system: "HybridSystem", mode: str) -> str | list[Any]:
         kernels_of(system)
     try:
         found = expressions_of(system, mode)
-    except NoFieldError as fault:
+    except NoRatesError as fault:
         return str(fault)
     sides = [[list(outcomes), not found.asked(k)] for k, (_, outcomes) in enumerate(found.sides)]
     levels = [list(map(float, row)) for row in found.levels]

@@ -132,6 +132,9 @@ class Reader(PartReader):
                 what = "names no state, parameter, quadrature or time"
                 self._fault(("labels", name), f"{what}; {remedy(name, labelled)}")
             read[name] = self._text(("labels", name), label, empty=True) or ""
+            if "$" in read[name] and (made := set(read[name]) & set("\a\b\f\r\t\v")):
+                told = f"{min(made)!r} in a formula is one letter; write the text raw, as in r'$\\theta$'"
+                self._fault(("labels", name), told)
         return read
 
     def _period(self, value: Any) -> Any:

@@ -37,7 +37,23 @@ def label(variable: "xr.DataArray", name: str | None = None) -> str:
 
 def _with_unit(text: str, unit: str) -> str:
     raised = re.sub(r"(?<=[A-Za-z])-?\d+", lambda power: power[0].translate(_RAISED), unit)
+    text = drawable(text) if "$" in text else text
     return text if unit in ("1", "") or _COMPLETE.search(text) else f"{text} ({raised})"
+
+
+@lru_cache(maxsize=64)
+def drawable(text: str) -> str:
+    """Return a label whose formula matplotlib cannot read as the plain text that it was written in."""
+    from matplotlib import rcParams
+    from matplotlib.mathtext import MathTextParser
+
+    if text.replace(r"\$", "").count("$") % 2 or rcParams["text.usetex"]:
+        return text
+    try:
+        MathTextParser("path").parse(text)
+    except (ValueError, RecursionError):
+        return re.sub(r"(?<!\\)\$", r"\\$", text)
+    return text
 
 
 def symbol(name: str) -> str:

@@ -91,7 +91,7 @@ def time_history(
     for panel, text in zip(panels, axis_labels, strict=True):
         panel.set_ylabel(text)
         panel.margins(x=0)
-    for run, name, colour in zip(runs, names, PALETTE, strict=False):
+    for run, name, colour in zip(runs, names, _unused(panels[0]), strict=False):
         curve = join(run)
         curve = smoothed(curve, partial(rates_of, run, curve))
         for panel, quadrature in zip(panels, quadratures, strict=False):
@@ -124,6 +124,17 @@ def _summary(quadratures: list[str], runs: "list[xr.Dataset]", modes: dict[int, 
     parts = [" and ".join(filter(None, [", ".join(lines[:-1]), lines[-1]])) + " over time"]
     parts += ["one colour per run"] * joined
     return ", ".join(parts) + (f", with {' and '.join(marked)}" if marked else "")
+
+
+def _unused(axes: "Axes") -> list[str]:
+    """Colours of runs that nothing on the axes has: a run that is drawn over another one is told from it."""
+    from matplotlib.colors import to_hex
+
+    marks: list[Any] = [row for marks in axes.collections for row in marks.get_facecolor()[:1]]
+    lines: list[Any] = [line.get_color() for line in axes.lines]
+    used = {to_hex(one) for one in (*lines, *marks)}
+    free = [colour for colour in PALETTE if to_hex(colour) not in used]
+    return free if len(free) > 1 else list(PALETTE)
 
 
 def _mark_events(panel: "Axes", shown: "xr.Dataset", i: int, colour: str | None) -> None:
@@ -230,7 +241,7 @@ def phase_portrait(
     if is_joined(dataset):
         jumps = [
             _draw(axes, run, (across, up), (colour, colour), (name, None, None))
-            for (name, run), colour in zip(runs, PALETTE, strict=False)
+            for (name, run), colour in zip(runs, _unused(axes), strict=False)
         ]
         _explain(axes, jumps=any(jumps), strobe=strobe_words(runs[0][1]))
     else:
@@ -238,7 +249,7 @@ def phase_portrait(
             axes,
             dataset,
             (across, up),
-            PALETTE[:2],
+            _unused(axes)[:2],
             (None if is_map(dataset) else "flow", "jump", strobe_words(dataset)),
         )
     _walls(axes, [run for _, run in runs], (across, up))

@@ -120,6 +120,7 @@ def _with_guard(guard):
             lambda s: _own(modes={"free": {"x": "v", "v": "-sin(radians(x))"}}),
             r"in radians; write x\*180/pi or x\*pi/180",
         ),
+        (lambda s: _own(labels={"x": "$\theta$"}), r"'\\t' in a formula is one letter; write the text raw"),
         (lambda s: _own(guards={}), "did you mean 'transitions'"),
         (lambda s: cd.HybridSystem("x v"), "takes no arguments without a name, received 1; name the others"),
         (

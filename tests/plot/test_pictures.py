@@ -15,7 +15,7 @@ from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.plots import PICTURES, categories, palette, plot_archive
 from chaosdrill.plots.accuracy import convergence
 from chaosdrill.plots.curve import MOST_RUNS, join, last_parts, runs_of, stops, strobe
-from chaosdrill.plots.labels import shorten, subscript, uncertain
+from chaosdrill.plots.labels import drawable, shorten, subscript, uncertain
 from chaosdrill.plots.pictures import stems_of
 from chaosdrill.plots.sections import poincare
 from chaosdrill.plots.trajectories import phase_portrait, time_history
@@ -205,6 +205,19 @@ def runs(ball):
 @pytest.fixture
 def joined(runs):
     return cd.join(runs)
+
+
+@pytest.mark.parametrize("kind", ["time-history", "phase-portrait"])
+def test_one_that_is_drawn_over_another_has_a_colour_of_its_own(ball, kind):
+    axes = mpl.figure.Figure().subplots()
+    flows = []
+    for _ in range(3):
+        before = len(axes.lines)
+        cd.plot(ball, kind, ax=axes)
+        flows.append(mpl.colors.to_hex(axes.lines[before].get_color()))
+    marks = {mpl.colors.to_hex(line.get_color()) for line in axes.lines if line.get_linestyle() == "None"}
+    assert len({*flows}) == 3
+    assert not marks & {*flows}
 
 
 def test_taken_apart_they_are_what_was_joined(runs, joined):
@@ -441,6 +454,16 @@ def test_the_error_sets_the_digits(value, error, text):
 def test_plain_numbers_have_four_digits():
     assert shorten(-0.332781501) == "−0.3328"
     assert shorten(-np.inf) == "−∞"
+
+
+@pytest.mark.parametrize("text", [r"$\thta$", r"$\frac{1}{2$", r"$a_{1$ and $b}$"])
+def test_a_formula_that_cannot_be_read_is_shown_as_it_was_written(text):
+    shown = drawable(text)
+    figure = mpl.figure.Figure()
+    figure.text(0, 0, shown)
+    figure.draw_without_rendering()
+    assert shown.replace(r"\$", "$") == text
+    assert drawable(r"$\theta_1$ at 5 \$") == r"$\theta_1$ at 5 \$"
 
 
 def test_indices_are_lowered():
