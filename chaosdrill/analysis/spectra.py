@@ -12,6 +12,7 @@ from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.blocks import Blocks
 from chaosdrill.analysis.classification import Averages, evidence_of_records
 from chaosdrill.analysis.recording import flow_of, time_of_motion
+from chaosdrill.analysis.resting import is_left, rests
 from chaosdrill.analysis.statistics import (
     block_ends,
     error_of_exponents,
@@ -19,7 +20,6 @@ from chaosdrill.analysis.statistics import (
     kaplan_yorke,
     kaplan_yorke_error,
 )
-from chaosdrill.analysis.resting import is_left, rests
 from chaosdrill.analysis.tori import LENGTH
 from chaosdrill.analysis.words import Evidence, reason, words
 from chaosdrill.dataset import Outcome

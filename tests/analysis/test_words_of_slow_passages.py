@@ -33,7 +33,10 @@ def cases(rng, count):
     """Competition at which the cycle attracts, a + b > 2, units, and lengths of up to hundreds of stays."""
     for _ in range(count):
         a = rng.uniform(0.3, 0.95)
-        yield {"a": a, "b": 2 - a + 10 ** rng.uniform(-1.5, 0.3), "u": 10 ** rng.uniform(-9, 9)}, 10 ** rng.uniform(2, 3.3)
+        yield (
+            {"a": a, "b": 2 - a + 10 ** rng.uniform(-1.5, 0.3), "u": 10 ** rng.uniform(-9, 9)},
+            10 ** rng.uniform(2, 3.3),
+        )
 
 
 def test_stays_grow_by_the_ratio_of_what_attracts_to_what_repels(competitors):
