@@ -251,7 +251,7 @@ def _rows(function: Callable[..., Any], values: "np.ndarray") -> "np.ndarray":
     return np.array([np.broadcast_to(np.asarray(row, dtype=float), values.shape[1]) for row in function(*values)])
 
 
-def _numbers(terms: tuple[Any, ...], symbols: list[Any], values: "np.ndarray") -> list[float]:
+def _numbers(terms: Sequence[Any], symbols: list[Any], values: "np.ndarray") -> list[float]:
     """Terms at one point, NaN if they are no numbers there."""
     here = {symbol: sympy.Float(value) for symbol, value in zip(symbols, values.tolist(), strict=True)}
     found = [term.xreplace(here) for term in terms]
