@@ -1,5 +1,6 @@
 """What analyses and methods declare, for the rooms below them: each enters itself, and none is known by name here."""
 
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from threading import RLock
@@ -17,6 +18,12 @@ class Declared(Mapping[str, Any]):
         self._entries: dict[str, Any] = {}
         self._complete: Callable[[], Iterable[str]] | None = None
         self._completing = RLock()
+        # a process that is forked meanwhile would find the lock held for ever, and some of the entries
+        os.register_at_fork(
+            before=self._completing.acquire,
+            after_in_parent=self._completing.release,
+            after_in_child=self._completing.release,
+        )
 
     def enter(self, name: str, entry: Any) -> None:
         """Declare one."""

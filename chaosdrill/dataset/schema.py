@@ -13,7 +13,7 @@ index.
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache
 from typing import Any
 
 from chaosdrill.declared import ANALYSES, reserved
@@ -309,21 +309,22 @@ def table_of(kind: str, names: Iterable[str]) -> dict[str, Variable]:
     return table
 
 
+@cache
+def _tables() -> dict[str, dict[str, Variable]]:
+    return {kind: {variable.name: variable for variable in entry.variables} for kind, entry in ANALYSES.items()}
+
+
 class _Schema(Mapping[str, dict[str, Variable]]):
     """The tables of all analyses: kind -> name -> variable; looked up on first use."""
 
-    @cached_property
-    def _tables(self) -> dict[str, dict[str, Variable]]:
-        return {kind: {variable.name: variable for variable in entry.variables} for kind, entry in ANALYSES.items()}
-
     def __getitem__(self, kind: str) -> dict[str, Variable]:
-        return self._tables[kind]
+        return _tables()[kind]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._tables)
+        return iter(_tables())
 
     def __len__(self) -> int:
-        return len(self._tables)
+        return len(_tables())
 
 
 SCHEMA = _Schema()

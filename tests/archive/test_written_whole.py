@@ -544,3 +544,37 @@ def test_a_default_name_is_not_that_of_another_file(motion, tmp_path, command):
     with pytest.raises(ArchiveError, match="which you have not named"):
         cd.report(path) if command == ["report"] else plot_archive(path)
     assert victim.read_text() == "of somebody else"
+
+
+FORKED_EARLY = """
+import os, signal, threading, time
+from types import SimpleNamespace
+from chaosdrill.dataset import schema
+from chaosdrill.declared import Declared
+
+begun = threading.Event()
+schema.ANALYSES = declared = Declared()
+
+def complete():
+    begun.set()
+    time.sleep(0.3)
+    declared.enter("a", SimpleNamespace(variables=()))
+    return ["a"]
+
+declared.completed_by(complete)
+thread = threading.Thread(target=schema.SCHEMA.get, args=("a",))
+thread.start()
+begun.wait()
+child = os.fork()
+if child == 0:
+    signal.alarm(20)
+    os._exit(0 if schema.SCHEMA.get("a") == {} else 1)
+print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+thread.join()
+"""
+
+
+def test_a_process_forked_while_another_thread_looks_up_the_analyses(tmp_path):
+    command = [sys.executable, "-W", "ignore", "-c", FORKED_EARLY]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.stdout.strip() == "0", done.stderr[-2000:]
