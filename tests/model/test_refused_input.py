@@ -49,7 +49,7 @@ INPUT = {
     "state named twice": ({"modes": {"free": {X: V, V: -X, "v": X}}}, "modes.free: expected a table of names"),
     "initial in a list": (
         {"initial": [0.1, 0.2]},
-        "initial: expected a table of names (a dict in Python), received [0",
+        "initial: expected numbers by name, as in {'x': 0.1}, received [0",
     ),
     "quadratures in a list": ({"quadratures": [V**2]}, "quadratures: expected a table of names"),
     "bounds in a list": ({"bounds": [(-1, 1)]}, "bounds: expected a table of names"),
