@@ -13,11 +13,13 @@ Parts (all of them if none is named) and what they write into ``studies/accuracy
     stiff_contact  a mapped against a resolved contact, and tangents through it          stiff_contact.md, .png
     effects_cost   an absent effect against a system without it                          effects_cost.md
     long_run       a million periods against a thousand runs of a thousand               long_run.md
+    work_precision cost of a digit by every method, on the drill in chaos                work_precision.md, .png
     exact_flow     the closed form of a linear mode in the place of its series           exact_flow.md
 
 ``--against`` adds a program to the ratios: its name, and a command in which ``{eta}``, ``{periods}`` and
 ``{tolerance}`` stand for numbers and ``[--lyap]`` for the flag that asks for two tangents. It prints one line of JSON
-with ``us_per_period`` and, if it can, the last ``strobe``. ``--keep`` writes the ratios beside this script, too.
+with ``us_per_period`` and, if it can, the last ``strobe``. ``--keep`` writes the ratios beside this script, too, and
+the picture of ``work_precision`` into the documentation, for which the machine should be idle.
 """
 
 import argparse
@@ -35,10 +37,12 @@ import start_up
 import stiff_contact
 from programs import Outside
 
+import chaosdrill as cd
 from chaosdrill.plots.style import style
 
 HERE = Path(__file__).resolve().parent
 OUT = HERE / "out"
+DOCS = HERE.parent.parent / "docs" / "_static"
 
 
 def make_ratios(given: argparse.Namespace) -> str:
@@ -82,6 +86,15 @@ def make_implicit(given: argparse.Namespace) -> str:
     return implicit.table(found)
 
 
+def make_work_precision(given: argparse.Namespace) -> str:
+    """Measure the cost of a digit, draw; the picture stands in ``docs/accuracy.md``."""
+    cost = cd.work_precision(cd.drill(eta=0.448), transient=500, periods=256, repeats=given.rounds)
+    archive = cd.save(cost, OUT / "work_precision.nc")
+    for folder in (OUT, *([DOCS] if given.keep else [])):
+        cd.plot_archive(archive, folder / "work_precision.png")
+    return str(cost.attrs["recommendation"]) + "\n"
+
+
 def make_exact_flow(given: argparse.Namespace) -> str:
     """Compare the two; what is compiled for it is compiled now."""
     import exact_flow
@@ -97,6 +110,7 @@ PARTS = {
     "exponents": make_exponents,
     "implicit": make_implicit,
     "stiff_contact": make_stiff_contact,
+    "work_precision": make_work_precision,
     "exact_flow": make_exact_flow,
     "ratios": make_ratios,
 }
@@ -108,7 +122,11 @@ def main() -> int:
     parser.add_argument("parts", nargs="*", choices=[*PARTS, []], metavar="PART", help=", ".join(PARTS))
     parser.add_argument("--against", nargs=2, action="append", default=[], metavar=("NAME", "COMMAND"))
     parser.add_argument("--rounds", type=int, default=7, help="interleaved rounds of a comparison")
-    parser.add_argument("--keep", action="store_true", help="write the ratios beside the script, too")
+    parser.add_argument(
+        "--keep",
+        action="store_true",
+        help="write the ratios, and the picture of work_precision, where they are read",
+    )
     given = parser.parse_args()
     OUT.mkdir(exist_ok=True)
     for part in given.parts or PARTS:

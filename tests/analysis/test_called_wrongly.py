@@ -1,8 +1,8 @@
 """A call that is wrong in one place is refused with that place, not with another, and never read as something else."""
 
-import matplotlib as mpl
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import chaosdrill as cd
 
@@ -136,7 +136,7 @@ def _with_guard(guard):
         (lambda s: cd.plot(s), r"as in chaosdrill.plot\(chaosdrill.trajectory\(system, ...\)\)"),
         (lambda s: cd.plot("a.nc"), r"as in chaosdrill.open\('a.nc'\)\['motion'\], or take plot_archive"),
         (lambda s: cd.plot([s, s]), "one after the other, on the axes of your own"),
-        (lambda s: cd.plot(s, ax=mpl.figure.Figure()), "must be axes of matplotlib"),
+        (lambda s: cd.plot(s, ax=Figure()), "must be axes of matplotlib"),
         (lambda s: cd.plot(s, fontsize=9), r"or use matplotlib.rc_context\(\{'figure.figsize'"),
         (lambda s: cd.save_scene(s, "a.toml"), r"the order is save_scene\(path, system, analyses\)"),
         (lambda s: cd.save_scene("a.toml", s), r"missing a required argument: 'analyses'; see help"),

@@ -7,7 +7,8 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.colors import to_rgb
+from matplotlib.colors import to_hex, to_rgb
+from matplotlib.figure import Figure
 
 import chaosdrill as cd
 from chaosdrill.dataset import Outcome
@@ -209,13 +210,13 @@ def joined(runs):
 
 @pytest.mark.parametrize("kind", ["time-history", "phase-portrait"])
 def test_one_that_is_drawn_over_another_has_a_colour_of_its_own(ball, kind):
-    axes = mpl.figure.Figure().subplots()
+    axes = Figure().subplots()
     flows = []
     for _ in range(3):
         before = len(axes.lines)
         cd.plot(ball, kind, ax=axes)
-        flows.append(mpl.colors.to_hex(axes.lines[before].get_color()))
-    marks = {mpl.colors.to_hex(line.get_color()) for line in axes.lines if line.get_linestyle() == "None"}
+        flows.append(to_hex(axes.lines[before].get_color()))
+    marks = {to_hex(line.get_color()) for line in axes.lines if line.get_linestyle() == "None"}
     assert len({*flows}) == 3
     assert not marks & {*flows}
 
@@ -459,7 +460,7 @@ def test_plain_numbers_have_four_digits():
 @pytest.mark.parametrize("text", [r"$\thta$", r"$\frac{1}{2$", r"$a_{1$ and $b}$"])
 def test_a_formula_that_cannot_be_read_is_shown_as_it_was_written(text):
     shown = drawable(text)
-    figure = mpl.figure.Figure()
+    figure = Figure()
     figure.text(0, 0, shown)
     figure.draw_without_rendering()
     assert shown.replace(r"\$", "$") == text
