@@ -181,7 +181,10 @@ def evidence_of_records(
     if flow is not None:
         e.lengthens = lengthens(shifts.quotient(windows[:, :, :-1]))
     unclear = np.flatnonzero(~e.positive & ~e.negative)
+    drifts = e.drifts.copy()
     _add_seen(e, unclear, examine(windows[unclear], known[unclear], shifts, flow), flow is None)
+    # the whole record tells more of growth than its last points
+    e.drifts |= drifts
     e.leaving[unclear], e.settling[unclear] = leaving[unclear], settling[unclear]
     if passages is not None:
         # along an unstable cycle that round-off does not leave, tangents grow as in chaos

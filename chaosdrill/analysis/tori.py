@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chaosdrill.analysis.frequencies import incommensurate
+from chaosdrill.analysis.frequencies import incommensurate, quasiperiodic
 from chaosdrill.analysis.gaps import fills
 from chaosdrill.analysis.ordering import comes_back, ordered
 from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence, sizes
@@ -70,10 +70,11 @@ turns back in the end is slowing down."""
 FAR = 0.3
 """Part of its size by which it has grown at least: less may be an arc of an angle that turns back."""
 
-CROSSINGS, SETTLED = 8, 0.01
-"""Times that another state passes the middle of its extent in a record at least where it goes to and fro, and part of
-that extent in the last quarter at most where it has settled. Where another does neither, nor grows itself, the record is
-an arc of a motion that goes on otherwise, as that of a slow angle."""
+CROSSINGS, SETTLED, STILL = 8, 0.01, 5e-4
+"""Times that another state passes the middle of its extent in a record at least where it goes to and fro, part of that
+extent in the last quarter at most where it has settled, and extent, as a part of its size, where it hardly moves. Where
+another does none of this, nor grows itself, the record is an arc of a motion that goes on otherwise, as that of a slow
+angle."""
 
 ALONG, ACROSS = 0.1, 0.4
 """Part of the distance between neighbours that lies across the flow: at most on a closed curve, at least on a torus."""
@@ -143,9 +144,7 @@ def only_grows(
         steady = pace[:, -1] >= STEADY * pace.max(axis=1)
         size = np.maximum(sizes(path, known[here]), np.abs(first))
         far = np.sign(net) * (path[:, -1] - first) > FAR * size
-        # towards zero from further out than it ever was
-        inward = (net * path[:, -1] < 0) & (known[here] * BEYOND <= np.maximum(np.abs(first), np.abs(path[:, 0])))
-        beyond = inward | (np.abs(path[:, -1]) >= BEYOND * known[here])
+        beyond = np.abs(path[:, -1]) >= BEYOND * known[here]
         grows = (onward > ONWARD * way).all(axis=1) & steady & far & beyond & ~bounded
         if grows.any():
             grows &= ~_is_passage(pace)
@@ -159,7 +158,8 @@ def _is_known(path: np.ndarray, size: np.ndarray) -> np.ndarray:
     above = path > ((low + high) / 2)[:, np.newaxis]
     crossings = (above[:, 1:] != above[:, :-1]).sum(axis=1)
     left = np.ptp(path[:, -(path.shape[1] // 4) :], axis=1)
-    return np.asarray((crossings >= CROSSINGS) | (left <= np.maximum(SETTLED * (high - low), CLOSE * size)))
+    settled = (left <= SETTLED * (high - low)) | (high - low <= STILL * size)
+    return np.asarray((crossings >= CROSSINGS) | settled)
 
 
 def _is_passage(pace: np.ndarray) -> np.ndarray:
@@ -300,6 +300,7 @@ def examine(
             returns[k] = winds_up or (not in_order[k] and moving.size > 0 and comes_back(moving, 0.0))
             # on a torus that settles averages part for a while, but its points are in order
             torus[k] = smooth[k] and (in_order[k] or not parting[k]) and not returns[k] and _by_gaps(moving)
+            torus[k] = torus[k] and (in_order[k] or quasiperiodic(moving))
         elif smooth[k] and not parting[k]:
             curve[k], line[k], torus[k] = _by_neighbours(windows[k], paths[k], known[k], flow, shifts)
     return Regularity(drifts, cycle, torus, converges, agrees, curve, line, in_order, returns)
