@@ -106,8 +106,8 @@ def stirs(windows: np.ndarray, known: np.ndarray) -> np.ndarray:
 def lengthens(paths: np.ndarray) -> np.ndarray:
     """Whether turns take longer and longer, and no less so in the end, as along a heteroclinic cycle; bool, shape (P,).
 
-    On the way to a cycle they do so by less and less. Of a motion that has turned less than three times nothing is known
-    to repeat, which is the same.
+    On the way to a cycle they do so by less and less. Of a motion that has turned less than three times nothing is
+    known to repeat, which is the same.
 
     Parameters
     ----------

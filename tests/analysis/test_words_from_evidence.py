@@ -9,6 +9,7 @@ from maps import map_system
 
 import chaosdrill as cd
 from chaosdrill.analysis.classification import contracts
+from chaosdrill.analysis.frequencies import quasiperiodic
 from chaosdrill.analysis.ordering import LAST, comes_back, ordered
 from chaosdrill.analysis.stationarity import departs
 from chaosdrill.analysis.tori import only_grows
@@ -221,6 +222,15 @@ def test_a_spiral_is_in_no_order(rate, turn):
     assert ordered(still) == (True, False)
 
 
+@pytest.mark.parametrize("turns", [1, 2, 3, 5])
+def test_a_spiral_whose_turns_nearly_close_is_in_no_order(turns):
+    """After 83 points it is back but for 1e-4 of a turn: neighbours by angle then tell times, not places."""
+    k = np.arange(1024)
+    turn = 2 * np.pi * turns / 83 + 1e-6
+    points = np.exp(-1e-7 * k)[:, np.newaxis] * np.column_stack([np.cos(turn * k), np.sin(turn * k)])
+    assert ordered(points) == (False, True)
+
+
 @pytest.mark.parametrize("count", [1, 2, LAST, LAST + 1, LAST + 2])
 def test_few_points_show_no_return_unless_they_repeat(count):
     angle = 2.3 * np.arange(count)
@@ -282,6 +292,28 @@ def test_an_arc_and_a_slow_place_are_not_open():
         only_grows(path[np.newaxis], np.abs(path).max(axis=0)[np.newaxis]).item() for path in arcs + passages + grow
     ]
     assert found == [False] * (len(arcs) + len(passages)) + [True] * len(grow)
+
+
+def test_arcs_of_a_slow_angle_are_not_open():
+    """A circle in coordinates in which it is passed at an uneven pace, of which 0.01 to 0.3 turns are seen."""
+    rng, k = np.random.default_rng(32), np.arange(256) / 256
+    turns, begin, bent, phase = (rng.uniform(*ends, (300, 1)) for ends in ((0.01, 0.3), (0, 1), (0, 0.9), (0, 6)))
+    angle = 2 * np.pi * (begin + turns * k)
+    angle += bent * np.sin(angle + phase)
+    paths = np.stack([np.cos(angle), np.sin(angle)], axis=2) * 10 ** rng.uniform(-9, 9, (300, 1, 2))
+    assert only_grows(paths, np.abs(paths).max(axis=1)).any(axis=1).sum() <= 1
+
+
+@pytest.mark.parametrize("base", [2, 3])
+def test_an_adding_machine_of_an_interval_has_lines_at_fractions(base):
+    """Points of van der Corput's sequence leave no gaps; on a torus of two frequencies a line is at none."""
+    digits = np.arange(2048)[:, np.newaxis] // base ** np.arange(12) % base
+    points = digits @ (1.0 / base ** np.arange(1, 13))
+    assert not quasiperiodic(np.column_stack([points, np.tanh(points)]))
+    angles = 2 * np.pi * np.outer(np.arange(2048), [np.sqrt(2), np.sqrt(3)])
+    assert quasiperiodic(np.cos(angles) + np.cos(angles[:, ::-1]) / 2)
+    # that of a phase which runs ever faster moves with the part of the record that is looked at
+    assert not quasiperiodic(np.cos(1e-4 * np.arange(2048.0) ** 2)[:, np.newaxis])
 
 
 @pytest.mark.parametrize("rate", [2.1e-3, 3.2e-3, 8e-3])
