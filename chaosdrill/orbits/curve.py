@@ -39,8 +39,11 @@ class TestFunction(Protocol):
         the orbits: where it does so only up to the curve itself, and only where the function is negative.
     """
 
-    kind: Special
     margin: float
+
+    @property
+    def kind(self) -> Special:
+        """What an orbit is at which it vanishes."""
 
     def value(
         self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, tracked: float
