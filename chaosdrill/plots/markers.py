@@ -52,7 +52,7 @@ SPECIAL_MARKERS = {
     "adding_sliding": "$\\cup$",
     "switching_sliding": "$\\wr$",
     "resonant_grazing": "$\\sim$",
-    "degenerate_sliding": "$\\star$",
+    "degenerate_sliding": "$\\bowtie$",
     "sliding_fold": "$\\oplus$",
     "sliding_flip": "$\\ominus$",
     "sliding_neimark_sacker": "$\\odot$",
