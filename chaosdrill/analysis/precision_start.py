@@ -121,8 +121,9 @@ def _survey(system: HybridSystem, plan: Span, numerics: Numerics) -> Survey:
     # lengths in these sizes, as `growth` takes them
     with np.errstate(divide="ignore", invalid="ignore"):
         lengths = np.diff(np.log(np.linalg.norm(directions / sizes, axis=1)))
-    rates = np.where(np.isfinite(rates), rates + lengths / plan.unit, rates)
-    return Survey(system, outcome, points, modes, directions[:count], rates, events, numerics, sizes)
+    grown = np.array(rates)
+    grown = np.where(np.isfinite(grown), grown + lengths / plan.unit, grown)
+    return Survey(system, outcome, points, modes, directions[:count], grown, events, numerics, sizes)
 
 
 def _sizes_met(system: HybridSystem, plan: Span, numerics: Numerics) -> np.ndarray:
