@@ -365,7 +365,7 @@ def _take(found: _Found, first: int, chunk: _Chunk, coordinates: np.ndarray, gro
         return
     to, of, count = slice(first + low, first + high), slice(low, high), found.growth.shape[1]
     coordinates, lost = coordinates[of, :count], chunk.lost[low:high, :count]
-    found.vector[to] = np.einsum("kim,kmn->kni", coordinates, chunk.frames[of])
+    found.vector[to] = (coordinates @ chunk.frames[of]).swapaxes(1, 2)
     found.growth[to], found.lost[to], found.states[to] = growth[of, :count], lost, chunk.states[of]
     found.angle[to] = between(coordinates, lost == 1)
 
@@ -391,22 +391,22 @@ def between(coordinates: np.ndarray, lost: np.ndarray) -> np.ndarray:
         for first in range(1, len(live)):
             others = coordinates[np.ix_(rows, live[first:])]
             basis = others.swapaxes(1, 2)
-            basis = (
-                np.linalg.qr(basis)[0]
-                if len(live) - first > 1
-                else basis / np.linalg.norm(basis, axis=1, keepdims=True)
-            )
+            single = len(live) - first == 1
+            basis = basis / np.linalg.norm(basis, axis=1, keepdims=True) if single else np.linalg.qr(basis)[0]
             inside = live[:first]
             outside = np.setdiff1d(np.arange(coordinates.shape[2]), inside)
             along, across = basis[:, inside], basis[:, outside]
-            back = along.swapaxes(1, 2)
-            cosine = np.sqrt(
-                np.clip(np.linalg.eigvalsh(along @ back if first < len(live) / 2 else back @ along)[:, -1], 0, 1)
-            )
-            found = np.arccos(cosine)
-            # small angles are known by their sines
-            small = cosine > 0.8
-            found[small] = np.arcsin(np.linalg.svd(across[small], compute_uv=False)[:, -1])
+            if single:
+                cosine, sine = (np.linalg.norm(part[:, :, 0], axis=1) for part in (along, across))
+                # small angles are known by their sines
+                found = np.where(cosine > 0.8, np.arcsin(np.minimum(sine, 1.0)), np.arccos(np.minimum(cosine, 1.0)))
+            else:
+                back = along.swapaxes(1, 2)
+                square = np.linalg.eigvalsh(along @ back if first < len(live) / 2 else back @ along)[:, -1]
+                cosine = np.sqrt(np.clip(square, 0, 1))
+                found = np.arccos(cosine)
+                small = cosine > 0.8
+                found[small] = np.arcsin(np.linalg.svd(across[small], compute_uv=False)[:, -1])
             angles[rows, live[first] - 1] = found
     return angles
 

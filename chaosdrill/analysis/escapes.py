@@ -187,7 +187,9 @@ def rate_of_flow(lengths: np.ndarray, lead: float, longest: float) -> Rate:
         return Rate(math.inf, math.nan, len(gone))
     scatter = before / before.sum() - after / after.sum()
     value = math.log(before.sum() / after.sum()) / gap
-    return Rate(value, math.sqrt(float((scatter**2).sum())) / gap, len(gone))
+    # few escapes show too little scatter: about Student's factor for as many degrees of freedom less 1
+    few = math.sqrt((len(gone) + 3) / max(len(gone) - 1, 0.5))
+    return Rate(value, few * math.sqrt(float((scatter**2).sum())) / gap, len(gone))
 
 
 def drift_of_flow(lengths: np.ndarray, lead: float, longest: float) -> float:

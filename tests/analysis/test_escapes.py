@@ -150,6 +150,15 @@ def test_errors_cover_in_flows_whenever_lives_end(draw, rate, unit):
     assert 0.8 < np.nanstd(drifts) < 1.2
 
 
+@pytest.mark.parametrize(("count", "least"), [(3, 0.86), (5, 0.86), (12, 0.9)])
+def test_errors_of_few_lives_cover_in_flows(count, least):
+    rng, hits = np.random.default_rng(16), 0
+    for _ in range(500):
+        found = rate_of_flow(np.minimum(rng.exponential(1.0, count), 10.0), 0.0, 10.0)
+        hits += abs(found.value - 1.0) <= 2 * found.error
+    assert least <= hits / 500 <= 0.985
+
+
 def test_a_flow_that_leaves_at_whole_times():
     """Lives end at whole numbers of time, which are no multiples of parts of the duration."""
     legs = [("left", "s - 1", "3*x", "x < 1/3"), ("hole", "s - 2", "9", "x >= 1/3 and x < 2/3"),
