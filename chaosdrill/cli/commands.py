@@ -42,6 +42,9 @@ def warm(folder: str | None, as_json: bool) -> None:
     """
     from pathlib import Path
 
+    if folder == "":
+        # as of a shell's variable that is not set: the code would lie in the working directory
+        raise click.UsageError("DIR is empty; name a folder, or leave it out")
     from chaosdrill.engine.warm import warm as warm_engine
 
     elsewhere = tuple(f"chaosdrill.analysis.{one}" for one in ("blocks", "covariant", "matching", "recurrence", "tori"))
