@@ -104,14 +104,23 @@ def _stripped_once(g: Any) -> tuple[Any, int]:
         return g, 1
     if len(g.args) == 2 and g.args[0] == -1 and isinstance(g.args[1], sympy.exp):
         return g.args[1].args[0], 1
-    for term in g.args:
-        core, way = stripped(term)
-        if core != term:
-            # a term and all others that vanish together and grow together
-            rest, other = stripped(g - term)
-            found = ratio(rest, core)
-            if found is not None and other * found * way > 0:
-                return core, way
+    ways = [(term, *stripped(term)) for term in g.args]
+    tried: list[Any] = []
+    for term, core, way in ways:
+        if core == term or any(ratio(one, core) is not None for one in tried):
+            continue
+        tried.append(core)
+        # a term and all others that vanish together and grow together, each by itself or as what is left; without
+        # looking at all parts of what is left, of which there are more than anybody can wait for
+        like = [one for one, other, turn in ways if other != one and (ratio(other, core) or 0) * turn * way > 0]
+        rest, other = _as_a_whole(g - sympy.Add(*like))
+        if rest == 0 or (ratio(rest, core) or 0) * other * way > 0:
+            return core, way
+    return _as_a_whole(g)
+
+
+def _as_a_whole(g: Any) -> tuple[Any, int]:
+    """A sum without the factors of all its terms that vanish nowhere."""
     together = sympy.factor_terms(g)
     if together.is_Mul and not all(f.is_Number or f.is_Add for f in together.args):
         core, way = _without_factors(together)
