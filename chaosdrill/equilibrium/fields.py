@@ -4,7 +4,7 @@ They are functions of numbers. What is derived for them is kept with the system,
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -48,6 +48,7 @@ class Field:
     slides: bool  # whether it holds a surface
     sides: tuple[Side, ...]
     levels: tuple[tuple[float, ...], ...]  # coefficients of the conserved combinations, n each
+    made: dict[str, Callable[..., Any]] = field(default_factory=dict)  # functions that were asked for
 
     def numbers(self, start: Sequence[float] | np.ndarray, values: Sequence[float] | np.ndarray) -> np.ndarray:
         """The numbers of a state (n,) at parameters."""
@@ -66,24 +67,28 @@ class Field:
         numbers: np.ndarray,
         ways: Sequence[tuple[str, np.ndarray]] = (),
     ) -> np.ndarray:
-        """What so many expressions, derived once under a name, are at numbers; NaN where they have no value."""
-        mode, names = self.system.mode_names[self.mode], tuple(way for way, _ in ways)
+        """Values of ``count`` expressions at numbers, derived once under a name; NaN where they have none."""
+        if name not in self.made:
+            self.made[name] = self._function(name, derive, tuple(way for way, _ in ways))
+        try:
+            return np.array(self.made[name](*numbers.tolist(), *(one for _, way in ways for one in way.tolist())))
+        except (ArithmeticError, ValueError, TypeError):
+            return np.full(count, np.nan)
+
+    def _function(self, name: str, derive: "Callable[[Expressions], list[Any]]", ways: tuple[str, ...]) -> Any:
+        mode = self.system.mode_names[self.mode]
 
         def found(_: Any) -> "Expressions":
             from chaosdrill.equilibrium.expressions import expressions_of
 
             return expressions_of(self.system, mode)
 
-        function = function_of(
+        return function_of(
             self.system,
             f"equilibria in {mode}: {name}",
             lambda placed: derive(found(placed)),
-            of=lambda placed: [*found(placed).symbols, *found(placed).ways(names)],
+            of=lambda placed: [*found(placed).symbols, *found(placed).ways(ways)],
         )
-        try:
-            return np.array(function(*numbers.tolist(), *(one for _, way in ways for one in way.tolist())))
-        except (ArithmeticError, ValueError, TypeError):
-            return np.full(count, np.nan)
 
     def states(self, numbers: np.ndarray) -> np.ndarray:
         """All n states."""

@@ -257,8 +257,10 @@ def _result_of(value: Any) -> str:
         return "as in chaosdrill.plot(chaosdrill.trajectory(system, ...))"
     if isinstance(value, list | tuple):
         return "one after the other, on the axes of your own (ax) if they belong together"
-    if hasattr(value, "dims"):
-        return "with its attributes; a part of it is ds.isel(...) or ds.sel(...)"
+    if hasattr(value, "dims") and not hasattr(value, "subtree"):
+        return (
+            "or one group of an archive, with its variables and attributes; a part of it is ds.isel(...) or ds.sel(...)"
+        )
     return "or one group of an archive, as in chaosdrill.open(path)['motion']"
 
 
