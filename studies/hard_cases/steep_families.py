@@ -273,4 +273,4 @@ def branches() -> list[Family]:
 @cache
 def families() -> tuple[Family, ...]:
     """All families."""
-    return (*frictions(), *pulses(), *swings(), _growth(12), _growth(30), _spring(), *branches())
+    return (*frictions(), *pulses(), *swings(), *map(_growth, (5, 6, 7, 12, 30)), _spring(), *branches())
