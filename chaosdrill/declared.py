@@ -11,19 +11,18 @@ MOST_BYTES = 200
 """Bytes of a name, of which NetCDF takes 256."""
 
 
+# one for all, since those who look up analyses look up methods meanwhile; a process that is forked then would find it
+# held for ever, and some of the entries
+_completing = RLock()
+os.register_at_fork(before=_completing.acquire, after_in_parent=_completing.release, after_in_child=_completing.release)
+
+
 class Declared(Mapping[str, Any]):
     """Entries by name; a function that imports all of them is called before the first look, and returns their order."""
 
     def __init__(self) -> None:
         self._entries: dict[str, Any] = {}
         self._complete: Callable[[], Iterable[str]] | None = None
-        self._completing = RLock()
-        # a process that is forked meanwhile would find the lock held for ever, and some of the entries
-        os.register_at_fork(
-            before=self._completing.acquire,
-            after_in_parent=self._completing.release,
-            after_in_child=self._completing.release,
-        )
 
     def enter(self, name: str, entry: Any) -> None:
         """Declare one."""
@@ -34,7 +33,7 @@ class Declared(Mapping[str, Any]):
         self._complete = complete
 
     def _all(self) -> dict[str, Any]:
-        with self._completing:
+        with _completing:
             if self._complete is not None:
                 complete, self._complete = self._complete, None
                 self._entries = {name: self._entries[name] for name in complete()}
