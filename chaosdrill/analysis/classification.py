@@ -178,7 +178,7 @@ def evidence_of_records(
     found = recurrence(aside(windows, shifts), shifts.sizes(known), windows.shape[1] // REPEATS)
     e.recurs = found.period > 0
     e.exact = e.recurs & (found.residual <= ROUND_OFF)
-    if flow is not None:
+    if flow is not None and not e.positive.all():
         e.lengthens = lengthens(shifts.quotient(windows[:, :, :-1]))
     unclear = np.flatnonzero(~e.positive & ~e.negative)
     drifts = e.drifts.copy()

@@ -88,7 +88,10 @@ def stirs(windows: np.ndarray, known: np.ndarray) -> np.ndarray:
     ndarray of bool, shape (P,)
     """
     found = np.zeros(len(windows), dtype=bool)
-    rows = np.isfinite(windows).all(axis=2).sum(axis=1)
+    # a state that is small nowhere takes no further look
+    some = np.flatnonzero((np.abs(windows) <= CLOSE * known[:, np.newaxis]).any(axis=(1, 2)))
+    rows = np.zeros(len(windows), dtype=np.int64)
+    rows[some] = np.isfinite(windows[some]).all(axis=2).sum(axis=1)
     for count in np.unique(rows[rows >= FEWEST]).tolist():
         here = np.flatnonzero(rows == count)
         each = max(FEWEST, count // LAST) // PARTS
