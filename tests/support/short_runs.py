@@ -183,6 +183,34 @@ def rebounds():
     return [float(found.sizes["event"]), *found["event_time"].values[-2:]]
 
 
+def gate(method):
+    """From zero, where the rate is what rounding leaves of larger terms."""
+    system = cd.HybridSystem(
+        states="x", modes={"m": {"x": "1.3 - 1.3*cos(t*0) + exp(-((t - 1)/0.1)**2)"}}, initial={"x": 0.0}
+    )
+    found = cd.trajectory(system, duration=1.5, samples=1, method=method, tolerance=1e-9)
+    return found["states"].values[-1].tolist()
+
+
+def emptied():
+    """A tank whose rate ends with its level, which is a guard."""
+    empty = cd.Transition("empty", "m", "dry", "h", -1, reset={"h": "0"})
+    tank = cd.HybridSystem(
+        states="h", modes={"m": {"h": "-sqrt(h)"}, "dry": {"h": "0"}}, transitions=[empty], initial={"h": 1.0}
+    )
+    return cd.trajectory(tank, duration=3.0, samples=1)["event_time"].values.tolist()
+
+
+def at_rest():
+    """States that are zero, whose sizes the system tells by where its motion changes."""
+    moves = cd.Transition("hit", "m", "m", "x", -1, reset={"v": "-0.8*v"})
+    system = cd.HybridSystem(
+        states="x v y", modes={"m": {"x": "v", "v": "-x - x**3", "y": "-y - y**3"}}, transitions=[moves]
+    )
+    found = cd.lyapunov_spectrum(system, duration=5.0, transient=1.0)
+    return found["lyapunov_exponent"].values.tolist()
+
+
 def eventless(name, parameters, **given):
     """An orbit without events: in segments of a period, or from a plane to itself."""
     found = cd.periodic_orbit(cd.build(name, parameters), **given)
@@ -191,8 +219,15 @@ def eventless(name, parameters, **given):
 
 METHODS = ("taylor", "dop853", "rk4", "radau")
 RUNS = {
-    **{f"{run.__name__} {method}": (run, method) for run in (drill, ball, instants, outcomes) for method in METHODS},
-    **{run.__name__: (run,) for run in (vector, orbit, section, steep, held, facing, rebounds, touching, unproved)},
+    **{
+        f"{run.__name__} {method}": (run, method)
+        for run in (drill, ball, gate, instants, outcomes)
+        for method in METHODS
+    },
+    **{
+        run.__name__: (run,)
+        for run in (vector, orbit, section, steep, held, at_rest, emptied, facing, rebounds, touching, unproved)
+    },
     **{f"counted {method}": (counted, method) for method in ("taylor", "dop853")},
     "alone dop853": (alone, "dop853"),
     "eventless forced": (lambda: eventless("duffing", {"amplitude": 0.1}, transient=3),),
