@@ -48,9 +48,12 @@ def _exp(exponent: Any) -> Any:
 
 
 def _exponentials(expression: Any) -> dict[Any, Any]:
-    """Factors of exponentials of different exponents, whose sum an expression is."""
+    """Factors of exponentials of different exponents, whose sum an expression is; none if that sum is a long one."""
     found: dict[Any, Any] = {}
     for term in sympy.Add.make_args(expression):
+        # each of these doubles the number of exponentials
+        if sum(isinstance(f, (sympy.cosh, sympy.sinh)) for f in sympy.Mul.make_args(term)) > TUNING.multiplied_out:
+            return {}
         for exponent, factor in _split(term):
             found[exponent] = found.get(exponent, sympy.S.Zero) + factor
     return found
@@ -126,6 +129,8 @@ class _Divisor:
     def under(self, sum_: Any) -> Any:
         """A sum that has the same exponentials, or these shifted, over this one; None if it has others."""
         found = _exponentials(sum_)
+        if not found:
+            return None
         first = next(iter(found))
         for shift in (first - self.b, first - self.b - self.apart):
             where = {a: self.steps(a - self.b - shift) for a in found}
@@ -179,18 +184,23 @@ def _quotient(product: Any) -> Any:
 
 def _tail(total: Any) -> Any:
     """A sum with each term that another one nearly cancels far out joined with that."""
-    terms = list(total.args)
-    present = set(terms)
-    for q, term in enumerate(terms):
-        for factor in sympy.Mul.make_args(term):
-            base, power = factor.as_base_exp()
-            size = term / factor
-            for sign, joined in _joined(base, power, size):
-                if sign * size in present:
-                    rest = [t for i, t in enumerate(terms) if i != q]
-                    rest.remove(sign * size)
-                    return without_overflow(sympy.Add(*rest, joined))
-    return total
+    left, joined = dict.fromkeys(total.args), []
+    for term in total.args:
+        for other, both in _partners(term):
+            if term in left and other in left:
+                del left[term], left[other]
+                joined.append(both)
+                break
+    return without_overflow(sympy.Add(*left, *joined)) if joined else total
+
+
+def _partners(term: Any) -> Iterator[tuple[Any, Any]]:
+    """Terms that a term nearly cancels somewhere, and what both are together."""
+    for factor in sympy.Mul.make_args(term):
+        base, power = factor.as_base_exp()
+        size = term / factor
+        for sign, both in _joined(base, power, size):
+            yield sign * size, both
 
 
 def _joined(base: Any, power: Any, size: Any) -> Iterator[tuple[int, Any]]:

@@ -100,3 +100,11 @@ def test_a_gate_is_passed_from_far_to_far(text, method):
     assert found["outcome"] == cd.Outcome.OK
     assert found["states"].values[-1] == pytest.approx([3.0, 3.0], rel=1e-11)
     assert found["event_time"].values == pytest.approx([2.0], abs=1e-11)
+
+
+@pytest.mark.parametrize("above", ["1", "sinh(x)"])
+def test_many_factors_are_not_multiplied_out(above):
+    """Each hyperbolic function is two exponentials: of thirty factors there would be a billion of them."""
+    many = "*".join(f"cosh({k}*x)" for k in range(1, 31))
+    written = sympy.sympify(f"({above} + {many})/(1 + exp(x) + {many})")
+    assert without_overflow(written) == written
