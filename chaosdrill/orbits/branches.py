@@ -514,17 +514,15 @@ def _reached(found: list[Branch], parent: int, mark: Mark, step: float) -> bool:
 def _doubled_branch(
     curve: Curve, found: list[Branch], parent: int, mark: Mark, step: float, most: int, turn: int
 ) -> Branch | None:
-    born, scale = found[parent].value(mark), 1.0
-    longest, before = step, np.inf
+    born, scale, longest = found[parent].value(mark), 1.0, step
     if turn > 0:
-        before = abs(born - found[parent].born)
-        longest = min(step, before / TUNING.steps_between_doublings)
+        longest = min(step, abs(born - found[parent].born) / TUNING.steps_between_doublings)
         scale = longest / step
     others, span = [s for one in found for s in one.segments], float(curve.spans[0])
     best: Branch | None = None
     for orbit, shot, ahead, distance in doubled(curve, found[parent].orbit(mark), scale, longest):
         point = curve.first(orbit, shot, ahead)
-        branch = trace_branch(curve, point, longest / span, most, others=others, birth=Birth(born, before, step / span))
+        branch = trace_branch(curve, point, longest / span, most, others=others, birth=Birth(point.arclength, step / span))
         branch.parent, branch.born = parent, born
         if best is None or branch.arclength > best.arclength:
             best = branch

@@ -24,17 +24,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Birth:
-    """Where a branch was born: doublings lie close together beside it, so that steps may grow with the distance."""
+    """Where a branch was born: doublings lie close together beside it, so that steps may grow with the way from it.
 
-    value: float  # of the first parameter
-    before: float  # distance of the doubling before, beyond which the branch's own doubling lies behind
+    The way is that along the curve: states move as the root of the parameter there, and the parameter may return.
+    """
+
+    arclength: float  # of its first point
     widest: float  # longest step far from it, as a part of the ranges
 
-    def longest(self, curve: Curve, orbit: "Orbit", step: float) -> float:
-        """Longest step from an orbit, at least ``step``."""
-        away = abs(float(curve.values(orbit)[0]) - self.value)
-        steps = TUNING.steps_between_doublings if away < self.before else TUNING.steps_beyond_doublings
-        return max(step, min(self.widest, away / float(curve.spans[0]) / steps))
+    def longest(self, point: Point, step: float) -> float:
+        """Longest step from a point, at least ``step``."""
+        return max(step, min(self.widest, (point.arclength - self.arclength) / TUNING.steps_beyond_doublings))
 
 
 @dataclass
@@ -137,7 +137,7 @@ def continue_curve(
             if error > 0
             else 2.0
         )
-        longest = step if birth is None else birth.longest(curve, point.orbit, step)
+        longest = step if birth is None else birth.longest(point, step)
         h = min(h * min(max(growth, 0.3), 2.0), longest)
     return found
 

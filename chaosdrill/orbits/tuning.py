@@ -346,9 +346,9 @@ class Tuning:
     no_effect: float = 1e-12
     """Slope of what makes an orbit over the parameter below which a parameter does nothing to it."""
     steps_between_doublings: int = 20
-    """Steps in the distance between two doublings, on the branches that follow."""
+    """Steps in the distance between two doublings, from which on those of the branches that follow grow."""
     steps_beyond_doublings: int = 8
-    """Steps in the distance from the doubling at which a branch was born, where its own doubling lies behind."""
+    """Steps in the way along a branch from the doubling at which it was born."""
     beside_special: float = 0.01
     """Part of the longest step by which a branch is started beside a special point."""
     at_special: float = 1e-6
