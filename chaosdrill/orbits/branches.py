@@ -39,11 +39,27 @@ ENDS = {
 }
 
 
-def met(curve: Curve, orbit: Orbit, known: Sequence[BranchSegment]) -> bool:
-    """Whether an orbit coincides with an end of a known segment."""
-    weights = curve.weights(orbit)
-    ends = (p.orbit for s in known if len(s) for p in (s.points[0], s.points[-1]))
-    return any(curve.met(end, orbit, weights, TUNING.meeting) is not None for end in ends)
+def met(curve: Curve, first: Point, known: Sequence[BranchSegment], step: float) -> bool:
+    """Whether the curve at a point is that of a known segment, one end of which is less than a step away.
+
+    Of two ways to a border one may end, and the other begin, a little beside it: the smooth curve is compared in the
+    plane that goes through that end.
+    """
+    weights = curve.weights(first.orbit)
+    for end in (p.orbit for s in known if len(s) for p in (s.points[0], s.points[-1])):
+        there = curve.met(end, first.orbit, weights, step)
+        if there is None:
+            continue
+        if curve.gap(first.orbit, there, weights) <= TUNING.meeting:
+            return True
+        way = float(curve.apart(first.orbit, there, weights) @ first.tangent.course)
+        try:
+            beside = curve.correct(curve.predicted([first], way), first, first.tangent.row)
+        except LostError:
+            continue
+        if curve.gap(beside.orbit, there, weights) <= TUNING.meeting:
+            return True
+    return False
 
 
 def trace_branch(
@@ -99,9 +115,9 @@ def trace_branch(
         if found is None:
             return _ended_at(branch, curve, part, last, step)
         curve, first = found
-        if met(curve, first.orbit, [*known, *branch.segments]):
+        if met(curve, first, [*known, *branch.segments], step):
             return branch.ended(BranchEnd.CLOSED)
-        if met(curve, first.orbit, others):
+        if met(curve, first, others, step):
             return branch.ended(BranchEnd.JOINED)
     branch.words = f"more than {TUNING.most_borders} changes of the sequence of events"
     return branch
