@@ -517,7 +517,9 @@ def _kinds(values: np.ndarray, count: int) -> Iterator[tuple[Special, int]]:
 
 
 def _crossed(curve: "Curve", before: "Point", there: "Point", after: "Point") -> bool:
-    """Whether the equations lose rank at an orbit, unlike at its neighbours."""
+    """Whether the equations lose rank at an orbit, unlike at its neighbours, of which one may lie there as well."""
     problem, weights = curve.problem, before.weights
-    smallest = [problem.regularity(p.orbit, problem.shoot(p.orbit, False), weights) for p in (before, there, after)]
-    return smallest[1] < TUNING.singular * min(smallest[0], smallest[2])
+    ways = [abs(p.arclength - there.arclength) for p in (before, after)]
+    apart = [p for p, way in zip((before, after), ways, strict=True) if way >= TUNING.singular * max(ways)]
+    here, *beside = (problem.regularity(p.orbit, problem.shoot(p.orbit, False), weights) for p in (there, *apart))
+    return here < TUNING.singular * min(beside)
