@@ -38,6 +38,11 @@ ENDS = {
     Special.OUTCOME_SWITCH: BranchEnd.OUTCOME_SWITCH,
 }
 
+PILED = (
+    "changes of events pile up there, nearer to each other than orbits are told apart, as on the way to complete "
+    "chatter; the branch ends"
+)
+
 
 def met(curve: Curve, first: Point, known: Sequence[BranchSegment], step: float) -> bool:
     """Whether the curve at a point is that of a known segment, one end of which is less than a step away.
@@ -115,6 +120,13 @@ def trace_branch(
         if found is None:
             return _ended_at(branch, curve, part, last, step)
         curve, first = found
+        if last.points[-1].arclength - last.points[0].arclength <= TUNING.meeting and met(
+            curve, first, branch.segments[-2:-1], step
+        ):
+            # it turns back among orbits that are not told apart
+            branch.segments[-1] = last
+            branch.marks = [mark for mark in branch.marks if mark.segment < len(branch.segments) - 1]
+            return branch.ended(BranchEnd.NO_CONVERGENCE, PILED)
         if met(curve, first, [*known, *branch.segments], step):
             return branch.ended(BranchEnd.CLOSED)
         if met(curve, first, others, step):

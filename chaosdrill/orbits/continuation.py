@@ -102,6 +102,10 @@ def continue_curve(
             found.end = BranchEnd.LIMIT
             return found
         if curve.blocked(limit) is not None:
+            if len(points) == 1 and h > TUNING.shortest_first * step:
+                # the way to the next change of events may be shorter than any step yet
+                h *= 0.25
+                continue
             good, border = curve.bisect(last, limit)
             points += [good] if good is not last else []
             if border.bad is None:

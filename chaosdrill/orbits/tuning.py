@@ -207,6 +207,8 @@ class Tuning:
     """Points through which the predictor goes."""
     first_step: float = 0.1
     """First step, as a part of the longest."""
+    shortest_first: float = 1e-6
+    """First step, as a part of the longest, after which orbits that do not exist are taken to begin at once."""
     prediction_error: float = 1e-5
     """Error of prediction, in the norm of the weights, to which steps are adapted."""
     bend: float = 0.97
