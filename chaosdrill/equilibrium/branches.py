@@ -1,16 +1,19 @@
 """Branches of equilibria over a parameter with what happens on them, from all equilibria at its own value.
 
 Special points are told by what changes between neighbours: the number of eigenvalues with a positive real part, the
-direction of the parameter, and the sides of guards. A step in which several things happen is halved until they come one
-by one, and each is located as the zero of what changes there, by Brent's method.
+direction of the parameter, and the sides of guards. A step in which several things happen is divided until they come one
+by one, also where the number is the same at both ends: the rates of the eigenvalues show that they come back. Each is
+located as the zero of what changes there, by Brent's method.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy.linalg
+from scipy.optimize import brentq, linear_sum_assignment
 
 from chaosdrill.dataset.branches import BranchEnd, Criticality
 from chaosdrill.dataset.equilibria import Beyond, SpecialEquilibrium
@@ -174,6 +177,7 @@ def _state(point: Point) -> _State:
 def _mark(task: Task, found: list[Branch], number: int) -> None:
     """Locate the special points of a branch and put them among its points; branches that go on at guards are added."""
     branch = found[number]
+    branch.points = _refined(branch.curve, branch.points)
     places = []
     for first, last in _intervals(branch.points):
         places += _events(branch.curve, first, last)
@@ -190,6 +194,102 @@ def _mark(task: Task, found: list[Branch], number: int) -> None:
     at = {id(point): k for k, point in enumerate(points)}
     for k, (place, mark) in enumerate(zip(places, branch.marks, strict=True)):
         branch.marks[k] = _told(task, found, number, replace(mark, point=at[id(place[0])]), place[4])
+
+
+@dataclass(frozen=True)
+class _Moving:
+    """A point with its eigenvalues that are real or have a positive imaginary part, and their rates along the branch."""
+
+    point: Point
+    values: np.ndarray  # complex (k,)
+    rates: np.ndarray  # complex (k,)
+
+    @property
+    def real(self) -> int:
+        """How many of the eigenvalues are real."""
+        return int((self.values.imag == 0).sum())
+
+
+def _moving(curve: Curve, point: Point) -> _Moving:
+    numbers, way = point.at.numbers, UNIT ** (1 / 3)
+    sides = []
+    for sign in (1, -1):
+        moved = numbers.copy()
+        moved[curve.places] += sign * way * curve.weights(point.at) * point.tangent
+        sides.append(curve.field.jacobian(moved))
+    change = (sides[0] - sides[1]) / (2 * way)
+    balanced, (scale, _) = scipy.linalg.matrix_balance(curve.field.jacobian(numbers), permute=False, separate=True)
+    values, left, right = scipy.linalg.eig(balanced, left=True)
+    change = np.nan_to_num(change * scale / scale[:, np.newaxis])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rates = np.einsum("ik,ij,jk->k", left.conj(), change, right) / np.einsum("ik,ik->k", left.conj(), right)
+    upper = values.imag >= 0
+    return _Moving(point, values[upper], np.nan_to_num(rates[upper], posinf=0.0, neginf=0.0))
+
+
+def _refined(curve: Curve, points: list[Point]) -> list[Point]:
+    """The points, with others where an eigenvalue is on the other side of the axis between neighbours.
+
+    Two crossings within one step, there and back or of two eigenvalues that go opposite ways, leave the count as it is.
+    """
+    moving = [_moving(curve, point) for point in points]
+    found = points[:1]
+    for first, last in pairwise(moving):
+        found += [*_hidden(curve, first, last, TUNING.halvings), last.point]
+    return found
+
+
+def _hidden(curve: Curve, first: _Moving, last: _Moving, halvings: int) -> list[Point]:
+    """Points between two neighbours at which the number of unstable eigenvalues is not explained by that at the two."""
+    part = _suspected(first, last)
+    if part is None or not halvings:
+        return []
+    try:
+        middle = _moving(curve, curve.between(first.point, last.point, part))
+    except LostError:
+        return []
+    count = middle.point.at.spectrum.unstable
+    counts = {end.point.at.spectrum.unstable for end in (first, last)}
+    here = [middle.point] if count[0] == count[1] and count not in counts else []
+    return [*_hidden(curve, first, middle, halvings - 1), *here, *_hidden(curve, middle, last, halvings - 1)]
+
+
+def _suspected(first: _Moving, last: _Moving) -> float | None:
+    """At which part of a step eigenvalues may be on the other side of the axis than its ends tell."""
+    if first.real != last.real:
+        # two of them meet on the way, and are followed on either side of that place
+        near = min(float(np.abs(one.values.real).min(initial=np.inf)) for one in (first, last))
+        far = max(float(np.abs(one.rates).max(initial=0.0)) for one in (first, last))
+        return 0.5 if near <= far * (last.point.arclength - first.point.arclength) else None
+    h = last.point.arclength - first.point.arclength
+    ahead, back = first.values + first.rates * h / 2, last.values - last.rates * h / 2
+    rows, columns = linear_sum_assignment(np.abs(ahead[:, np.newaxis] - back))
+    crossings = []
+    for a, b in zip(rows.tolist(), columns.tolist(), strict=True):
+        low, high = float(first.values[a].real), float(last.values[b].real)
+        rise, end = float(first.rates[a].real) * h, float(last.rates[b].real) * h
+        if low * high < 0:
+            crossings.append((low / (low - high), 1 if high > 0 else -1))
+            continue
+        sign = 1.0 if low + high > 0 else -1.0
+        # a convex function lies above its tangents, which meet below zero if it may
+        if sign * rise < 0 < sign * end:
+            meet = (high - end - low) / (rise - end)
+            if 0 < meet < 1 and sign * (low + rise * meet) <= 0:
+                return _lowest(sign * low, sign * high, sign * rise, sign * end)
+    ways = {way for _, way in crossings}
+    if len(ways) < 2:
+        return None
+    up, down = (min(part for part, way in crossings if way == one) for one in (1, -1))
+    return min(max((up + down) / 2, 0.05), 0.95)
+
+
+def _lowest(low: float, high: float, rise: float, end: float) -> float:
+    """Where the cubic with these values and slopes at 0 and 1 is smallest, not too near to either."""
+    slope = [3 * (rise + end - 2 * (high - low)), 2 * (3 * (high - low) - 2 * rise - end), rise]
+    roots = [float(one.real) for one in np.roots(slope) if abs(one.imag) < 1e-9 and 0 < one.real < 1]
+    cubic = np.polynomial.Polynomial([low, rise, slope[1] / 2, slope[0] / 3])
+    return min(max(min(roots, key=lambda one: float(cubic(one)), default=0.5), 0.05), 0.95)
 
 
 def _intervals(points: list[Point]) -> list[tuple[Point, Point]]:
@@ -230,9 +330,8 @@ def _events(curve: Curve, first: Point, last: Point) -> list[Place]:
         changed = b.unstable[0] - a.unstable[0]
         if a.way * b.way < 0:
             found += _turning(curve, low, high, changed)
-            changed = int(np.sign(changed)) * max(abs(changed) - 1, 0)
-        if changed:
-            found += _crossings(curve, low, high, changed)
+        if abs(changed) > (a.way * b.way < 0):
+            found += _crossings(curve, low, high, changed, a.way * b.way < 0)
     return found
 
 
@@ -336,34 +435,34 @@ def _branch_point(curve: Curve, first: Point, last: Point) -> list[Place]:
     return []
 
 
-def _crossings(curve: Curve, first: Point, last: Point, changed: int) -> list[Place]:
-    """Where eigenvalues cross the imaginary axis: pairs at Hopf points, real ones at branch points."""
-    values = first.at.spectrum.values
-    ready = values[np.sign(values.real) == -np.sign(changed)]
-    nearest = ready[np.argsort(np.abs(ready.real))[: abs(changed)]]
-    real = int((nearest.imag == 0).sum())
-    found: list[Place] = []
-    for near in nearest[nearest.imag > 0]:
+def _crossings(curve: Curve, first: Point, last: Point, changed: int, turned: bool) -> list[Place]:
+    """Where eigenvalues cross the imaginary axis: pairs at Hopf points, real ones at branch points.
 
-        def critical(point: Point, near: complex = near) -> tuple[float, float]:
-            values, errors = point.at.spectrum.values, point.at.spectrum.errors
-            pairs = np.flatnonzero(values.imag > 0)
-            if not len(pairs):
-                return float("nan"), float("inf")
-            k = pairs[np.abs(values[pairs] - near).argmin()]
-            return float(values[k].real), float(errors[k])
+    By falling real part the eigenvalue at each place moves continuously, whichever meet on the way. Where the branch
+    ``turned``, one real eigenvalue is that of the fold.
+    """
+    found: list[Place] = []
+    count = first.at.spectrum.unstable[0]
+    real = -int(turned)
+    for place in range(min(count, count + changed), max(count, count + changed)):
+
+        def critical(point: Point, place: int = place) -> tuple[float, float]:
+            spectrum = point.at.spectrum
+            return float(spectrum.values[place].real), float(spectrum.errors[place])
 
         zero = _zero(curve, first, last, lambda point: critical(point)[0])
         if zero is None:
             continue
         point, part = zero
-        here = point.at.spectrum
-        k = int(np.abs(here.values - 1j * near.imag).argmin())
-        error = _error(curve, first, last, part, critical)
-        found.append((point, SpecialEquilibrium.HOPF, error, 2, float(here.values[k].imag)))
+        turning = abs(float(point.at.spectrum.values[place].imag))
+        if turning:
+            error = _error(curve, first, last, part, critical)
+            found.append((point, SpecialEquilibrium.HOPF, error, 1, turning))
+        else:
+            real += 1
     if real == 1 and not curve.field.system.sources:
         found += _branch_point(curve, first, last)
-    elif real:
+    elif real > 0:
         zero = _zero(curve, first, last, _least)
         if zero is not None:
             error = UNIT**0.5 * abs(curve.value(last.at) - curve.value(first.at))
