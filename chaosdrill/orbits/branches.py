@@ -456,6 +456,8 @@ def _partners(curve: Curve, whole: Branch, step: float, most: int) -> list[Branc
             branch = trace_branch(
                 curve, curve.first(orbit, shot, ahead), step / float(curve.spans[0]), most, others=others
             )
+            if not branch.segments:
+                continue
             branch.parent, branch.born = 0, whole.value(mark)
             branch.start = f"the branch point at {curve.problem.free[0]} = {branch.born:.12g}"
             found.append(branch)
@@ -551,6 +553,8 @@ def _doubled_branch(
     for orbit, shot, ahead, distance in doubled(curve, found[parent].orbit(mark), scale, longest):
         point = curve.first(orbit, shot, ahead)
         branch = trace_branch(curve, point, longest / span, most, others=others, birth=Birth(point.arclength, step / span))
+        if not branch.segments:
+            continue
         branch.parent, branch.born = parent, born
         if best is None or branch.arclength > best.arclength:
             best = branch

@@ -341,7 +341,9 @@ class Curve:
         if not lasting[i] < min(longer[i], TUNING.tangential * float(lasting.sum())):
             return 0.0
         way = abs(float((self.values(before.orbit) - self.values(border.orbit))[0]))
-        return 2 * way * float(lasting[i] ** 2 / (longer[i] ** 2 - lasting[i] ** 2))
+        left = 2 * way * float(lasting[i] ** 2 / (longer[i] ** 2 - lasting[i] ** 2))
+        # what vanishes further away than the step is long does not do so there
+        return left if left <= way else 0.0
 
     def _known_from(self, before: Point, border: Point, within: float) -> float:
         """Error of a border from the orbits beside it: the distance at which their errors are smaller than that.
