@@ -1,9 +1,9 @@
 """Branches of equilibria over a parameter with what happens on them, from all equilibria at its own value.
 
 Special points are told by what changes between neighbours: the number of eigenvalues with a positive real part, the
-direction of the parameter, and the sides of guards. A step in which several things happen is divided until they come one
-by one, also where the number is the same at both ends: the rates of the eigenvalues show that they come back. Each is
-located as the zero of what changes there, by Brent's method.
+direction of the parameter, and the sides of guards. A step in which several things happen is divided until they come
+one by one, also where the number is the same at both ends: the rates of the eigenvalues show that they come back. Each
+is located as the zero of what changes there, by Brent's method.
 """
 
 from collections.abc import Callable, Sequence
@@ -198,7 +198,7 @@ def _mark(task: Task, found: list[Branch], number: int) -> None:
 
 @dataclass(frozen=True)
 class _Moving:
-    """A point with its eigenvalues that are real or have a positive imaginary part, and their rates along the branch."""
+    """A point with its eigenvalues, of a pair the one that turns forward, and their rates along the branch."""
 
     point: Point
     values: np.ndarray  # complex (k,)

@@ -552,7 +552,9 @@ def _doubled_branch(
     best: Branch | None = None
     for orbit, shot, ahead, distance in doubled(curve, found[parent].orbit(mark), scale, longest):
         point = curve.first(orbit, shot, ahead)
-        branch = trace_branch(curve, point, longest / span, most, others=others, birth=Birth(point.arclength, step / span))
+        branch = trace_branch(
+            curve, point, longest / span, most, others=others, birth=Birth(point.arclength, step / span)
+        )
         if not branch.segments:
             continue
         branch.parent, branch.born = parent, born

@@ -5,7 +5,6 @@ eigenvalue problems", in Applications of Bifurcation Theory, Academic Press 1977
 """
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,9 +16,6 @@ from chaosdrill.orbits.points import Border, Point, plane_at
 from chaosdrill.orbits.problem import LostError
 from chaosdrill.orbits.rests import rounds, shrinks
 from chaosdrill.orbits.tuning import TUNING
-
-if TYPE_CHECKING:
-    from chaosdrill.orbits.orbit import Orbit
 
 
 @dataclass(frozen=True)

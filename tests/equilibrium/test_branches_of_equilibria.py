@@ -289,6 +289,37 @@ def test_pairs_that_cross_together_are_one_point_of_multiplicity_four():
     assert abs(found["special_value"].item()) < 1e-14
 
 
+@pytest.mark.parametrize(("bend", "scale"), [(0.0, 1.0), (0.7, 5.0)])
+def test_crossings_there_and_back_within_a_step_are_found(bend, scale):
+    """The real part is (m - 0.1003)(m - 0.1004) of one pair; or m - 0.1003 of one pair and 0.1004 - m of another."""
+
+    def pair(growth, one, other):
+        y = f"({other}/{scale} - {bend}*{one}**2)"
+        change = f"(({growth})*{one} - 1.4*{y} - {one}*({one}**2 + {y}**2))"
+        turned = f"1.4*{one} + ({growth})*{y} - {y}*({one}**2 + {y}**2) + 2*{bend}*{one}*{change}"
+        return {one: change, other: f"{scale}*({turned})"}
+
+    exact = [0.1003, 0.1004]
+    region = dict.fromkeys("uvxy", (-0.1, 0.1))
+    for rates in (
+        pair("(m - 0.1003)*(m - 0.1004)", "u", "v"),
+        pair("m - 0.1003", "u", "v") | pair("0.1004 - m", "x", "y"),
+    ):
+        near = {name: region[name] for name in rates}
+        found = cd.equilibria(flow("back", rates, {"m": 0.5}, u=0.2), {"m": (-0.2, 0.6)}, region=near)
+        assert [kind for kind, _ in specials(found)] == ["hopf", "hopf"]
+        assert found["special_multiplicity"].values.tolist() == [2, 2]
+        assert within(found, exact)
+        assert found["special_error"].values.max() < 1e-10
+        assert found.attrs["message"] == ""
+    # two transcritical points as near to each other
+    found = cd.equilibria(
+        flow("twice", {"x": "(m - 0.1003)*(m - 0.1004)*x - x**2"}, {"m": 0.5}, x=0.0), {"m": (-0.2, 0.6)}
+    )
+    crossed = [value for kind, value in specials(found) if kind == "branch_point"]
+    np.testing.assert_allclose(np.unique(np.round(crossed, 9)), exact, atol=1e-9)
+
+
 SCENE = """\
 title = "where an oscillation begins"
 

@@ -104,6 +104,21 @@ def test_nothing_of_a_fold_depends_on_the_step_the_start_or_the_unit(step, turns
     assert branch["special_multiplicity"].values.tolist() == [1, 1]
 
 
+def test_steps_beside_a_doubling_grow_with_the_way_along_the_branch():
+    """They do not shrink with the distance of the parameter, which goes with the square of that of the states."""
+    branch = cd.continue_orbit(LOGISTIC.with_parameters(r=2.95), {"r": (2.9, 300.0)}, doublings=2, max_points=500)
+    assert branch["branch_end"].values.tolist() == [BranchEnd.LIMIT] * 3
+    np.testing.assert_allclose(branch["doubling_value"], [3, 1 + np.sqrt(6), 3.5440903595519], atol=1e-10)
+
+
+def test_a_doubled_orbit_outside_the_limits_is_none():
+    """All happens within 1e-6 of the parameter, less than the way to the first doubled orbit."""
+    rate = 3 + 0.46 * r / (1e-6 + r) + r / 10
+    system = stepped({x: rate * x * (1 - x)}, {"r": 0.004}, [0.4])
+    branch = cd.continue_orbit(system, {"r": (-5e-7, 1.0)}, doublings=1)
+    assert branch["branch_parent"].values.tolist() in ([-1], [-1, 0])
+
+
 # Multipliers that cross together are one special point, with their number.
 
 

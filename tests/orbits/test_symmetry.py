@@ -181,6 +181,58 @@ def test_the_cascades_of_both_partners():
         assert float(whole["special_value"][k]) == pytest.approx(doubling_of_hits(whole, k, 1.4), abs=1e-10)
 
 
+def touch_of_the_last_hit(branch, number, system, omega, e):
+    """The force at which the last of the hits on one wall has no speed, in closed form; a guess is an orbit beside."""
+    point = branch.isel(point=int(branch["special_index"][number]) + 2)
+    near = system.with_parameters(f=float(point["f"])).with_initial(list(point["orbit_state"].values[:2]))
+    orbit = found(near, start="guess")
+    times, before, period = orbit["event_time"].values, orbit["event_state_before"].values, 2 * pi / omega
+    walls = before[:, 0].round()
+    first = int(np.flatnonzero(walls != np.roll(walls, 1))[0])
+    times = np.roll(np.where(np.arange(len(times)) < first, times + period, times), -first)
+    count = len(times) // 2
+    rows = np.stack([times, np.abs(np.roll(before[:, 1], -first))], axis=1)[:count]
+    rows[:, 0] += period / 2 * (walls[first] < 0)
+
+    def left(unknowns):
+        missed = hits(unknowns[:-1] + 0j, unknowns[-1], [1.0] * count, 0.5, omega, e=e).real
+        return np.append(missed, unknowns[2 * count - 1])
+
+    answer, told, _, _ = fsolve(left, np.append(rows, float(point["f"])), xtol=1e-14, full_output=True)
+    assert np.abs(told["fvec"]).max() < 1e-12
+    return answer[-1]
+
+
+def test_grazings_pile_up_on_the_way_to_complete_chatter():
+    """Each adds a hit; their distances tend to shrink by e, as the speeds of hits do in chatter."""
+    system = WALLS.with_parameters(omega=1.4, e=0.5)
+    begin = cd.halved(system.with_parameters(f=12.5324488).with_initial(x=0.61227655, v=0.04455882), ODD)
+    branch = cd.continue_orbit(begin, {"f": (12.532, 20.0)}, start="guess")
+    assert "pile up" in str(branch["branch_end_text"].values[0])
+    hit = branch["special_kind"].values != Special.FOLD
+    values, errors = branch["special_value"].values[hit], branch["special_error"].values[hit]
+    assert len(values) >= 12
+    assert (np.diff(values) > 0).all()
+    assert np.diff(values)[8] / np.diff(values)[7] == pytest.approx(0.5, abs=0.01)
+    for k in (1, 3, 6):
+        exact = touch_of_the_last_hit(branch, int(np.flatnonzero(hit)[k]), system, 1.4, 0.5)
+        assert abs(values[k] - exact) <= errors[k] < 1e-7
+
+
+@pytest.mark.parametrize("limits", [(1.0, 13.0), (2.0, 40.0)])
+def test_special_points_do_not_depend_on_the_step_where_partners_come_back(limits):
+    """The symmetric branch, its partners through the pitchfork, and back: once, whichever way the walk begins."""
+    system = WALLS.with_parameters(omega=1.4, e=0.5)
+    low, high = (cd.continue_orbit(system.with_parameters(f=f), {"f": limits}) for f in (2.4, 5.0))
+    pitchforks = of_kind(low, Special.BRANCH_POINT)
+    assert len(pitchforks) == 2
+    assert np.ptp(pitchforks) < 1e-9
+    assert low.sizes["special"] == 6
+    # that of the symmetric branch is passed again on the way from one partner to the other
+    assert len(of_kind(high, Special.BRANCH_POINT)) == 2
+    assert len(of_kind(high, Special.FOLD)) == 2
+
+
 def test_a_cycle_that_touches_the_surface_of_the_reflection_goes_on():
     """A cycle of radius sqrt(mu) about x = c, and its image: two reflections a turn from mu = c^2 on."""
     field = {
