@@ -338,7 +338,11 @@ class _Step:
         free = free_of(self.pair.with_points([point]))[0]
         missed = test.critical(free).min(initial=np.inf)
         if abs(value(part)) > TUNING.jump * max(abs(low), abs(high)) or missed > TUNING.missed_multiplier:
-            raise LostError("the function jumps")
+            # beside the root Newton's method may lead to the branch that crosses there
+            beside = self._beside(low / (low - high), value, high - low) if test.end is not None else None
+            if beside is None or self.before.root is not None:
+                raise LostError("the function jumps")
+            return self._marked(beside.part, test.kind, 0.0, abs(high - low), 1, beside)
         kind, multiplicity = test.kind, test.multiplicity(free)
         if not multiplicity:
             return None
@@ -417,6 +421,16 @@ class _Step:
     def _moduli(self, part: float) -> np.ndarray:
         free = free_of(self.pair.with_points([self.point(part, True)]))[0]
         return np.sort(np.abs(free))[::-1]
+
+    def _beside(self, part: float, value: Callable[[float], float], rise: float) -> "Sharp | None":
+        """Where a function vanishes as points away from there tell, from the part at which a straight one would."""
+        found = None
+        for _ in range(2):
+            sharp = self._sharp(part, value, abs(rise))
+            if sharp is None or not 0 <= sharp.part <= 1 or sharp.error > TUNING.jump:
+                return found
+            found, part = sharp, sharp.part
+        return found
 
     def _sharp(self, part: float, value: Callable[[float], float], rise: float) -> "Sharp | None":
         """Where a function vanishes next to a root found where branches cross, and the point there, from points beside.
