@@ -8,7 +8,7 @@ import numpy as np
 from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
-    from chaosdrill.orbits.branches import BranchSegment
+    from chaosdrill.orbits.branch import BranchSegment
     from chaosdrill.orbits.curve import Curve
     from chaosdrill.orbits.points import Point
 
