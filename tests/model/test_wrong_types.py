@@ -92,13 +92,20 @@ def arguments():
                 yield name, "eta", parameter
 
 
+@pytest.fixture(scope="module")
+def own(tmp_path_factory):
+    """A dataset and the bytes of its archive."""
+    motion = cd.trajectory(SYSTEM, periods=1, samples=10)
+    return motion, cd.save(motion, tmp_path_factory.mktemp("own") / "own.nc").read_bytes()
+
+
 @pytest.fixture
-def here(tmp_path, monkeypatch):
+def here(own, tmp_path, monkeypatch):
     """The working folder, with a scene and an archive."""
     monkeypatch.chdir(tmp_path)
+    motion, held = own
     Path("scene.toml").write_text(SCENE)
-    motion = cd.trajectory(SYSTEM, periods=1, samples=10)
-    cd.save(motion, "own.nc")
+    Path("own.nc").write_bytes(held)
     return {"tree": motion, "ds": motion, "runs": {"one": motion}}
 
 
