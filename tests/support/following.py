@@ -7,9 +7,9 @@ from chaosdrill.engine.numerics import Numerics
 from chaosdrill.orbits.curves import curve
 
 
-def followed(system, limits, follow, step, period=1, transient=300, most=1000):
+def followed(system, limits, follow, step, period=1, transient=300, most=1000, start="attractor"):
     ends = np.array(list(limits.values()))
-    return curve(system, tuple(limits), ends, period, "attractor", transient, follow, step, most, Numerics(), None)
+    return curve(system, tuple(limits), ends, period, start, transient, follow, step, most, Numerics(), None)
 
 
 def at_both_limits(result, limits):
