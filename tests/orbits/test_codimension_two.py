@@ -249,7 +249,7 @@ def test_a_touching_orbit_folds_and_doubles():
         name="touching",
         states=(x, v, u, w),
         time=t,
-        parameters={"p": 2.0, "q": 0.3},
+        parameters={"p": 0.6, "q": 0.3},
         modes={"free": {x: v, v: -4 * x - v / 2 + sympy.cos(t), u: (q - u**2) / 10, w: 0}},
         transitions=[
             cd.Transition("wall", "free", "free", guard=x + u / 5 - p, direction=1, reset={v: -v / 2}),
@@ -258,7 +258,7 @@ def test_a_touching_orbit_folds_and_doubles():
         period=2 * sympy.pi,
         initial={"mode": "free", x: 0.0, v: 0.0, u: 0.5, w: 0.1},
     )
-    result = cd.continue_orbit(system, {"p": (0.05, 2.5), "q": (-0.1, 0.8)}, follow="grazing", step=0.1)
+    result = cd.continue_orbit(system, {"p": (0.05, 0.8), "q": (-0.1, 0.8)}, follow="grazing", step=0.2)
     height = 1 / np.hypot(3, 0.5)
     p_, q_ = result["p"].values, result["q"].values
     assert np.abs((5 * (p_ - height)) ** 2 - q_).max() < 1e-10

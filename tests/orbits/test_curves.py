@@ -24,7 +24,7 @@ def wall():
 
 def test_period_doubling_of_the_impact_oscillator(wall):
     limits = {"omega": (2.5, 2.8), "e": (0.3, 0.95)}
-    result = followed(wall, limits, "period_doubling", 0.003)
+    result = followed(wall, limits, "period_doubling", 0.01)
     omega, e = result.values.T
     # Shaw and Holmes 1983: the trace is -(1 + e^2)
     gap = np.cos(np.pi / omega) ** 2 * (omega**2 - ((1 - e) / (1 + e)) ** 2) - 1
@@ -39,7 +39,7 @@ def test_period_doubling_of_the_impact_oscillator(wall):
 
 
 def test_the_curve_starts_from_the_point_on_the_branch(wall):
-    result = followed(wall, {"omega": (2.5, 2.8), "e": (0.75, 0.85)}, "period_doubling", 0.003)
+    result = followed(wall, {"omega": (2.5, 2.8), "e": (0.75, 0.85)}, "period_doubling", 0.01)
     (start,) = result.events
     assert start.code == Special.PERIOD_DOUBLING
     assert abs(start.values[0] - 2.653347727855322934164893) < 1e-11
@@ -52,7 +52,7 @@ def test_the_curve_starts_from_the_point_on_the_branch(wall):
 def test_grazing_of_the_free_vibration(wall, omega):
     system = build("impact-oscillator", {"zeta": 0.1, "wall": wall, "omega": omega}, {})
     limits = {"omega": (0.5, 2.0), "wall": (0.1, 6.0)}
-    result = followed(system, limits, "grazing", 0.02, transient=100)
+    result = followed(system, limits, "grazing", 0.06, transient=100)
     w, height = result.values.T
     assert np.abs(height - 1 / np.hypot(1 - w**2, 0.2 * w)).max() < 1e-11
     # over the resonance, where the wall's parameter turns back
@@ -66,7 +66,7 @@ def test_grazing_of_the_free_vibration(wall, omega):
 def test_birth_of_the_bouncing_orbit():
     # an orbit with one impact a period of the floor needs A omega^2 cos = pi g (1 - e)/(1 + e), g = omega = 1
     limits = {"amplitude": (0.1, 1.5), "e": (0.5, 0.95)}
-    result = followed(build("bouncing-ball", {}, {}), limits, "fold", 0.02)
+    result = followed(build("bouncing-ball", {}, {}), limits, "fold", 0.06)
     amplitude, e = result.values.T
     assert np.abs(amplitude - np.pi * (1 - e) / (1 + e)).max() < 1e-11
     assert at_both_limits(result, limits)
@@ -269,7 +269,7 @@ def test_period_doublings_of_a_spiking_neuron():
     """The slope of the map of u after a spike is -1: by differences of what scipy finds at the spike."""
     system = build("izhikevich", {"a": 0.2, "b": 2.0, "c": -56.0, "d": -16.0, "I": -99.0}, {})
     found = cd.continue_orbit(
-        system, {"c": (-60.0, -50.0), "d": (-18.0, -12.0)}, follow="period_doubling", at="spike", step=0.2
+        system, {"c": (-60.0, -50.0), "d": (-18.0, -12.0)}, follow="period_doubling", at="spike", step=0.6
     )
 
     def spike(t, y, u):
