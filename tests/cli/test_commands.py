@@ -5,6 +5,8 @@ import json
 import os
 import subprocess
 import sys
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
 
 import netCDF4
 import numpy as np
@@ -356,23 +358,20 @@ doublings = 1
 """
 
 
-@pytest.fixture
-def scene_of_orbits(tmp_path):
-    path = tmp_path / "orbits.toml"
-    path.write_text(SCENE.replace("2.62", "2.58"))
-    return path
-
-
-@pytest.fixture
-def archive_of_orbits(call, scene_of_orbits, tmp_path):
-    path = tmp_path / "orbits.nc"
-    return path, call("run", scene_of_orbits, "-o", path)
+@pytest.fixture(scope="module")
+def archive_of_orbits(tmp_path_factory):
+    """The archive, and what its run printed."""
+    folder = tmp_path_factory.mktemp("orbits")
+    (folder / "orbits.toml").write_text(SCENE.replace("2.62", "2.58"))
+    path = folder / "orbits.nc"
+    with redirect_stdout(StringIO()) as out, redirect_stderr(StringIO()) as err:
+        assert main(["run", str(folder / "orbits.toml"), "-o", str(path)]) == 0
+    return path, out.getvalue(), err.getvalue()
 
 
 def test_what_happens_is_printed(archive_of_orbits):
-    _, answer = archive_of_orbits
-    assert answer.code == 0, answer.err
-    lines = answer.out.splitlines()
+    _, out, err = archive_of_orbits
+    lines = out.splitlines()
     assert "orbit: period 1" in lines
     assert "orbit: stable yes" in lines
     assert any(line.startswith("all: orbit 1: period 1, stable, (") for line in lines)
@@ -380,7 +379,7 @@ def test_what_happens_is_printed(archive_of_orbits):
     assert any(line.startswith("branch:   period doubling at omega = 2.65334772786 ") for line in lines)
     assert any(line.startswith("branch: branch 1: period 2, ") for line in lines)
     assert any(line.startswith("branch:   end: the parameter reached its limit") for line in lines)
-    assert "orbit: its period is 1, not 2" in answer.err.splitlines()
+    assert "orbit: its period is 1, not 2" in err.splitlines()
 
 
 def test_the_archive_is_verified(call, archive_of_orbits):

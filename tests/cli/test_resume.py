@@ -10,7 +10,9 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import redirect_stderr
 from dataclasses import replace
+from io import StringIO
 from pathlib import Path
 
 import netCDF4
@@ -19,6 +21,7 @@ import xarray as xr
 
 from chaosdrill.analysis.points import PointTask
 from chaosdrill.archive.read import open_archive
+from chaosdrill.cli import main
 from chaosdrill.files import draft_of
 from chaosdrill.sweep.store import kept_points
 from chaosdrill.sweep.tuning import TUNING
@@ -51,40 +54,50 @@ def scene(tmp_path):
     return path
 
 
-@pytest.fixture
-def whole(call, scene, tmp_path):
+@pytest.fixture(scope="module")
+def once(tmp_path_factory):
+    """Folder of a run that was not interrupted."""
+    folder = tmp_path_factory.mktemp("once")
+    (folder / "scene.toml").write_text(SCENE)
+    assert main(["run", str(folder / "scene.toml"), "-o", str(folder / "whole.nc")]) == 0
+    return folder
+
+
+@pytest.fixture(scope="module")
+def whole(once):
     """The archive of an uninterrupted run."""
-    assert call("run", scene, "-o", tmp_path / "whole.nc").code == 0
-    return open_archive(tmp_path / "whole.nc")
+    return open_archive(once / "whole.nc")
 
 
-@pytest.fixture
-def stop(monkeypatch):
-    """Function that makes the diagram end with an error from some point on, and its undoing."""
+def stop(patch, point, fault):
+    """Make the diagram end with an error from some point on."""
     run = PointTask.run
 
-    def at(point, fault):
-        def stopping(self, first, count):
-            if first + count > point:
-                raise fault
-            return run(self, first, count)
+    def stopping(self, first, count):
+        if first + count > point:
+            raise fault
+        return run(self, first, count)
 
-        monkeypatch.setattr(PointTask, "run", stopping)
+    patch.setattr(PointTask, "run", stopping)
 
-    yield at
-    monkeypatch.undo()
+
+@pytest.fixture(scope="module")
+def interrupted(tmp_path_factory):
+    """Folder of a run that was interrupted in its diagram."""
+    folder = tmp_path_factory.mktemp("interrupted")
+    (folder / "scene.toml").write_text(SCENE)
+    with pytest.MonkeyPatch.context() as patch, redirect_stderr(StringIO()) as told:
+        stop(patch, 100, KeyboardInterrupt)
+        assert main(["run", str(folder / "scene.toml"), "-o", str(folder / "out.nc")]) == 130
+    assert "finished parts are kept in" in told.getvalue()
+    assert not (folder / "out.nc").exists()
+    return folder
 
 
 @pytest.fixture
-def unfinished(call, scene, tmp_path, stop, monkeypatch):
-    """Parts of a run that was interrupted in its diagram."""
-    stop(100, KeyboardInterrupt)
-    answer = call("run", scene, "-o", tmp_path / "out.nc")
-    monkeypatch.undo()
-    assert answer.code == 130
-    assert "finished parts are kept in" in answer.err
-    assert not (tmp_path / "out.nc").exists()
-    return tmp_path / "out.nc.parts"
+def unfinished(interrupted, tmp_path):
+    """Parts of that run, to be changed."""
+    return shutil.copytree(interrupted / "out.nc.parts", tmp_path / "out.nc.parts")
 
 
 def contents(folder):
@@ -92,8 +105,8 @@ def contents(folder):
     return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-def test_nothing_is_left_beside_the_archive(whole, tmp_path):
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["scene.toml", "whole.nc"]
+def test_nothing_is_left_beside_the_archive(once):
+    assert sorted(path.name for path in once.iterdir()) == ["scene.toml", "whole.nc"]
 
 
 def test_resume_writes_the_archive_of_an_uninterrupted_run(call, scene, tmp_path, whole, unfinished, monkeypatch):
@@ -272,11 +285,11 @@ def test_the_output_folder_is_removed_while_running(call, scene, tmp_path, monke
     assert not folder.exists()
 
 
-def test_clocks_that_jump_and_times_of_files_do_not_matter(call, scene, tmp_path, whole, stop, monkeypatch):
+def test_clocks_that_jump_and_times_of_files_do_not_matter(call, scene, tmp_path, whole, monkeypatch):
     backwards = iter(range(10**7, 0, -1))
     monkeypatch.setattr(time, "time", lambda: 60.0 * next(backwards))
     monkeypatch.setattr(time, "time_ns", lambda: 60_000_000_000 * next(backwards))
-    stop(100, KeyboardInterrupt)
+    stop(monkeypatch, 100, KeyboardInterrupt)
     assert call("run", scene, "-o", tmp_path / "out.nc").code == 130
     monkeypatch.undo()
     monkeypatch.setattr(time, "time", lambda: 0.0)
@@ -352,9 +365,7 @@ samples = 16
 
 def run(folder, name, *options):
     """Run the scene to its end and return the archive's path."""
-    command = [sys.executable, "-m", "chaosdrill", "run", folder / "scene.toml", "-o", folder / name, *options]
-    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=600)
-    assert done.returncode == 0, done.stderr
+    assert main(list(map(str, ["run", folder / "scene.toml", "-o", folder / name, *options]))) == 0
     assert not (folder / f"{name}.parts").exists()
     return folder / name
 
