@@ -105,7 +105,7 @@ def towards(g, up):
 SEPARATE = st.lists(INSIDE, max_size=4, unique_by=lambda r: round(r * 50))
 
 
-@settings(max_examples=300)
+@settings(max_examples=150)
 @given(inside=SEPARATE, outside=st.lists(OUTSIDE, max_size=5), pairs=st.lists(PAIRS, max_size=15), up=st.booleans())
 def test_the_first_root_of_a_polynomial_with_known_roots_is_found(inside, outside, pairs, up):
     g = product([*inside, *outside], pairs)
@@ -118,7 +118,7 @@ def test_the_first_root_of_a_polynomial_with_known_roots_is_found(inside, outsid
         assert found == -1.0
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(inside=SEPARATE, pairs=st.lists(PAIRS, max_size=15), up=st.booleans())
 def test_a_guard_that_was_passed_must_first_come_back(inside, pairs, up):
     """From beyond zero the second root is the first crossing in the direction asked for."""
@@ -133,7 +133,7 @@ def test_a_guard_that_was_passed_must_first_come_back(inside, pairs, up):
         assert found == -1.0
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(degree=st.integers(1, 38), seed=st.integers(0, 10**6), decay=st.floats(0.3, 2.0), h=st.floats(1e-3, 5.0))
 def test_random_coefficients(degree, seed, decay, h):
     """Like those of a Taylor step, they fall or grow geometrically; numpy's companion matrix is the reference."""
@@ -155,7 +155,7 @@ def test_random_coefficients(degree, seed, decay, h):
     assert found / h == pytest.approx(first, abs=1e-12 + 8 * sensitivity(unit, first))
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(
     place=st.floats(0.05, 0.95),
     gap=st.sampled_from([1e-3, 1e-4, 1e-5, 1e-6, 1e-7]),
@@ -217,7 +217,7 @@ def test_leading_zeros_are_left_out(start, root, spread):
     assert search(g, up=True, start=start) == pytest.approx(root, abs=1e-12)
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(degree=st.integers(1, 38), seed=st.integers(0, 10**6), size=st.sampled_from([1e-16, 1e-18, 1e-300, 0.0]))
 def test_noise_ends_too(degree, seed, size):
     """A polynomial of round-off has any number of roots, but the search ends and what it returns lies in the step."""
@@ -268,7 +268,7 @@ def test_numpy_agrees_where_roots_are_well_separated():
     assert seen > 100
 
 
-@settings(max_examples=300)
+@settings(max_examples=150)
 @given(first=st.floats(0.1, 0.95), scale=st.floats(1e-6, 1e9), ulps=st.integers(-4, 4), up=st.booleans())
 def test_a_second_root_at_the_very_end_does_not_hide_the_first(first, scale, ulps, up):
     # (s - first) (s - 1), times the scale

@@ -316,7 +316,7 @@ def put_on_guard(guard, mode, j, c, x, gradient):
 
 
 @pytest.mark.parametrize(("name", "mode", "j"), GUARDS)
-@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.filter_too_much])
+@settings(max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.filter_too_much])
 @given(seed=st.integers(0, 2**32 - 1), size=st.sampled_from([1e-3, 0.1, 1.0, 3.0]))
 def test_the_flow_goes_over_into_the_flow(augmented_of_direction, name, mode, j, seed, size):
     system = augmented_of_direction(name)
