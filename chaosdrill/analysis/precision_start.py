@@ -131,7 +131,8 @@ def _sizes_met(system: HybridSystem, plan: Span, numerics: Numerics) -> np.ndarr
     run = Run(system, plan.unit, numerics)
     if plan.settle(run) == Outcome.OK:
         run.advance(1)
-    return powers_of_two(run.sizes)
+    sizes = powers_of_two(run.sizes)
+    return np.where(np.isfinite(sizes), sizes, 1.0)
 
 
 def _directed(tangent: np.ndarray) -> np.ndarray:

@@ -15,6 +15,9 @@ from chaosdrill.engine.scales import SMALLEST
 REST = 1e-7
 """Part of its size by which a state changes in the time in which the motion crosses its extent, at most, at rest."""
 
+ROUNDED = 1e-11
+"""Part of the size that it has had on the way by which the rounding of its rate may move it in that time."""
+
 STEP = 1e-6
 """Part of the size of a state by which it is displaced for a difference quotient."""
 
@@ -26,9 +29,9 @@ LAST, FEWEST, PARTS = 16, 16, 4
 """Part of a record, as one over it, and points at its end at least, in parts of which a small state grows: it has done
 so since it became small, and the last stay is a large part of all."""
 
-GROWS, EVEN = 1e-3, 1.5
-"""Logarithm by which it grows from part to part at least, and factor by which these logarithms differ at most: it grows
-evenly as long as it is small."""
+POWER, EVEN = 4.0, 1.5
+"""Power of the time as which it grows at most where it will not be seen, as what rounding adds up, and factor by which
+the logarithms of its growth from part to part differ at most: it grows evenly as long as it is small."""
 
 TURNS, LONGER, SHRINKS = 3, 0.05, 0.5
 """Turns of a motion at least, by parts of which it is seen to slow down, part by which these are longer at last than at
@@ -40,7 +43,8 @@ def rests(states: np.ndarray, known: np.ndarray, flow: np.ndarray, unit: float) 
 
     ``states``, ``flow`` and ``known``, the sizes that states have had on the way, have the shape (P, n).
     """
-    return np.asarray((np.abs(flow) * unit <= REST * sizes(states[:, np.newaxis], known)).all(axis=1))
+    still = REST * sizes(states[:, np.newaxis], known) + ROUNDED * known
+    return np.asarray((np.abs(flow) * unit <= still).all(axis=1))
 
 
 def is_left(
@@ -102,7 +106,7 @@ def stirs(windows: np.ndarray, known: np.ndarray) -> np.ndarray:
         size = np.log(np.where(end > 0, end, 1.0)).reshape(len(here), PARTS, each, -1).mean(axis=2)
         grown = np.diff(size, axis=1)
         least, most = grown.min(axis=1), grown.max(axis=1)
-        found[here] = (small & (least > GROWS) & (most <= EVEN * least)).any(axis=1)
+        found[here] = (small & (least * count > POWER * each) & (most <= EVEN * least)).any(axis=1)
     return found
 
 

@@ -2,6 +2,9 @@
 
 from typing import Any, NamedTuple
 
+UNIT = 2.0**-53
+"""The rounding unit."""
+
 CROSSED, ONE_SIDED, AT_SERIES, AT_ALL = range(4)
 """Whether the argument of an operation may pass through zero: it may; not in a series, and methods that need none go on
 with zero behind it; not in a series; never."""

@@ -12,12 +12,10 @@ from typing import Any
 import sympy
 from sympy.core.function import ArgumentIndexError
 
+from chaosdrill.codegen.layout import UNIT
 from chaosdrill.codegen.tape import inverse_of
 from chaosdrill.model.python import Called, Doubt
 from chaosdrill.model.special import SPECIAL
-
-UNIT = 2.0**-53
-"""The rounding unit."""
 
 
 def rounding_bound(expression: Any, doubts: Mapping[Any, Any] | None = None) -> Any:

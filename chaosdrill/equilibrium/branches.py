@@ -15,10 +15,10 @@ import numpy as np
 import scipy.linalg
 from scipy.optimize import brentq, linear_sum_assignment
 
+from chaosdrill.codegen.layout import UNIT
 from chaosdrill.dataset.branches import BranchEnd, Criticality
 from chaosdrill.dataset.equilibria import Beyond, SpecialEquilibrium
 from chaosdrill.equilibrium.curve import Curve, LostError, Point, followed
-from chaosdrill.equilibrium.fields import UNIT
 from chaosdrill.equilibrium.forms import HopfForm, beyond, branch_point, crossing, hopf_form
 from chaosdrill.equilibrium.points import Equilibrium, undecided
 from chaosdrill.equilibrium.tuning import TUNING

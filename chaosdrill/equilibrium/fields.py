@@ -10,13 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.codegen.formulas import function_of
+from chaosdrill.codegen.layout import UNIT
 
 if TYPE_CHECKING:
     from chaosdrill.equilibrium.expressions import Expressions
     from chaosdrill.model import HybridSystem
-
-UNIT = 2.0**-53
-"""The rounding unit."""
 
 KEPT = "fields of equilibria"
 """What is known of modes, by their names: plain data, or the reason why a mode has no equilibria."""

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaosdrill.codegen.rounding import UNIT
+from chaosdrill.codegen.layout import UNIT
 from chaosdrill.dataset.branches import Criticality, Special
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.layout import DONE

@@ -30,7 +30,7 @@ def test_fractions_have_their_standard_errors(bistable):
     """The unstable equilibrium at x = 0 parts the cells three to one."""
     found = cd.basins(bistable, {"x": np.array([-1.5, -0.7, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9]), "y": [0.0, 1.0]}, **LENGTHS)
     np.testing.assert_allclose(found["fraction"].values, [0.75, 0.25], rtol=1e-15)
-    np.testing.assert_allclose(found["fraction_error"].values, np.sqrt(0.7 * 0.3 / 20), rtol=1e-15)
+    np.testing.assert_allclose(found["fraction_error"].values, np.sqrt(0.7 * 0.3 / 16), rtol=1e-15)
     np.testing.assert_array_equal(found["attractor_number"].values, [1, 2])
     np.testing.assert_allclose(found["attractor_exponent"].values, [[-0.5, -2.0]] * 2, rtol=1e-6)
 

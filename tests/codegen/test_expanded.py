@@ -9,7 +9,7 @@ import sympy
 
 import chaosdrill as cd
 from chaosdrill.codegen import kernels_of, mode
-from chaosdrill.codegen.rounding import UNIT
+from chaosdrill.codegen.layout import UNIT
 from chaosdrill.codegen.signatures import LANES
 from chaosdrill.codegen.special import hunt_crossley_duration_lam, hunt_crossley_duration_series
 from chaosdrill.engine.lanes import aligned

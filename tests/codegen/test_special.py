@@ -11,7 +11,8 @@ import sympy
 import chaosdrill as cd
 from chaosdrill.analysis.precision_reference import EXACT
 from chaosdrill.codegen import kernels_of, mode
-from chaosdrill.codegen.rounding import UNIT, rounding_bound
+from chaosdrill.codegen.layout import UNIT
+from chaosdrill.codegen.rounding import rounding_bound
 from chaosdrill.codegen.signatures import LANES
 from chaosdrill.codegen.special import CODE
 from chaosdrill.engine.lanes import aligned
