@@ -220,8 +220,6 @@ class Tuning:
     """Part of the longest step below which the curve is lost."""
     apart: float = 1e-8
     """Distance of two points from which on they give the curve's direction."""
-    young: int = 10
-    """Points that a curve has at least before it is closed."""
     bisections: int = 60
     """Halvings of the step in which the events change, or two halves of an orbit come together."""
     section_points: int = 10
