@@ -48,6 +48,7 @@ values = st.one_of(st.just(0.0), st.floats(-280, -6).map(lambda e: 10.0**e))
 @example(method="dop853", value=1e-30, sign=1, started=False)
 @example(method="radau", value=1e-10, sign=1, started=False)
 @example(method="dop853", value=1e-30, sign=1, started=True)
+@example(method="taylor", value=1e-251, sign=-1, started=False)
 def test_a_state_that_is_set_to_next_to_nothing_goes_on(method, value, sign, started):
     value *= sign
     system = HELD.with_parameters(set=value)
