@@ -221,16 +221,19 @@ def test_grazings_pile_up_on_the_way_to_complete_chatter():
 
 @pytest.mark.parametrize("limits", [(1.0, 13.0), (2.0, 40.0)])
 def test_special_points_do_not_depend_on_the_step_where_partners_come_back(limits):
-    """The symmetric branch, its partners through the pitchfork, and back: once, whichever way the walk begins."""
-    system = WALLS.with_parameters(omega=1.4, e=0.5)
-    low, high = (cd.continue_orbit(system.with_parameters(f=f), {"f": limits}) for f in (2.4, 5.0))
-    pitchforks = of_kind(low, Special.BRANCH_POINT)
+    """The symmetric branch, its partners through the pitchfork, and back: once."""
+    branch = cd.continue_orbit(WALLS.with_parameters(omega=1.4, e=0.5, f=2.4), {"f": limits})
+    pitchforks = of_kind(branch, Special.BRANCH_POINT)
     assert len(pitchforks) == 2
     assert np.ptp(pitchforks) < 1e-9
-    assert low.sizes["special"] == 6
-    # that of the symmetric branch is passed again on the way from one partner to the other
-    assert len(of_kind(high, Special.BRANCH_POINT)) == 2
-    assert len(of_kind(high, Special.FOLD)) == 2
+    assert branch.sizes["special"] == 6
+
+
+def test_a_walk_that_begins_beyond_the_pitchfork_passes_it_again():
+    """From the symmetric branch, and on the way from one partner to the other."""
+    branch = cd.continue_orbit(WALLS.with_parameters(omega=1.4, e=0.5, f=5.0), {"f": (2.0, 40.0)})
+    assert len(of_kind(branch, Special.BRANCH_POINT)) == 2
+    assert len(of_kind(branch, Special.FOLD)) == 2
 
 
 def test_a_cycle_that_touches_the_surface_of_the_reflection_goes_on():
