@@ -10,24 +10,20 @@ from scipy.linalg import lstsq
 from scipy.linalg.lapack import dgetrf, dgetrs
 
 from chaosdrill.codegen import kernels_of
-from chaosdrill.dataset import Outcome
-from chaosdrill.engine import layout
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.first_event import first_event
 from chaosdrill.engine.layout import DONE
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import forcing_periods
-from chaosdrill.engine.run import Run
 from chaosdrill.engine.sample_orbit import sample_orbit
 from chaosdrill.engine.setup import scratch_of, settings_of, states_of, tables_of
 from chaosdrill.engine.shifts import Shifts, shifts_of
 from chaosdrill.engine.stepper import machine
 from chaosdrill.engine.structure import passes
 from chaosdrill.model import HybridSystem
-from chaosdrill.orbits.linear_range import sizes_beside
 from chaosdrill.orbits.neutral import Neutral, neutral_of
 from chaosdrill.orbits.orbit import Orbit
-from chaosdrill.orbits.place import Place, events_until_escape
+from chaosdrill.orbits.sizes import sizes_met
 from chaosdrill.orbits.tuning import TUNING
 
 CLOCK = "forcing period"
@@ -226,45 +222,10 @@ class Problem:
 
     @cached_property
     def sizes(self) -> np.ndarray:
-        """Largest value of every state on the motion from the system's own start, shape (d,): its unit, so to speak.
-
-        Of one that escapes, at its events: how far it gets after that says nothing. A state that rounding alone moves
-        has the size that it has between events in one instant, or that changes of the others by theirs would give it;
-        one that nothing moves, that to which the response beside the motion is linear; 1 if it is so everywhere.
-        """
+        """Sizes of the states, shape (d,): units, so to speak; see `chaosdrill.orbits.sizes.sizes_met`."""
         if self._model is not None:
             return self._model.sizes
-        d, parts = self.states, TUNING.characteristic_samples
-        run = Run(self.plain, self.unit or TUNING.unit, self.numerics, samples=parts)
-        path = np.zeros((2 + TUNING.sized_units * parts, d + len(self.plain.quadratures) + 1))
-        path[-1, :d] = run.x
-        run.advance(TUNING.sized_units, path[:-1])
-        if not self.forced:
-            events = events_until_escape(Place(self.plain), self.numerics, self.unit or TUNING.unit)
-            if len(events) > 1:
-                path = np.concatenate([events[:, layout.EVENT_COLUMNS :].reshape(-1, d), path[-1:, :d]])
-        largest = np.abs(path[:, :d]).max(axis=0)
-        found = np.where(np.isfinite(largest), largest, 0.0)
-        for given in self._given(found):
-            found = np.where(found > TUNING.rounded * given, found, given)
-        found = sizes_beside(self.plain, self.numerics, found, self.unit)
-        return np.where(found > 0, found, 1.0)
-
-    def _given(self, sizes: np.ndarray) -> Iterator[np.ndarray]:
-        """Largest values at events, and what changes of other states by their sizes give a state in some units."""
-        d, unit = self.states, self.unit or TUNING.unit
-        run = Place(self.plain).run(unit, self.numerics, tangents=np.eye(d), orthonormalise=False)
-        events = np.zeros((TUNING.most_events, layout.EVENT_COLUMNS + 2 * d))
-        moves = np.zeros((d, d))
-        for _ in range(TUNING.sized_units):
-            outcome, full = run.advance(1, events=events)
-            if outcome != Outcome.OK or full:
-                break
-            met = np.abs(events[: run.filled()[1], layout.EVENT_COLUMNS :]).reshape(-1, d)
-            sizes = np.maximum(sizes, met.max(axis=0, initial=0.0))
-            moves = np.maximum(moves, np.abs(run.vectors.T))
-        yield sizes
-        yield np.nan_to_num((np.where(np.eye(d, dtype=bool), 0.0, moves) * sizes).max(axis=1), posinf=0.0)
+        return sizes_met(self.plain, self.numerics, self.unit)
 
     def segment_by_segment(self, orbit: Orbit) -> Iterator[tuple[Orbit, np.ndarray]]:
         """Every segment as a path of its own, and the state before the event at its end, shape (d,)."""

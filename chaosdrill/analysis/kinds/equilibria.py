@@ -230,7 +230,7 @@ def _starts(
     from scipy.stats.qmc import Halton
 
     from chaosdrill.analysis.seeds import make_seeds
-    from chaosdrill.orbits.linear_range import sizes_beside
+    from chaosdrill.orbits.sizes import sizes_beside
 
     names, region = list(system.state_names), given.region or {}
     own = np.array([[system.initial[name] for name in names]], dtype=float)

@@ -1,7 +1,9 @@
-"""Sizes of states that stay zero on a motion: how far beside it they go before the motion there departs from linear."""
+"""Sizes of states: their largest values on a motion, and of those that stay zero there how far beside it they go before
+the motion departs from linear.
+"""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +14,7 @@ from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 from chaosdrill.engine.structure import sizes_of
 from chaosdrill.model import HybridSystem
+from chaosdrill.orbits.place import Place, events_until_escape
 from chaosdrill.orbits.tuning import TUNING
 
 
@@ -23,6 +26,52 @@ class _Path:
     states: np.ndarray  # (k, d): at its start and after each part of a unit
     maps: np.ndarray  # (k, d, d): tangent maps from its start to there, or none
     kinds: np.ndarray  # int (E,): transitions taken, without those that change nothing
+
+
+def sizes_met(system: HybridSystem, numerics: Numerics, unit: float | None = None) -> np.ndarray:
+    """Largest value of every state on the motion from the system's own start, shape (d,): its unit, so to speak.
+
+    Of one that escapes, at its events: how far it gets after that says nothing. A state that rounding alone moves has
+    the size that it has between events in one instant, or that changes of the others by theirs would give it; one that
+    nothing moves, that to which the response beside the motion is linear; 1 if it is so everywhere.
+
+    Parameters
+    ----------
+    unit : float, optional
+        A period of the forcing, or a characteristic time.
+    """
+    d, parts, length = len(system.state_names), TUNING.characteristic_samples, unit or TUNING.unit
+    run = Run(system, length, numerics, samples=parts)
+    path = np.zeros((2 + TUNING.sized_units * parts, d + len(system.quadratures) + 1))
+    path[-1, :d] = run.x
+    run.advance(TUNING.sized_units, path[:-1])
+    if not system.forced:
+        events = events_until_escape(Place(system), numerics, length)
+        if len(events) > 1:
+            path = np.concatenate([events[:, layout.EVENT_COLUMNS :].reshape(-1, d), path[-1:, :d]])
+    largest = np.abs(path[:, :d]).max(axis=0)
+    found = np.where(np.isfinite(largest), largest, 0.0)
+    for given in _given(system, numerics, found, length):
+        found = np.where(found > TUNING.rounded * given, found, given)
+    found = sizes_beside(system, numerics, found, unit)
+    return np.where(found > 0, found, 1.0)
+
+
+def _given(system: HybridSystem, numerics: Numerics, sizes: np.ndarray, unit: float) -> Iterator[np.ndarray]:
+    """Largest values at events, and what changes of other states by their sizes give a state in some units."""
+    d = len(sizes)
+    run = Place(system).run(unit, numerics, tangents=np.eye(d), orthonormalise=False)
+    events = np.zeros((TUNING.most_events, layout.EVENT_COLUMNS + 2 * d))
+    moves = np.zeros((d, d))
+    for _ in range(TUNING.sized_units):
+        outcome, full = run.advance(1, events=events)
+        if outcome != Outcome.OK or full:
+            break
+        met = np.abs(events[: run.filled()[1], layout.EVENT_COLUMNS :]).reshape(-1, d)
+        sizes = np.maximum(sizes, met.max(axis=0, initial=0.0))
+        moves = np.maximum(moves, np.abs(run.vectors.T))
+    yield sizes
+    yield np.nan_to_num((np.where(np.eye(d, dtype=bool), 0.0, moves) * sizes).max(axis=1), posinf=0.0)
 
 
 def sizes_beside(system: HybridSystem, numerics: Numerics, known: np.ndarray, unit: float | None = None) -> np.ndarray:
