@@ -447,13 +447,29 @@ def _at_rest(
         rest = went & rests(batch.x[which], batch.sizes[which], batch.flow(which), plan.where.unit)
     moving = [i for i, t in enumerate(plan.system.transitions) if not t.marks_only()]
     unmoved = batch.counts[which][:, moving].sum(axis=1) == 0
-    e.sinks &= rest | ~unmoved
-    for k in np.flatnonzero(rest & unmoved):
+
+    def left(k: int) -> bool:
         p = int(which[k])
         at = partial(batch.rates, p, mode=int(batch.mode[p]))
-        e.stirs[k] |= is_left(at, batch.x[p], batch.sizes[p], None if before is None else before[p])
+        return is_left(at, batch.x[p], batch.sizes[p], None if before is None else before[p])
+
+    add_rests(e, rest, unmoved, left)
     rest &= ~e.stirs
     return rest, ~(rest | e.sinks | e.shrinks) | e.stirs
+
+
+def add_rests(e: Evidence, rest: np.ndarray, unmoved: np.ndarray, left: Callable[[int], bool]) -> None:
+    """Add what it says of motions that no event has moved whether they rest, and whether a rest is left again.
+
+    Parameters
+    ----------
+    rest, unmoved : ndarray of bool, shape (P,)
+    left : callable
+        Whether the rest of a point, by its number, is left; see `chaosdrill.analysis.resting.is_left`.
+    """
+    e.sinks &= rest | ~unmoved
+    for k in np.flatnonzero(rest & unmoved).tolist():
+        e.stirs[k] |= left(k)
 
 
 def _cycle_length(

@@ -10,7 +10,7 @@ import xarray as xr
 from chaosdrill.analysis.arguments import Span, tangent_count
 from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.blocks import Blocks
-from chaosdrill.analysis.classification import Averages, evidence_of_records
+from chaosdrill.analysis.classification import Averages, add_rests, evidence_of_records
 from chaosdrill.analysis.recording import flow_of, time_of_motion
 from chaosdrill.analysis.resting import is_left, rests
 from chaosdrill.analysis.statistics import (
@@ -96,10 +96,9 @@ def _evidence(run: Run, plan: Span, structure: Structure, means: "MeanExponents"
         e.rests[:] = True
     elif e.sinks[0] or e.shrinks[0]:
         e.rests = rests(run.x[np.newaxis], known, flow_of(run), time_of_motion(system, job.numerics))
-    if not path.moved:
-        e.sinks &= e.rests
-        begin = np.array([float(system.initial[name]) for name in system.state_names])
-        e.stirs |= e.rests[0] and is_left(partial(flow_of, run), run.x, run.sizes, begin)
+    begin = np.array([float(system.initial[name]) for name in system.state_names])
+    left = partial(is_left, partial(flow_of, run), run.x, run.sizes, begin)
+    add_rests(e, e.rests, np.array([not path.moved]), lambda _: left())
     return e
 
 
