@@ -9,10 +9,10 @@ import numpy as np
 from chaosdrill.codegen.kinds import Pointer, int64
 from chaosdrill.codegen.signatures import cube, integers, matrix
 from chaosdrill.dataset import Outcome
-from chaosdrill.engine.flow import SIGNATURE, flow
+from chaosdrill.engine.flow import flow
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.layout import DONE, EVENLY, EVENT_COLUMNS, FULL
-from chaosdrill.engine.records import machine_at, state_of
+from chaosdrill.engine.records import FLOW_SIGNATURE, machine_at, state_of
 from chaosdrill.engine.run import Run
 
 HEARD = 0.05
@@ -142,7 +142,7 @@ class Blocks:
 
 @compiled(
     int64(
-        *(Pointer("Flow", SIGNATURE), int64, int64, integers, integers),
+        *(Pointer("Flow", FLOW_SIGNATURE), int64, int64, integers, integers),
         *(matrix, matrix, cube, matrix, matrix, cube, int64[:, ::1]),
     )
 )

@@ -166,7 +166,7 @@ def make_plan(
         part, periods = cast(float, given.duration) / PLAN.parts, PLAN.parts
         transient = -(-float(given.transient) // part)
     count = tangent_count(system, given.exponents)
-    if numerics.traits.lanes:
+    if numerics.traits.lanes and not system.discrete:
         compile_ahead(LANES)
     structure = examine(system)
     # of a complex pair only both exponents together are known well, and tangents are stepped in pairs anyway

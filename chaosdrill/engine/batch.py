@@ -309,7 +309,9 @@ class Batch:
             self.times = np.zeros((points, len(ends)))
         stretches = np.array([transient, *np.diff(ends)], dtype=np.int64)
         self.ends = np.asarray(ends)
-        if METHODS[self.method].lanes:
+        if self.system.discrete:
+            self._iterate(which, stretches)
+        elif METHODS[self.method].lanes:
             self._step_in_lanes(which, stretches)
         elif self.counts_returns:
             self._step_to_the_section(which, stretches)
@@ -347,6 +349,12 @@ class Batch:
             varying,
             room(self.system, m, c[0], self._events[:1], self._spare),
         )
+
+    def _iterate(self, which: np.ndarray, stretches: np.ndarray) -> None:
+        from chaosdrill.engine.iterates import iterate_runs
+
+        row = self._events[:1]
+        iterate_runs(self._machine(), which, stretches, self._results(), self._frame, self._section, row, self._spare)
 
     def _step_alone(self, which: np.ndarray, stretches: np.ndarray) -> None:
         await_part(ONE_RUN)

@@ -6,8 +6,6 @@ strobe falls once a period wherever the steps fall; only the last one of a call 
 with a strobe or a sample comes after it.
 """
 
-from chaosdrill.codegen.kinds import int64
-from chaosdrill.codegen.signatures import matrix
 from chaosdrill.engine import guards
 from chaosdrill.engine.jit import compiled, inlined
 from chaosdrill.engine.layout import (
@@ -19,11 +17,12 @@ from chaosdrill.engine.layout import (
     RK4,
     Method,
 )
-from chaosdrill.engine.records import SMALLEST_STEP, machine_at, state_of, state_outcome, time_of
+from chaosdrill.engine.records import FLOW_SIGNATURE, SMALLEST_STEP, machine_at, state_of, state_outcome, time_of
 from chaosdrill.engine.step import (
     advance,
     end_step,
     expand,
+    goes_by_iterates,
     instant_after,
     instant_in_row,
     locate,
@@ -49,10 +48,7 @@ def margin(functions, tables, settings, state, scratch, samples, row, j, te, h, 
     return 0.0
 
 
-SIGNATURE = int64(int64, int64, matrix, matrix)
-
-
-@compiled(SIGNATURE)
+@compiled(FLOW_SIGNATURE)
 def flow(place, p, samples, events):
     """Continue run p; returns DONE, FULL, or the outcome that ended it.
 
@@ -65,6 +61,8 @@ def flow(place, p, samples, events):
     run = state.run[0]
     row = state.x.size + settings.quadratures
     begin_tangents(functions, tables, state, scratch)
+    if goes_by_iterates(settings, run):
+        return machine.iterate(place, p, samples, events)
     while run.strobes < settings.target:
         if settings.recording == EVENLY and run.sample_rows + settings.samples + 1 > samples.shape[0]:
             return FULL

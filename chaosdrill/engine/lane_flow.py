@@ -11,23 +11,16 @@ from chaosdrill.engine import lane_events, lane_step, taylor
 from chaosdrill.engine.checked import first_row
 from chaosdrill.engine.jit import compiled, inlined, rare
 from chaosdrill.engine.lane_events import GUARD, OUTCOME, TIES
-from chaosdrill.engine.lane_runs import at_goal, begin, is_over
+from chaosdrill.engine.lane_runs import at_goal, begin, is_over, note_section
 from chaosdrill.engine.lane_series import value_in_lane
 from chaosdrill.engine.lanes import LANES, chosen, every, row_of
 from chaosdrill.engine.layout import (
-    BEHIND,
     DONE,
-    EVENT_COLUMNS,
-    EVENT_KIND,
-    EVENT_STROBES,
     GOAL,
     INVALID_START,
     LAST,
-    LEFT,
-    MET,
     STAGE,
     TAKEN,
-    TO_MODE,
 )
 from chaosdrill.engine.records import (
     SMALLEST_STEP,
@@ -97,25 +90,6 @@ def _move(lane, live, state, block):
 
 
 @inlined
-def _note_section(p, run, tables, section, row, results, n, mode):
-    """Count an event of the section, which ``row`` holds if there was one, and keep the state before or after it."""
-    if run.event_rows > 0:
-        run.event_rows = 0
-        progress = results.progress[p]
-        kind = int(row[0, EVENT_KIND])
-        if section[kind] > 0:
-            progress[MET] = int(row[0, EVENT_STROBES])
-            progress[LEFT] -= 1
-            if progress[STAGE] > 0 and results.window.shape[1] > 0:
-                first = EVENT_COLUMNS
-                if section[kind] == BEHIND:
-                    first += n
-                    mode = tables.transitions[kind, TO_MODE]
-                keep(row[0], first, n, mode, results.window[p], progress[TAKEN])
-                progress[TAKEN] += 1
-
-
-@inlined
 def _step(machine, place, lane_functions, results, section, varying, places, count, room):
     """One step of up to eight runs of one mode and number of live tangents; ``ends`` says how each stands then."""
     functions, settings, tables = machine.functions, machine.settings[0], machine.tables
@@ -155,7 +129,7 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
         elif not h > SMALLEST_STEP * run.longest:
             state = state_of(states, p)
             ends[lane, OUTCOME] = stop(functions, tables, settings, h, block.t[lane], state, row, scratch)
-            _note_section(p, state.run[0], tables, section, row, results, n, mode)
+            note_section(p, state.run[0], tables, section, row, results, n, mode)
             ends[lane, GUARD] = _STOPPED
             block.reach[lane] = 0.0
             continue
@@ -193,7 +167,7 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
         ends[lane, OUTCOME] = end_step(
             functions, tables, settings, te, strobe, j, ends[lane, TIES], scratch.backs, outcome, state, row, scratch
         )
-        _note_section(p, state.run[0], tables, section, row, results, n, mode)
+        note_section(p, state.run[0], tables, section, row, results, n, mode)
 
 
 @inlined

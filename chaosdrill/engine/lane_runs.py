@@ -3,11 +3,25 @@
 import math
 
 from chaosdrill.engine.jit import inlined, inner
-from chaosdrill.engine.layout import CELL, GOAL, LAST, LEFT, MET, NO_RETURN, STAGE, TAKEN
+from chaosdrill.engine.layout import (
+    BEHIND,
+    CELL,
+    EVENT_COLUMNS,
+    EVENT_KIND,
+    EVENT_STROBES,
+    GOAL,
+    LAST,
+    LEFT,
+    MET,
+    NO_RETURN,
+    STAGE,
+    TAKEN,
+    TO_MODE,
+)
 from chaosdrill.engine.records import state_of
 from chaosdrill.engine.revival import forget
 from chaosdrill.engine.tangents import begin_tangents, log_growth, orthonormalise
-from chaosdrill.engine.window import bring_in_order
+from chaosdrill.engine.window import bring_in_order, keep
 
 
 @inlined
@@ -82,3 +96,22 @@ def is_over(p, machine, results, frame, stretches, spare):
         else:
             progress[GOAL] += stretches[stage + 1]
     return False
+
+
+@inlined
+def note_section(p, run, tables, section, row, results, n, mode):
+    """Count an event of the section, which ``row`` holds if there was one, and keep the state before or after it."""
+    if run.event_rows > 0:
+        run.event_rows = 0
+        progress = results.progress[p]
+        kind = int(row[0, EVENT_KIND])
+        if section[kind] > 0:
+            progress[MET] = int(row[0, EVENT_STROBES])
+            progress[LEFT] -= 1
+            if progress[STAGE] > 0 and results.window.shape[1] > 0:
+                first = EVENT_COLUMNS
+                if section[kind] == BEHIND:
+                    first += n
+                    mode = tables.transitions[kind, TO_MODE]
+                keep(row[0], first, n, mode, results.window[p], progress[TAKEN])
+                progress[TAKEN] += 1

@@ -20,13 +20,14 @@ TUNING = np.dtype(
     [
         *((name, np.int64) for name in ("method", "order", "quadratures", "samples", "recording", "orthonormalise")),
         *((name, np.int64) for name in ("absolute_time", "max_events", "max_stalls", "target", "own_jacobian")),
-        *((name, np.float64) for name in ("tolerance", "reach", "dense_noise")),
+        *((name, np.float64) for name in ("tolerance", "reach", "dense_noise", "phase")),
     ],
     align=True,
 )
 """What holds for all runs of a batch; ``target`` is the number of strobes at which a call ends, ``recording`` says what
 is recorded: nothing, ``EVENLY`` so many samples a period, or states at ``INSTANTS`` that the buffer's rows hold,
-``dense_noise`` is the rounding units by which the dense output of the method moves the polynomial of a state."""
+``dense_noise`` is the rounding units by which the dense output of the method moves the polynomial of a state, ``phase``
+where between two strobes a map takes its iterate, 0 for other systems."""
 
 AllSettings = Annotated[Any, Array(RecordOf(TUNING), 1)]
 
@@ -211,6 +212,8 @@ class Machine(NamedTuple):
     stepper: Any
     search: Any
     """`chaosdrill.engine.first_event.first_event`, for lanes and orbits"""
+    iterate: Any
+    """`chaosdrill.engine.iterates.iterate`, for maps"""
     settings: AllSettings
     """(1,) of TUNING"""
     tables: Tables

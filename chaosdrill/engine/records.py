@@ -5,7 +5,7 @@ from collections import namedtuple
 from typing import Any, get_type_hints
 
 from chaosdrill.codegen.kinds import Kind, NamedTuple, Pointer, Signature, Tuple, float64, int64, uint64, void
-from chaosdrill.codegen.signatures import LANE_SIGNATURES, SIGNATURES, Functions, LaneFunctions
+from chaosdrill.codegen.signatures import LANE_SIGNATURES, SIGNATURES, Functions, LaneFunctions, matrix
 from chaosdrill.engine.jit import at_address, inlined, inner
 from chaosdrill.engine.lanes import magnitude
 from chaosdrill.engine.layout import DONE, ESCAPED, NONFINITE, LaneRoom, Machine, Results, State, States
@@ -26,6 +26,9 @@ STEPPER_SIGNATURES = {
 
 SEARCH_SIGNATURE = Tuple((float64, int64, int64, float64))(int64, int64, float64, float64)
 """``first_event(place, p, h, t)``: time of it or -1, -2 for a start that is refused; guard; ties; length of the step"""
+
+FLOW_SIGNATURE = int64(int64, int64, matrix, matrix)
+"""``flow(place, p, samples, events)``: how the call ends"""
 
 Stepper = namedtuple("Stepper", STEPPER_SIGNATURES)
 """A method's functions, see ``engine.stepper``."""
@@ -55,6 +58,7 @@ machine_type = _type_of(
     functions=functions_type,
     stepper=_pointers(Stepper, STEPPER_SIGNATURES),
     search=Pointer("search", SEARCH_SIGNATURE),
+    iterate=Pointer("iterate", FLOW_SIGNATURE),
 )
 
 machine_at = at_address(machine_type)

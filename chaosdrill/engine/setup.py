@@ -47,6 +47,7 @@ def settings_of(
     settings["max_events"] = numerics.max_events or (10_000 if system.forced else 10_000_000)
     settings["max_stalls"] = numerics.max_stalls
     settings["tolerance"] = numerics.tolerance
+    settings["phase"] = system.phase
     settings["dense_noise"] = getattr(import_module(f"chaosdrill.engine.{numerics.method}"), "DENSE_NOISE", 0.0)
     # at this part of the radius of convergence the last term is a quarter of the tolerance
     settings["reach"] = (numerics.tolerance / 4) ** (1 / order)

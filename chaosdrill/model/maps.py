@@ -16,6 +16,10 @@ from chaosdrill.typed import constructor, meant
 if TYPE_CHECKING:
     from chaosdrill.model.images import MapReader
 
+PHASE = 0.25
+"""Where in the period a map takes its iterate: where the guard of its reader, the cosine of a turn a period, falls
+through zero."""
+
 
 @constructor
 class Map(HybridSystem):
@@ -63,6 +67,7 @@ class Map(HybridSystem):
 
     images: Mapping[Any, Any]
     discrete = True
+    phase = PHASE
     late = (*LATE, "images")
 
     def __init__(

@@ -104,6 +104,8 @@ class System:
     shared: Shared
     discrete: ClassVar[bool] = False
     """Whether it is a map, whose period is an iterate."""
+    phase: ClassVar[float] = 0.0
+    """Where in the period a map takes its iterate; 0 for other systems."""
     late: ClassVar[tuple[str, ...]] = LATE
 
     @property
