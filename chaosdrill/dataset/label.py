@@ -9,6 +9,7 @@ from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.dataset.branches import AttractorEnd, BranchEnd, Criticality, Onset, Special
+from chaosdrill.dataset.codes import Code
 from chaosdrill.dataset.curves import CurveBreak, CurveEnd
 from chaosdrill.dataset.equilibria import Admissibility, Beyond, EquilibriumType, SpecialEquilibrium
 from chaosdrill.dataset.outcomes import Outcome, holds_codes
@@ -21,6 +22,22 @@ if TYPE_CHECKING:
 
 NUMBERS = ("format_version", "tolerance", "random_seed", "wall_time_s")
 """Attributes of a labelled dataset that are not text."""
+
+_CODES: dict[str, type[Code]] = {
+    "outcome": Outcome,
+    "special": Special,
+    "criticality": Criticality,
+    "onset": Onset,
+    "branch_end": BranchEnd,
+    "attractor_end": AttractorEnd,
+    "equilibrium": EquilibriumType,
+    "admissibility": Admissibility,
+    "special_equilibrium": SpecialEquilibrium,
+    "beyond": Beyond,
+    "curve_end": CurveEnd,
+    "curve_break": CurveBreak,
+}
+"""By the ``flags`` of variables."""
 
 
 def label(ds: "xr.Dataset", kind: str, *, system: Any, settings: Mapping[str, Any]) -> "xr.Dataset":
@@ -214,23 +231,13 @@ def _attributes(variable: Variable, system: Any) -> dict[str, Any]:
     if variable.sample:
         attributes["sample_dimension"] = variable.sample
     if variable.flags:
-        meanings = {
-            "outcome": [outcome.meaning for outcome in Outcome],
-            "mode": list(system.modes),
+        names = {
+            "mode": system.modes,
             "transition": [transition.name for transition in system.transitions],
-            "special": [special.meaning for special in Special],
-            "criticality": [criticality.meaning for criticality in Criticality],
-            "onset": [onset.meaning for onset in Onset],
-            "branch_end": [end.meaning for end in BranchEnd],
-            "attractor_end": [end.meaning for end in AttractorEnd],
-            "equilibrium": [one.meaning for one in EquilibriumType],
-            "admissibility": [one.meaning for one in Admissibility],
-            "special_equilibrium": [one.meaning for one in SpecialEquilibrium],
-            "beyond": [one.meaning for one in Beyond],
-            "curve_end": [end.meaning for end in CurveEnd],
-            "curve_break": [one.meaning for one in CurveBreak],
             "truth": ["no", "yes"],
-        }[variable.flags]
+        }
+        code = _CODES.get(variable.flags)
+        meanings = [one.meaning for one in code] if code else list(names[variable.flags])
         # CF separates the meanings by blanks and allows only these characters in one. A system without transitions
         # has no meanings at all, and NetCDF holds no empty array.
         if meanings:
