@@ -30,10 +30,13 @@ from chaosdrill.settings import LONGEST, Amount, Faults, Number, Settings, Whole
 from chaosdrill.typed import LISTENER, PATH, known_names, not_too_many, refuse
 
 if TYPE_CHECKING:
-    import xarray as xr
+    from xarray import Dataset as Dataset
 
     from chaosdrill.engine.numerics import Numerics
-    from chaosdrill.model import HybridSystem
+    from chaosdrill.model import HybridSystem as HybridSystem
+else:
+    # in annotations of analyses alone, which must not import these
+    Dataset = HybridSystem = Any
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -355,6 +358,12 @@ _TYPES = {
 }
 """Types of the arguments that are no settings, in words."""
 
+_RAISES = """\
+Raises
+------
+SettingsError
+    An argument that cannot be used."""
+
 _OF_STORES = """\
 ArchiveError
     If the ``store`` cannot be written, or another call uses it.
@@ -386,7 +395,7 @@ class Analysis:
     settings: type[AnalysisSettings]  # its arguments
     variables: Table  # what it puts out
     cites: tuple[str, ...]  # keys of its references
-    run: "Callable[[HybridSystem, Any, Job], xr.Dataset]"
+    run: "Callable[[HybridSystem, Any, Job], Dataset]"
     """Given the system, its settings and a `Job`, computes the bare dataset."""
 
     def signature(self) -> Signature:
@@ -424,7 +433,8 @@ class Analysis:
     def documented(self) -> str | None:
         """The docstring of the function that users call, with its arguments; None where Python leaves docstrings out.
 
-        That of ``run`` says everything but what the arguments mean, and which errors a store and a scheduler bring.
+        That of ``run`` says everything but what the arguments mean, and which errors they, a store and a scheduler
+        bring; errors of its own it says itself.
         """
         if self.run.__doc__ is None:
             return None
@@ -436,15 +446,19 @@ class Analysis:
             indent = " " * 4
             told = fill(text, 116, initial_indent=indent, subsequent_indent=indent, break_on_hyphens=False)
             lines += [f"{name} : {kind}", told]
+        told, *literature = rest.split("\nReferences\n----------\n")
+        if "\nRaises\n" not in told:
+            told = f"{told.rstrip()}\n\n{_RAISES}\n"
         if self.settings.parallel:
-            rest = f"{rest}\n{_OF_STORES}"
-        return "\n".join([head.rstrip(), "", *lines, "", "Returns", "-------", rest])
+            told = f"{told.rstrip()}\n{_OF_STORES}\n"
+        sections = [f"\nReferences\n----------\n{one}" for one in literature]
+        return "\n".join([head.rstrip(), "", *lines, "", "Returns", "-------", "".join([told, *sections]).rstrip()])
 
     def told(self) -> tuple[str, ...]:
         """What is kept as provenance: all arguments that determine the numbers, but for the system."""
         return (*self.settings.values(), *(() if self.settings.own_numerics else NumericsSettings.values()))
 
-    def __call__(self, given: dict[str, Any]) -> "xr.Dataset":
+    def __call__(self, given: dict[str, Any]) -> "Dataset":
         """Run with all arguments of the function, and label what comes of it.
 
         Raises

@@ -31,13 +31,7 @@ MOST_LINES = 60
 @click.option("--resume", is_flag=True, help="Continue an unfinished run, or start a new one.")
 @json_option
 def run(
-    scene: str,
-    output: str,
-    changes: dict[str, Any],
-    workers: int,
-    scheduler: str | None,
-    resume: bool,
-    as_json: bool,
+    scene: str, output: str, changes: dict[str, Any], workers: int, scheduler: str | None, resume: bool, as_json: bool
 ) -> None:
     """Run every analysis of SCENE and write one archive, completely or not at all.
 

@@ -105,11 +105,7 @@ class _Scene:
     """The figure of an animation: what stays, drawn once, and what moves, drawn over it again for every frame."""
 
     def __init__(
-        self,
-        run: "xr.Dataset",
-        plane: tuple[int, ...],
-        bodies: Mapping[str, str | float] | None,
-        seconds: float,
+        self, run: "xr.Dataset", plane: tuple[int, ...], bodies: Mapping[str, str | float] | None, seconds: float
     ) -> None:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
 

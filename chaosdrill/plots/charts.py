@@ -40,10 +40,7 @@ if TYPE_CHECKING:
 
 
 def _category_chart(
-    dataset: "xr.Dataset",
-    variable: str,
-    found: "tuple[NDArray[np.int64], list[Category]]",
-    ax: "Axes | None",
+    dataset: "xr.Dataset", variable: str, found: "tuple[NDArray[np.int64], list[Category]]", ax: "Axes | None"
 ) -> "Figure":
     """A chart of the category of every point, over the dimensions of a variable."""
     plane = Plane(dataset, variable, ax)

@@ -23,14 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-_SHAPES = {
-    "node": "o",
-    "focus": "D",
-    "saddle": "X",
-    "saddle_focus": "P",
-    "centre": "s",
-    "degenerate": "*",
-}
+_SHAPES = {"node": "o", "focus": "D", "saddle": "X", "saddle_focus": "P", "centre": "s", "degenerate": "*"}
 """Shape of each type of equilibrium; filled where it is stable."""
 
 

@@ -20,14 +20,7 @@ from chaosdrill.plots.curve import (
     stops,
     strobe,
 )
-from chaosdrill.plots.figures import (
-    legend_above,
-    legend_inside,
-    legend_outside,
-    new_figure,
-    one_panel,
-    owner,
-)
+from chaosdrill.plots.figures import legend_above, legend_inside, legend_outside, new_figure, one_panel, owner
 from chaosdrill.plots.labels import is_map, label, period_words, readable, shorten, state_label, strobe_words
 from chaosdrill.plots.palette import DOTS, EVENT_MARKERS, MODE_SHADES, PALETTE
 from chaosdrill.plots.pictures import picture
@@ -268,11 +261,7 @@ def phase_portrait(
 
 
 def _draw(
-    axes: "Axes",
-    run: "xr.Dataset",
-    plane: tuple[int, int],
-    colours: "Sequence[str]",
-    labels: "Sequence[str | None]",
+    axes: "Axes", run: "xr.Dataset", plane: tuple[int, int], colours: "Sequence[str]", labels: "Sequence[str | None]"
 ) -> bool:
     """Draw a run: flow, jumps and points once per forcing period, each with a label; return whether there are jumps."""
     curve = join(run)

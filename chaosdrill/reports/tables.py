@@ -503,13 +503,7 @@ def work_precision(dataset: "xr.Dataset") -> Markup:
             errors = [Quantity(number(value, 2)) for value in cell["error"].values]
             cost = [Quantity(seconds(cell["wall_time"])), float(cell["steps"]), float(cell["evaluations"])]
             rows.append(
-                [
-                    str(cell["method"].values),
-                    Quantity(asked),
-                    *errors,
-                    *cost,
-                    meaning(cell["outcome"], cell["outcome"]),
-                ]
+                [str(cell["method"].values), Quantity(asked), *errors, *cost, meaning(cell["outcome"], cell["outcome"])]
             )
     head = ["method", "asked", *(f"error: {name.replace('_', ' ')}" for name in quantities)]
     shown = table(

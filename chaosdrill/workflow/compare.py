@@ -133,12 +133,7 @@ def examine(
 
 
 def _group(
-    path: str,
-    first: "xr.Dataset",
-    second: "xr.Dataset",
-    exact: bool,
-    passing: frozenset[str],
-    checks: list[Check],
+    path: str, first: "xr.Dataset", second: "xr.Dataset", exact: bool, passing: frozenset[str], checks: list[Check]
 ) -> list[Difference]:
     found = _attributes(path, "", first.attrs, second.attrs, passing)
     clocked = {v.name for v in SCHEMA.get(str(second.attrs.get("kind")), {}).values() if v.clocked}

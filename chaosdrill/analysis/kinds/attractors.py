@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from chaosdrill.analysis.arguments import RANDOM, Axes
-from chaosdrill.analysis.base import POINTS, Points, analysis
+from chaosdrill.analysis.base import POINTS, Dataset, HybridSystem, Job, Points, analysis
 from chaosdrill.analysis.starts import STARTS
 from chaosdrill.dataset.schema import (
     EXPONENT,
@@ -25,12 +25,6 @@ from chaosdrill.dataset.schema import (
     table,
 )
 from chaosdrill.settings import Faults, setting
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from chaosdrill.analysis.base import Job
-    from chaosdrill.model import HybridSystem
 
 _EACH = f"{SWEEP} attractor"
 _NEXT = "Number of the attractor to which the motion then leads; 0: none of the table, or several."
@@ -83,9 +77,7 @@ class Attractors(Points):
     """Settings of `attractors`."""
 
     without_noise: ClassVar[str] = ""
-    meanings: ClassVar[Mapping[str, str]] = {
-        "system": "System with its parameters.",
-    }
+    meanings: ClassVar[Mapping[str, str]] = {"system": "System with its parameters."}
 
     sweep: dict[str, Any] = setting(
         Axes("parameter", 1, 1, "attractors are followed along one parameter"),
@@ -110,10 +102,7 @@ class Attractors(Points):
         """Initial states in one way at least; and the lengths."""
         yield from super().beside(table)
         if not {"initial", "random"} & table.keys():
-            yield (
-                (),
-                "give the initial states whose shares are counted: a list (initial), or a box (random)",
-            )
+            yield ((), "give the initial states whose shares are counted: a list (initial), or a box (random)")
 
 
 @analysis(
@@ -123,7 +112,7 @@ class Attractors(Points):
     VARIABLES,
     cites=(*POINTS, "datseris2023", "stender2022", "menck2013"),
 )
-def attractors(system: "HybridSystem", given: Attractors, job: "Job") -> "xr.Dataset":
+def attractors(system: HybridSystem, given: Attractors, job: Job) -> Dataset:
     """Attractors along a parameter, the share of the starts that leads to each, and where they begin and end.
 
     At every value all starts are run, and the attractors are distinguished as by `basins`. Every attractor is continued
@@ -150,11 +139,6 @@ def attractors(system: "HybridSystem", given: Attractors, job: "Job") -> "xr.Dat
         zero even for the share 0; those of neighbouring values are not independent, since the starts are the same. The
         error of a share of a grid is different, of the size of the share of cells on the boundary, and mostly smaller.
         At most 16 attractors are distinguished at one value.
-
-    Raises
-    ------
-    SettingsError
-        An argument that cannot be used.
     """
     from chaosdrill.analysis.shares import over_one_parameter
 

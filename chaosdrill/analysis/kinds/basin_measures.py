@@ -2,19 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from chaosdrill.analysis.arguments import Axes
-from chaosdrill.analysis.base import POINTS, analysis
+from chaosdrill.analysis.base import POINTS, Dataset, HybridSystem, Job, analysis
 from chaosdrill.analysis.kinds.basins import Basins
 from chaosdrill.dataset.schema import EXPONENT, STATES, axis, forcing, may, need, table
 from chaosdrill.settings import Whole, setting
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from chaosdrill.analysis.base import Job
-    from chaosdrill.model import HybridSystem
 
 _BOXES = "Of boxes at random places."
 _KICK = "From attractor_state, to the nearest cell in parts of the grid; 0 for states that it does not span."
@@ -70,7 +64,7 @@ class BasinMeasures(Basins):
     )
     meanings: ClassVar[Mapping[str, str]] = {
         "initial": "Initial states, in any number and any form that `basins` takes: they have shares, but no entropies "
-        "and no exponent. With a grid they are included in the shares.",
+        "and no exponent. With a grid they are included in the shares."
     }
 
     grid: dict[str, Any] | None = setting(
@@ -79,11 +73,7 @@ class BasinMeasures(Basins):
         positional=True,
         doc="Values of each state; equally spaced, and 100 of each at least, for an uncertainty exponent.",
     )
-    box: int = setting(
-        Whole(2, 1000),
-        5,
-        doc="Cells of a box along every state.",
-    )
+    box: int = setting(Whole(2, 1000), 5, doc="Cells of a box along every state.")
 
 
 @analysis(
@@ -93,7 +83,7 @@ class BasinMeasures(Basins):
     VARIABLES,
     cites=(*POINTS, "menck2013", "daza2016", "grebogi1983", "daza2018"),
 )
-def basin_measures(system: "HybridSystem", given: BasinMeasures, job: "Job") -> "xr.Dataset":
+def basin_measures(system: HybridSystem, given: BasinMeasures, job: Job) -> Dataset:
     """Shares of the basins of attraction in a grid or a list of starts, and measures of their entanglement.
 
     The attractors are those of `basins`; starts that lead to none count as one further basin. The basin entropy is the
@@ -119,11 +109,6 @@ def basin_measures(system: "HybridSystem", given: BasinMeasures, job: "Job") -> 
         The error of a share of a list is that of random starts (Agresti and Coull 1998,
         doi:10.1080/00031305.1998.10480550); for a grid it is the worst case of the cells cut by the boundary, if that
         is smaller.
-
-    Raises
-    ------
-    SettingsError
-        An argument that cannot be used.
     """
     from chaosdrill.analysis.boundaries import measures_dataset
 

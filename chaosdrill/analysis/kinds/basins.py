@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from chaosdrill.analysis.arguments import Axes
-from chaosdrill.analysis.base import POINTS, Points, analysis
+from chaosdrill.analysis.base import POINTS, Dataset, HybridSystem, Job, Points, analysis
 from chaosdrill.analysis.starts import STARTS
 from chaosdrill.dataset.schema import (
     EXPONENT,
@@ -27,12 +27,6 @@ from chaosdrill.dataset.schema import (
     table,
 )
 from chaosdrill.settings import Faults, setting
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from chaosdrill.analysis.base import Job
-    from chaosdrill.model import HybridSystem
 
 _TABLED = "attractor_number"
 
@@ -70,7 +64,7 @@ class Basins(Points):
     without_noise: ClassVar[str] = ""
     meanings: ClassVar[Mapping[str, str]] = {
         "system": "System with its parameters; its initial state gives the states that the grid does not span, "
-        "and the mode unless regions do.",
+        "and the mode unless regions do."
     }
 
     grid: dict[str, Any] | None = setting(
@@ -97,7 +91,7 @@ class Basins(Points):
             yield ("grid",), "missing; give two states with their values, or a list of initial states (initial)"
 
     @classmethod
-    def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
+    def misfits(cls, table: Mapping[str, Any], system: HybridSystem) -> Faults:
         """As for every run, plus a state that the initial mode keeps constant."""
         from chaosdrill.engine.setup import constrained_states
 
@@ -119,7 +113,7 @@ class Basins(Points):
     VARIABLES,
     cites=POINTS,
 )
-def basins(system: "HybridSystem", given: Basins, job: "Job") -> "xr.Dataset":
+def basins(system: HybridSystem, given: Basins, job: Job) -> Dataset:
     """Attractors reached from a grid or a list of initial states, and the share of these that leads to each.
 
     Two runs are assigned to the same attractor if their kind and period agree and their section points have the same
@@ -136,11 +130,6 @@ def basins(system: "HybridSystem", given: Basins, job: "Job") -> "xr.Dataset":
         ``attractor_number``: ``attractor_period``, ``attractor_outcome``, ``attractor_exponent`` and
         ``attractor_error`` (exponent), ``attractor_rate`` of the penetration, ``attractor_work_rate`` of a quadrature
         ``work``, with their errors, ``attractor_state`` (state), ``fraction`` and ``fraction_error``.
-
-    Raises
-    ------
-    SettingsError
-        An argument that cannot be used.
     """
     from chaosdrill.analysis.sweeps import over_states
 

@@ -1,18 +1,12 @@
 """Bifurcation diagrams: section, period, exponents and outcome along a parameter."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from chaosdrill.analysis.arguments import FIXED_SEEDS, RANDOM, RANDOM_SEEDS, SEEDS, Axes
-from chaosdrill.analysis.base import POINTS, Points, analysis
+from chaosdrill.analysis.base import POINTS, Dataset, HybridSystem, Job, Points, analysis
 from chaosdrill.dataset.schema import SWEEP, need, swept, table
 from chaosdrill.settings import Choice, Whole, setting
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from chaosdrill.analysis.base import Job
-    from chaosdrill.model import HybridSystem
 
 FOLLOW = {"forward": ("forward",), "backward": ("backward",), "both": ("forward", "backward")}
 """Directions in which a state can be followed along a sweep, by the value of ``follow``."""
@@ -66,7 +60,7 @@ class BifurcationDiagram(Points):
     VARIABLES,
     cites=POINTS,
 )
-def bifurcation_diagram(system: "HybridSystem", given: BifurcationDiagram, job: "Job") -> "xr.Dataset":
+def bifurcation_diagram(system: HybridSystem, given: BifurcationDiagram, job: Job) -> Dataset:
     """Poincaré sections along a parameter, with the spectrum and an outcome at every point.
 
     Every point is an independent run from its own initial state, so that results are bit-identical for any number of
@@ -83,11 +77,6 @@ def bifurcation_diagram(system: "HybridSystem", given: BifurcationDiagram, job: 
         Over the parameter and seed: ``section`` (iterate, state), ``period``, ``lyapunov_exponent`` and
         ``lyapunov_error`` (exponent), mean rates, ``return_time`` of events, ``outcome``; ``initial_state`` (seed,
         state). NaN, and period 0, where a point has no result.
-
-    Raises
-    ------
-    SettingsError
-        An argument that cannot be used.
     """
     from chaosdrill.analysis.sweeps import over_parameters
 

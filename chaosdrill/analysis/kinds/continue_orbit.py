@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from chaosdrill.analysis.arguments import PARAMETERS, Ranges, chosen
-from chaosdrill.analysis.base import ORBITS, Orbit, analysis
+from chaosdrill.analysis.base import ORBITS, Dataset, HybridSystem, Job, Orbit, analysis
 from chaosdrill.analysis.functions import (
     FUNCTIONS,
     LEVELS,
@@ -36,12 +36,6 @@ from chaosdrill.dataset.schema import (
     table,
 )
 from chaosdrill.settings import LONGEST, Choice, Faults, Known, Number, Whole, setting, told
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from chaosdrill.analysis.base import Job
-    from chaosdrill.model import HybridSystem
 
 FOLLOW = (
     *("fold", "period_doubling", "neimark_sacker", "grazing", "crossing_sliding", "switching_sliding"),
@@ -148,7 +142,7 @@ class Continuation(Orbit):
 
     meanings: ClassVar[Mapping[str, str]] = {
         "period": "Period of the orbit at the start, in forcing periods; without forcing in points of the "
-        "section ``at``.",
+        "section ``at``."
     }
 
     sweep: dict[str, Any] = setting(
@@ -184,9 +178,7 @@ class Continuation(Orbit):
         doc="Largest step in the parameter, the first of two; default 1/200 of its range.",
     )
     max_points: int = setting(
-        Whole(2, 1_000_000),
-        2000,
-        doc="Largest number of points of a branch on either side of its start.",
+        Whole(2, 1_000_000), 2000, doc="Largest number of points of a branch on either side of its start."
     )
     derivatives: bool | list[str] = setting(
         PARAMETERS,
@@ -243,7 +235,7 @@ class Continuation(Orbit):
             yield ("step",), told(f"is longer than the whole range of {names[0]!r}, which is {room:g}", table["step"])
 
     @classmethod
-    def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
+    def misfits(cls, table: Mapping[str, Any], system: HybridSystem) -> Faults:
         """Functions of names that the system does not have."""
         yield from super().misfits(table, system)
         yield from misfits_of_functions(table, system)
@@ -262,7 +254,7 @@ class Continuation(Orbit):
     VARIABLES,
     cites=(*ORBITS, "keller1977"),
 )
-def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "xr.Dataset":
+def continue_orbit(system: HybridSystem, given: Continuation, job: Job) -> Dataset:
     """A branch of stable and unstable periodic orbits along a parameter, or a curve of special points in two.
 
     Pseudo-arclength continuation of the segments between events, which passes folds. Multipliers, the event sequence
@@ -290,11 +282,6 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
         With ``derivatives`` also the mean rates, such as ``progression_rate``, and over ``point``, .., ``parameter``
         the derivatives of `periodic_orbit` with their errors, except those of the times of events;
         ``derivatives_message`` says at how many points they are missing, and why.
-
-    Raises
-    ------
-    SettingsError
-        An argument that cannot be used.
 
     References
     ----------

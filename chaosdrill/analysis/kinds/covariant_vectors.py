@@ -2,19 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from chaosdrill.analysis.arguments import Exponents
-from chaosdrill.analysis.base import Record, analysis
+from chaosdrill.analysis.base import Dataset, HybridSystem, Job, Record, analysis
 from chaosdrill.dataset.references import SPECTRA
 from chaosdrill.dataset.schema import COVERS, RANK_LOSS, STATES, axis, forcing, need, outcome, table
 from chaosdrill.settings import LONGEST, Amount, Faults, Number, Whole, setting, told
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from chaosdrill.analysis.base import Job
-    from chaosdrill.model import HybridSystem
 
 _OVER = "time vector"
 
@@ -73,23 +67,13 @@ class CovariantVectors(Record):
         "periods, else in units of time. Default: a quarter of the record, but 100 to 1000 forcing periods.",
     )
     backward: float | None = setting(
-        Amount(least=0, most=LONGEST),
-        None,
-        doc="Time that the backward pass begins behind the record, as ``forward``.",
+        Amount(least=0, most=LONGEST), None, doc="Time that the backward pass begins behind the record, as ``forward``."
     )
-    exponents: int | None = setting(
-        Exponents(),
-        None,
-        doc="Number of vectors, fastest first; default all.",
-    )
-    bins: int = setting(
-        Whole(1, 100_000),
-        64,
-        doc="Bins of the histograms of angles.",
-    )
+    exponents: int | None = setting(Exponents(), None, doc="Number of vectors, fastest first; default all.")
+    bins: int = setting(Whole(1, 100_000), 64, doc="Bins of the histograms of angles.")
 
     @classmethod
-    def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
+    def misfits(cls, table: Mapping[str, Any], system: HybridSystem) -> Faults:
         """An interval that is neither a whole number of forcing periods nor one over a whole number."""
         yield from super().misfits(table, system)
         interval = table.get("interval")
@@ -106,7 +90,7 @@ class CovariantVectors(Record):
     VARIABLES,
     cites=("ginelli2007", "ginelli2013", *SPECTRA),
 )
-def covariant_vectors(system: "HybridSystem", given: CovariantVectors, job: "Job") -> "xr.Dataset":
+def covariant_vectors(system: HybridSystem, given: CovariantVectors, job: Job) -> Dataset:
     """Covariant Lyapunov vectors along a record, across events, with the growth along each and angles between them.
 
     The tangent map takes each vector to a multiple of itself at the later state: the first grows fastest, and on a
@@ -139,11 +123,6 @@ def covariant_vectors(system: "HybridSystem", given: CovariantVectors, job: "Job
         a run that reached its end. Of each vector the largest component is positive where the record begins; from there
         on the tangent map determines its sign. NaN if the run ended early, and for angles without vectors on both
         sides.
-
-    Raises
-    ------
-    SettingsError
-        An argument that cannot be used.
     """
     from chaosdrill.analysis.covariant import vectors
 

@@ -2,17 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
-from chaosdrill.analysis.base import SweptRecord, analysis
+from chaosdrill.analysis.base import Dataset, HybridSystem, Job, SweptRecord, analysis
 from chaosdrill.dataset.schema import COVERS, STATES, SWEEP, axis, forcing, need, outcome, table
 from chaosdrill.settings import ListOf, Whole, setting
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from chaosdrill.analysis.base import Job
-    from chaosdrill.model import HybridSystem
 
 _ORDER, _OVER = f"{SWEEP} order", f"{SWEEP} order scale"
 
@@ -52,9 +46,7 @@ class Dimensions(SweptRecord):
     }
 
     orders: list[int] = setting(
-        ListOf(Whole(1, 8), distinct=True),
-        (1, 2, 3),
-        doc="Orders of the dimensions, from 1 to 8; default 1, 2 and 3.",
+        ListOf(Whole(1, 8), distinct=True), (1, 2, 3), doc="Orders of the dimensions, from 1 to 8; default 1, 2 and 3."
     )
     window: int = setting(
         Whole(0, 10_000),
@@ -71,7 +63,7 @@ class Dimensions(SweptRecord):
     VARIABLES,
     cites=("grassberger1983", "badii1985", "theiler1986"),
 )
-def dimensions(system: "HybridSystem", given: Dimensions, job: "Job") -> "xr.Dataset":
+def dimensions(system: HybridSystem, given: Dimensions, job: Job) -> Dataset:
     """Generalised dimensions of section points, from the growth of the number of neighbours with the distance.
 
     The correlation sum, the fraction of all pairs of points within a distance, grows as the distance to the power of

@@ -5,17 +5,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from chaosdrill.analysis.arguments import SEEDS, Ranges, Region
-from chaosdrill.analysis.base import AnalysisSettings, analysis
+from chaosdrill.analysis.base import AnalysisSettings, Dataset, HybridSystem, Job, analysis
 from chaosdrill.dataset.schema import STATES, SWEEP, axis, may, need, outcome, table
 from chaosdrill.names import remedy
 from chaosdrill.settings import LONGEST, Faults, Known, ListOf, Number, Text, Whole, setting, told
 
 if TYPE_CHECKING:
     import numpy as np
-    import xarray as xr
-
-    from chaosdrill.analysis.base import Job
-    from chaosdrill.model import HybridSystem
 
 STEP = 1 / 200
 """Part of the parameter's range that is the largest step unless another one is given."""
@@ -97,29 +93,17 @@ class Equilibria(AnalysisSettings):
         "and without it: where the motion from the initial state goes, and as far again on either side.",
     )
     seeds: list[dict[str, Any]] | None = setting(
-        SEEDS,
-        None,
-        doc="Initial states from which Newton's method starts as well.",
+        SEEDS, None, doc="Initial states from which Newton's method starts as well."
     )
-    starts: int = setting(
-        Whole(1, 100_000),
-        100,
-        doc="How many starts are spread, beside the initial state.",
-    )
+    starts: int = setting(Whole(1, 100_000), 100, doc="How many starts are spread, beside the initial state.")
     modes: list[str] | None = setting(
-        ListOf(Text(), distinct=True),
-        None,
-        doc="Modes that are looked at; default: all.",
+        ListOf(Text(), distinct=True), None, doc="Modes that are looked at; default: all."
     )
     step: float | None = setting(
-        Number(above=0.0, most=LONGEST),
-        None,
-        doc="Largest step in the parameter; default 1/200 of its range.",
+        Number(above=0.0, most=LONGEST), None, doc="Largest step in the parameter; default 1/200 of its range."
     )
     max_points: int = setting(
-        Whole(2, 1_000_000),
-        2000,
-        doc="Largest number of points of a branch on either side of its start.",
+        Whole(2, 1_000_000), 2000, doc="Largest number of points of a branch on either side of its start."
     )
 
     @classmethod
@@ -139,7 +123,7 @@ class Equilibria(AnalysisSettings):
             yield ("step",), told(f"is longer than the whole range of {name!r}, which is {room:g}", table["step"])
 
     @classmethod
-    def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
+    def misfits(cls, table: Mapping[str, Any], system: HybridSystem) -> Faults:
         """A system whose rates depend on time, or that has none; modes that it lacks."""
         if system.discrete:
             yield (), f"{system.name} is a map, which has fixed points; take periodic_orbit with period = 1"
@@ -159,7 +143,7 @@ class Equilibria(AnalysisSettings):
     VARIABLES,
     cites=("kuznetsov2023", "dibernardo2008equilibria", "keller1977"),
 )
-def equilibria(system: "HybridSystem", given: Equilibria, job: "Job") -> "xr.Dataset":
+def equilibria(system: HybridSystem, given: Equilibria, job: Job) -> Dataset:
     """Equilibria of every mode, or their branches along a parameter with folds, Hopf points and boundaries.
 
     An equilibrium is a state at which the rates of a mode vanish. It is admissible where the mode holds and virtual
@@ -223,7 +207,7 @@ def equilibria(system: "HybridSystem", given: Equilibria, job: "Job") -> "xr.Dat
 
 
 def _starts(
-    system: "HybridSystem", given: Equilibria, job: "Job"
+    system: HybridSystem, given: Equilibria, job: Job
 ) -> "tuple[np.ndarray, np.ndarray, dict[int, tuple[float, float]]]":
     """Where Newton's method starts (S, n), how large the states are (n,), and the limits of those that have some."""
     import numpy as np
@@ -250,7 +234,7 @@ def _starts(
     return np.vstack([own, seeds, spread]), sizes, limits
 
 
-def _motion(system: "HybridSystem", job: "Job") -> "np.ndarray":
+def _motion(system: HybridSystem, job: Job) -> "np.ndarray":
     """States along the motion from the initial state, shape (m, n), as long as it goes on."""
     import numpy as np
 

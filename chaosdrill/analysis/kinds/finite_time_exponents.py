@@ -2,19 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from chaosdrill.analysis.arguments import Exponents
-from chaosdrill.analysis.base import Swept, analysis
+from chaosdrill.analysis.base import Dataset, HybridSystem, Job, Swept, analysis
 from chaosdrill.dataset.references import SPECTRA
 from chaosdrill.dataset.schema import COVERS, EXPONENT, RANK_LOSS, SWEEP, axis, forcing, may, need, outcome, table
 from chaosdrill.settings import LONGEST, Faults, ListOf, Number, Whole, setting, told
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from chaosdrill.analysis.base import Job
-    from chaosdrill.model import HybridSystem
 
 _EXPONENT, _WINDOW = f"{SWEEP} exponent", f"{SWEEP} window exponent"
 
@@ -62,19 +56,13 @@ class FiniteTimeExponents(Swept):
         "four times. Default: 1, 10 and 100 forcing periods, or parts of the record of 1024, as far as they "
         "fit.",
     )
-    exponents: int | None = setting(
-        Exponents(),
-        None,
-        doc="Number of exponents, largest first; default all.",
-    )
+    exponents: int | None = setting(Exponents(), None, doc="Number of exponents, largest first; default all.")
     bins: int = setting(
-        Whole(1, 100_000),
-        64,
-        doc="Bins of each histogram, of equal width from the least value to the largest.",
+        Whole(1, 100_000), 64, doc="Bins of each histogram, of equal width from the least value to the largest."
     )
 
     @classmethod
-    def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
+    def misfits(cls, table: Mapping[str, Any], system: HybridSystem) -> Faults:
         """A window that is not a whole number of forcing periods."""
         yield from super().misfits(table, system)
         units = "iterates" if system.discrete else "forcing periods"
@@ -90,7 +78,7 @@ class FiniteTimeExponents(Swept):
     VARIABLES,
     cites=SPECTRA,
 )
-def finite_time_exponents(system: "HybridSystem", given: FiniteTimeExponents, job: "Job") -> "xr.Dataset":
+def finite_time_exponents(system: HybridSystem, given: FiniteTimeExponents, job: Job) -> Dataset:
     """Distributions of Lyapunov exponents over windows of a record, their cumulants, and the correlation time.
 
     The record of `lyapunov_spectrum` is divided into successive windows, and the growth of the orthonormalised tangents
@@ -110,11 +98,6 @@ def finite_time_exponents(system: "HybridSystem", given: FiniteTimeExponents, jo
         is that unit where they are independent; ``window``, in units of time, and ``outcome``, ``ok`` for a run that
         reached its end. NaN where rank is lost, and if the run ended early. Of a sweep also ``window_time`` (window) at
         each value; one at which the windows do not fit has the outcome ``failed``.
-
-    Raises
-    ------
-    SettingsError
-        An argument that cannot be used.
     """
     from chaosdrill.analysis.finite_times import finite_times
 

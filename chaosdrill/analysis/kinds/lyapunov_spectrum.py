@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from chaosdrill.analysis.arguments import Exponents
-from chaosdrill.analysis.base import Record, analysis
+from chaosdrill.analysis.base import Dataset, HybridSystem, Job, Record, analysis
 from chaosdrill.dataset.references import SPECTRA
 from chaosdrill.dataset.schema import (
     COVERS,
@@ -21,12 +21,6 @@ from chaosdrill.dataset.schema import (
     table,
 )
 from chaosdrill.settings import Whole, setting
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from chaosdrill.analysis.base import Job
-    from chaosdrill.model import HybridSystem
 
 VARIABLES = table(
     EXPONENT,
@@ -70,14 +64,10 @@ class LyapunovSpectrum(Record):
     }
 
     exponents: int | None = setting(
-        Exponents(),
-        None,
-        doc="Number of exponents to report, largest first; default all; 0 computes no tangents.",
+        Exponents(), None, doc="Number of exponents to report, largest first; default all; 0 computes no tangents."
     )
     blocks: int = setting(
-        Whole(1, 1_000_000),
-        256,
-        doc="Blocks of the history, from which the standard errors are estimated.",
+        Whole(1, 1_000_000), 256, doc="Blocks of the history, from which the standard errors are estimated."
     )
 
 
@@ -88,7 +78,7 @@ class LyapunovSpectrum(Record):
     VARIABLES,
     cites=(*SPECTRA, "kaplan1979"),
 )
-def lyapunov_spectrum(system: "HybridSystem", given: LyapunovSpectrum, job: "Job") -> "xr.Dataset":
+def lyapunov_spectrum(system: HybridSystem, given: LyapunovSpectrum, job: Job) -> Dataset:
     """Lyapunov exponents with saltation at every event, their error bars and their history.
 
     Tangents follow the variational equation, jump by the saltation matrix, and are orthonormalised as often as their
@@ -109,11 +99,6 @@ def lyapunov_spectrum(system: "HybridSystem", given: LyapunovSpectrum, job: "Job
         ``closest_grazing``, ``rank`` and ``outcome``; exponents per unit of time, NaN if the run ended early. The
         dimension's error is NaN where the first exponent cannot be distinguished from zero, at which the dimension
         jumps.
-
-    Raises
-    ------
-    SettingsError
-        An argument that cannot be used.
     """
     from chaosdrill.analysis.spectra import spectrum
 

@@ -2,18 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 from chaosdrill.analysis.arguments import Region, Start
-from chaosdrill.analysis.base import ORBITS, Orbit, analysis
+from chaosdrill.analysis.base import ORBITS, Dataset, HybridSystem, Job, Orbit, analysis
 from chaosdrill.dataset.schema import ITERATE, MULTIPLIER, STATES, axis, forcing, need, outcome, table
 from chaosdrill.settings import Choice, Faults, Number, Whole, setting
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from chaosdrill.analysis.base import Job
-    from chaosdrill.model import HybridSystem
 
 _PARTS = "In parts of the sides of the region."
 
@@ -94,11 +88,7 @@ class Manifolds(Orbit):
         doc="Where Newton's method starts: at the states near the saddle, or at the state of a run after "
         "``transient``.",
     )
-    of: str = setting(
-        Choice(("both", "unstable", "stable")),
-        "both",
-        doc="Which manifolds are grown.",
-    )
+    of: str = setting(Choice(("both", "unstable", "stable")), "both", doc="Which manifolds are grown.")
     region: dict[str, Any] | None = setting(
         Region(),
         None,
@@ -106,26 +96,12 @@ class Manifolds(Orbit):
         "followed half a side beyond it. Default: twice the largest values on the motion from the initial "
         "state, on both sides of zero.",
     )
-    length: float = setting(
-        Number(above=0, most=1e6),
-        10.0,
-        doc="Length of each branch.",
-    )
-    spacing: float = setting(
-        Number(above=0, most=0.5),
-        0.01,
-        doc="Largest distance of neighbouring points.",
-    )
+    length: float = setting(Number(above=0, most=1e6), 10.0, doc="Length of each branch.")
+    spacing: float = setting(Number(above=0, most=0.5), 0.01, doc="Largest distance of neighbouring points.")
     accuracy: float = setting(
-        Number(least=1e-12, most=1e-3),
-        1e-8,
-        doc="Largest error of the first segment, and of the place of a break.",
+        Number(least=1e-12, most=1e-3), 1e-8, doc="Largest error of the first segment, and of the place of a break."
     )
-    max_points: int = setting(
-        Whole(100, 10_000_000),
-        20_000,
-        doc="Points of each branch.",
-    )
+    max_points: int = setting(Whole(100, 10_000_000), 20_000, doc="Points of each branch.")
 
     @classmethod
     def read(cls, given: Mapping[str, Any], system: Any) -> Self:
@@ -135,7 +111,7 @@ class Manifolds(Orbit):
         return super().read(given, system)
 
     @classmethod
-    def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
+    def misfits(cls, table: Mapping[str, Any], system: HybridSystem) -> Faults:
         """As for every orbit; and a flow without a section, on which its orbits would be points."""
         yield from super().misfits(table, system)
         if not system.forced and table.get("at") is None:
@@ -172,7 +148,7 @@ def _of_dataset(given: Mapping[str, Any], orbit: Any) -> dict[str, Any]:
     VARIABLES,
     cites=(*ORBITS, "hobson1993", "krauskopf1998"),
 )
-def manifolds(system: "HybridSystem", given: Manifolds, job: "Job") -> "xr.Dataset":
+def manifolds(system: HybridSystem, given: Manifolds, job: Job) -> Dataset:
     """The stable and the unstable manifold of a saddle, where they are curves, on a section.
 
     The section is the strobe of a forcing, every iterate of a map, or an event or surface of a system without forcing.
@@ -207,11 +183,6 @@ def manifolds(system: "HybridSystem", given: Manifolds, job: "Job") -> "xr.Datas
         (multiplier). ``region`` (end, state); ``outcome``: ``periodic``, ``no_saddle`` without a curve, or why there is
         no orbit; why a curve is missing stands in the attribute ``message``. Lengths, errors and angles are in parts of
         the region's sides.
-
-    Raises
-    ------
-    SettingsError
-        An argument that cannot be used.
 
     References
     ----------

@@ -1,18 +1,12 @@
 """Charts over two parameters: period, exponents, rates, outcome, and number of attractors."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from chaosdrill.analysis.arguments import FIXED_SEEDS, RANDOM, RANDOM_SEEDS, SEEDS, Axes
-from chaosdrill.analysis.base import POINTS, Points, analysis
+from chaosdrill.analysis.base import POINTS, Dataset, HybridSystem, Job, Points, analysis
 from chaosdrill.dataset.schema import SWEEP, may, need, swept, table
 from chaosdrill.settings import Whole, setting
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from chaosdrill.analysis.base import Job
-    from chaosdrill.model import HybridSystem
 
 VARIABLES = table(
     *swept("Period of the forcing at each point of the chart."),
@@ -48,7 +42,7 @@ class ParameterChart(Points):
     VARIABLES,
     cites=POINTS,
 )
-def parameter_chart(system: "HybridSystem", given: ParameterChart, job: "Job") -> "xr.Dataset":
+def parameter_chart(system: HybridSystem, given: ParameterChart, job: Job) -> Dataset:
     """Period, spectrum, mean rates and outcome over two parameters.
 
     Every point is an independent run, classified as in `bifurcation_diagram`, from the same seeds. An attractor that
@@ -61,11 +55,6 @@ def parameter_chart(system: "HybridSystem", given: ParameterChart, job: "Job") -
         ``outcome``, and ``section`` (iterate, state) if requested; over both parameters ``attractor_count`` and, of a
         forced system, ``forcing_period``; ``initial_state`` (seed, state). NaN, and the period 0, where a point has no
         result.
-
-    Raises
-    ------
-    SettingsError
-        An argument that cannot be used.
     """
     from chaosdrill.analysis.sweeps import over_parameters
 

@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from chaosdrill.analysis.arguments import LONGEST_PERIOD, PARAMETERS, RANDOM, SEEDS, chosen
-from chaosdrill.analysis.base import ORBITS, Orbit, analysis
+from chaosdrill.analysis.base import ORBITS, Dataset, HybridSystem, Job, Orbit, analysis
 from chaosdrill.analysis.functions import (
     FUNCTIONS,
     function_columns,
@@ -34,13 +34,6 @@ from chaosdrill.dataset.schema import (
     table,
 )
 from chaosdrill.settings import Choice, Faults, Known, Whole, setting, told
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from chaosdrill.analysis.base import Job
-    from chaosdrill.model import HybridSystem
-
 
 VARIABLES = table(
     *STATES,
@@ -129,14 +122,10 @@ class PeriodicOrbit(Orbit):
         doc="Parameters with respect to which start, times, mean rates, multipliers and exponents are "
         "differentiated; True for all.",
     )
-    functions: dict[str, Any] | None = setting(
-        FUNCTIONS,
-        None,
-        doc="Functions of the orbit, as in `continue_orbit`.",
-    )
+    functions: dict[str, Any] | None = setting(FUNCTIONS, None, doc="Functions of the orbit, as in `continue_orbit`.")
 
     @classmethod
-    def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
+    def misfits(cls, table: Mapping[str, Any], system: HybridSystem) -> Faults:
         """Functions of what the system does not have."""
         yield from super().misfits(table, system)
         yield from misfits_of_functions(table, system)
@@ -160,7 +149,7 @@ class PeriodicOrbit(Orbit):
     VARIABLES,
     cites=ORBITS,
 )
-def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> "xr.Dataset":
+def periodic_orbit(system: HybridSystem, given: PeriodicOrbit, job: Job) -> Dataset:
     """A periodic orbit, or all orbits that a search finds, with multipliers, events and consistency checks.
 
     An orbit is a closed chain of segments between events. Newton's method solves for the initial states and durations
@@ -195,11 +184,6 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
         across events. NaN, with the reason in the attribute ``derivatives_message``, where they do not exist: at
         grazing, at a fold, and where a conserved quantity makes the orbit one of a family. Only orbits have
         derivatives, not means of a chaotic motion.
-
-    Raises
-    ------
-    SettingsError
-        An argument that cannot be used.
 
     References
     ----------

@@ -1,9 +1,9 @@
 """States on a Poincare section, the period found there, and the multipliers of the cycle."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
-from chaosdrill.analysis.base import SectionRecord, analysis
+from chaosdrill.analysis.base import Dataset, HybridSystem, Job, SectionRecord, analysis
 from chaosdrill.dataset.schema import (
     ITERATE,
     MULTIPLIER,
@@ -20,12 +20,6 @@ from chaosdrill.dataset.schema import (
     rates,
     table,
 )
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from chaosdrill.analysis.base import Job
-    from chaosdrill.model import HybridSystem
 
 VARIABLES = table(
     *STATES,
@@ -62,7 +56,7 @@ class PoincareSection(SectionRecord):
     VARIABLES,
     cites=("mueller1995",),
 )
-def poincare_section(system: "HybridSystem", given: PoincareSection, job: "Job") -> "xr.Dataset":
+def poincare_section(system: HybridSystem, given: PoincareSection, job: Job) -> Dataset:
     """States at every strobe, before every event of a given name, or on a surface.
 
     Returns
@@ -73,11 +67,6 @@ def poincare_section(system: "HybridSystem", given: PoincareSection, job: "Job")
         ``multiplier_imag`` (multiplier): eigenvalues of the tangent map over the cycle, saltation included, those of
         lost rank exactly 0, and 1 along the flow of a system without forcing; mean rates, over one cycle if there is a
         period, and ``outcome``.
-
-    Raises
-    ------
-    SettingsError
-        An argument that cannot be used.
     """
     from chaosdrill.analysis.section_points import section
 

@@ -2,18 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
-from chaosdrill.analysis.base import SweptRecord, analysis
+from chaosdrill.analysis.base import Dataset, HybridSystem, Job, SweptRecord, analysis
 from chaosdrill.dataset.schema import COVERS, STATES, SWEEP, axis, need, outcome, table
 from chaosdrill.names import remedy
 from chaosdrill.settings import Faults, ListOf, Text, setting, told
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from chaosdrill.analysis.base import Job
-    from chaosdrill.model import HybridSystem
 
 _STATE = f"{SWEEP} state"
 
@@ -37,9 +31,7 @@ VARIABLES = table(
 class Regularity(SweptRecord):
     """Settings of `regularity`."""
 
-    meanings: ClassVar[Mapping[str, str]] = {
-        "periods": "Points of the section to record, at least 40.",
-    }
+    meanings: ClassVar[Mapping[str, str]] = {"periods": "Points of the section to record, at least 40."}
 
     plane: list[str] | None = setting(
         ListOf(Text(), distinct=True, least=2, most=2),
@@ -49,7 +41,7 @@ class Regularity(SweptRecord):
     )
 
     @classmethod
-    def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
+    def misfits(cls, table: Mapping[str, Any], system: HybridSystem) -> Faults:
         """A state that the system does not have."""
         yield from super().misfits(table, system)
         for number, name in enumerate(table.get("plane") or ()):
@@ -64,7 +56,7 @@ class Regularity(SweptRecord):
     VARIABLES,
     cites=("das2017",),
 )
-def regularity(system: "HybridSystem", given: Regularity, job: "Job") -> "xr.Dataset":
+def regularity(system: HybridSystem, given: Regularity, job: Job) -> Dataset:
     """Weighted Birkhoff averages of section points, their number of digits, and the rotation number.
 
     The weight exp(-1/(t(1-t))) fades the average in and out, so that on a torus or a cycle it converges faster than any
@@ -87,11 +79,6 @@ def regularity(system: "HybridSystem", given: Regularity, job: "Job") -> "xr.Dat
         the record; elsewhere they are at least those of means of correlated values, and never less than the tolerance
         allows. The error of the digits is their scatter over parts of the record, at least 0.48, as for normal
         quantities.
-
-    Raises
-    ------
-    SettingsError
-        An argument that cannot be used.
     """
     from chaosdrill.analysis.evidence import REGULARITY
     from chaosdrill.analysis.records import over_records

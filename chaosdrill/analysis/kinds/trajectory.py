@@ -4,10 +4,10 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 from chaosdrill.analysis.arguments import Span, Times
-from chaosdrill.analysis.base import Record, analysis
+from chaosdrill.analysis.base import Dataset, HybridSystem, Job, Record, analysis
 from chaosdrill.analysis.starts import STARTS, Tangents
 from chaosdrill.dataset.schema import (
     INITIAL_STATE,
@@ -24,12 +24,6 @@ from chaosdrill.dataset.schema import (
     table,
 )
 from chaosdrill.settings import Faults, Whole, setting, told
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from chaosdrill.analysis.base import Job
-    from chaosdrill.model import HybridSystem
 
 _EITHER = "times are given, at which states are recorded instead of samples"
 
@@ -82,13 +76,11 @@ class Trajectory(Record):
     meanings: ClassVar[Mapping[str, str]] = {
         "periods": "Points of the section to record: forcing periods, or, with ``at``, events or crossings of a "
         "surface; the record then extends from the point at which the transient ends to the last one, including "
-        "its event.",
+        "its event."
     }
 
     samples: int | None = setting(
-        Whole(1),
-        None,
-        doc="Samples per period or mean return (or over the whole ``duration``); default 200.",
+        Whole(1), None, doc="Samples per period or mean return (or over the whole ``duration``); default 200."
     )
     times: Any = setting(
         Times(),
@@ -121,7 +113,7 @@ class Trajectory(Record):
             yield ("samples",), told(f"{_EITHER}; leave one of them out", table["samples"])
 
     @classmethod
-    def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
+    def misfits(cls, table: Mapping[str, Any], system: HybridSystem) -> Faults:
         """As for every run, plus times, or several runs, together with a section at events or on a surface."""
         yield from super().misfits(table, system)
         if table.get("at") in (None, "strobe"):
@@ -131,15 +123,15 @@ class Trajectory(Record):
             if name in table:
                 yield ("at",), told(f"{name} and at exclude each other: {words}", table["at"])
 
-    def counts(self, system: "HybridSystem") -> str:
+    def counts(self, system: HybridSystem) -> str:
         """Lengths and their unit; the last of the given times is a length."""
         return Record.counts(self._told(system), system)
 
-    def span(self, system: "HybridSystem", numerics: Any, *, units: int = 1) -> Span:
+    def span(self, system: HybridSystem, numerics: Any, *, units: int = 1) -> Span:
         """Length of the run: the given one, or up to the last of the given times."""
         return Record.span(self._told(system), system, numerics, units=units)
 
-    def _told(self, system: "HybridSystem") -> Self:
+    def _told(self, system: HybridSystem) -> Self:
         """The same with a length."""
         if self.times is None or self.periods is not None or self.duration is not None:
             return self
@@ -150,7 +142,7 @@ class Trajectory(Record):
 
 
 @analysis("trajectory", Trajectory, "states over time, with every event", VARIABLES)
-def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dataset":
+def trajectory(system: HybridSystem, given: Trajectory, job: Job) -> Dataset:
     """States at equal intervals of time, and every event.
 
     Returns
@@ -163,11 +155,6 @@ def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dat
         all but events have the leading dimension ``run``; events stand run by run, ``event_count`` (run) of each, as
         after `join`, and there are ``initial_state`` (run, state) and ``initial_mode`` (run). With ``tangents`` there
         are ``initial_tangent`` and ``final_tangent`` (tangent, state), NaN where a run ended early.
-
-    Raises
-    ------
-    SettingsError
-        An argument that cannot be used.
     """
     from chaosdrill.analysis.ensembles import ensemble, one_run
 

@@ -2,19 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from chaosdrill.analysis.arguments import RANDOM, At, section_fault
-from chaosdrill.analysis.base import AnalysisSettings, analysis
+from chaosdrill.analysis.base import AnalysisSettings, Dataset, HybridSystem, Job, analysis
 from chaosdrill.analysis.starts import STARTS
 from chaosdrill.dataset.schema import COVERS, EXPONENT, RANK_LOSS, STATES, axis, forcing, need, outcome, table
 from chaosdrill.settings import LONGEST, Amount, Faults, Whole, setting, told
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from chaosdrill.analysis.base import Job
-    from chaosdrill.model import HybridSystem
 
 VARIABLES = table(
     axis("start", "start", "i4", "number of the start", "In their order, from 1.", True),
@@ -45,14 +39,10 @@ class TransientChaos(AnalysisSettings):
 
     without_noise: ClassVar[str] = ""
     meanings: ClassVar[Mapping[str, str]] = {
-        "system": "System with its parameters; its initial state supplies the states that the starts do not name.",
+        "system": "System with its parameters; its initial state supplies the states that the starts do not name."
     }
 
-    periods: int | None = setting(
-        Whole(1),
-        None,
-        doc="Longest time for which a run is followed, in forcing periods.",
-    )
+    periods: int | None = setting(Whole(1), None, doc="Longest time for which a run is followed, in forcing periods.")
     duration: float | None = setting(
         Amount(above=0, most=LONGEST),
         None,
@@ -66,15 +56,9 @@ class TransientChaos(AnalysisSettings):
         "time if that is less.",
     )
     random: dict[str, Any] | None = setting(
-        RANDOM,
-        None,
-        doc='Starts drawn uniformly from a box: ``{"count": 5000, "seed": 1, "x": (0, 1)}``.',
+        RANDOM, None, doc='Starts drawn uniformly from a box: ``{"count": 5000, "seed": 1, "x": (0, 1)}``.'
     )
-    initial: Any = setting(
-        STARTS,
-        None,
-        doc="Starts in place of ``random``, in any form that `basins` takes.",
-    )
+    initial: Any = setting(STARTS, None, doc="Starts in place of ``random``, in any form that `basins` takes.")
     until: str | None = setting(
         At(),
         None,
@@ -95,7 +79,7 @@ class TransientChaos(AnalysisSettings):
                 yield (), words
 
     @classmethod
-    def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
+    def misfits(cls, table: Mapping[str, Any], system: HybridSystem) -> Faults:
         """A length in a unit that the system lacks, and an end of lifetimes that it does not have."""
         until = table.get("until")
         if until == "strobe":
@@ -120,7 +104,7 @@ class TransientChaos(AnalysisSettings):
     VARIABLES,
     cites=("kantz1985", "lai2011"),
 )
-def transient_chaos(system: "HybridSystem", given: TransientChaos, job: "Job") -> "xr.Dataset":
+def transient_chaos(system: HybridSystem, given: TransientChaos, job: Job) -> Dataset:
     """Lifetimes of runs from many starts, the rate at which they leave, and the chaotic saddle.
 
     A run leaves when it escapes from the bounds of the system's states, or meets ``until`` for the first time. If lives
@@ -148,11 +132,6 @@ def transient_chaos(system: "HybridSystem", given: TransientChaos, job: "Job") -
         ``lyapunov_exponent`` and ``lyapunov_error`` (exponent), NaN where fewer than 100 runs live long. Without an
         escape the rate is 0, and twice its error is the largest rate that would have shown no escape in 5 % of all
         cases.
-
-    Raises
-    ------
-    SettingsError
-        An argument that cannot be used.
     """
     from chaosdrill.analysis.escapes import transients
 

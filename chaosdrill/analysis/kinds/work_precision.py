@@ -2,21 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from chaosdrill.analysis.arguments import Method
-from chaosdrill.analysis.base import Record, analysis
+from chaosdrill.analysis.base import Dataset, HybridSystem, Job, Record, analysis
 from chaosdrill.dataset.references import SPECTRA
 from chaosdrill.dataset.schema import STATES, axis, clocked, forcing, need, outcome, table
 from chaosdrill.declared import METHODS
 from chaosdrill.errors import SettingsError
 from chaosdrill.settings import Faults, ListOf, Number, Whole, setting, told
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from chaosdrill.analysis.base import Job
-    from chaosdrill.model import HybridSystem
 
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
 
@@ -61,15 +55,9 @@ class WorkPrecision(Record):
         "transient": "Points of the section, or time, to run before measurements begin.",
     }
 
-    methods: list[str] = setting(
-        ListOf(Method(), distinct=True),
-        tuple(METHODS),
-        doc="Default: all methods.",
-    )
+    methods: list[str] = setting(ListOf(Method(), distinct=True), tuple(METHODS), doc="Default: all methods.")
     tolerances: list[float] = setting(
-        ListOf(Number(1e-16, 1e-2), distinct=True),
-        TOLERANCES,
-        doc="Default 1e-4, 1e-6, ..., 1e-14.",
+        ListOf(Number(1e-16, 1e-2), distinct=True), TOLERANCES, doc="Default 1e-4, 1e-6, ..., 1e-14."
     )
     steps: list[int] | None = setting(
         ListOf(Whole(4, 10_000_000)),
@@ -78,9 +66,7 @@ class WorkPrecision(Record):
         "tolerance^(-1/4): with order 4 their error then falls as the tolerance does.",
     )
     repeats: int = setting(
-        Whole(1, 1000),
-        5,
-        doc="Rounds in which all cells are timed in turn; the medians are reported.",
+        Whole(1, 1000), 5, doc="Rounds in which all cells are timed in turn; the medians are reported."
     )
 
     @classmethod
@@ -92,7 +78,7 @@ class WorkPrecision(Record):
             yield ("steps",), told(f"expected a list of {len(tolerances)} counts, one for each of tolerances", steps)
 
     @classmethod
-    def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
+    def misfits(cls, table: Mapping[str, Any], system: HybridSystem) -> Faults:
         """As for every run, plus a map, for which there are no methods."""
         yield from super().misfits(table, system)
         if system.discrete:
@@ -106,7 +92,7 @@ class WorkPrecision(Record):
     VARIABLES,
     cites=(*SPECTRA, "bulirsch1966"),
 )
-def work_precision(system: "HybridSystem", given: WorkPrecision, job: "Job") -> "xr.Dataset":
+def work_precision(system: HybridSystem, given: WorkPrecision, job: Job) -> Dataset:
     """Errors against run time, steps and evaluations, for every method and tolerance.
 
     After the transient the run looks for a cycle. If it has settled on one, the methods are compared over that cycle;

@@ -2,16 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
-from chaosdrill.analysis.base import SweptRecord, analysis
+from chaosdrill.analysis.base import Dataset, HybridSystem, Job, SweptRecord, analysis
 from chaosdrill.dataset.schema import STATES, SWEEP, axis, need, outcome, table
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from chaosdrill.analysis.base import Job
-    from chaosdrill.model import HybridSystem
 
 _STATE = f"{SWEEP} state"
 
@@ -35,7 +29,7 @@ class ZeroOneTest(SweptRecord):
 
     without_noise: ClassVar[str] = "it takes the noise itself for chaos"
     meanings: ClassVar[Mapping[str, str]] = {
-        "periods": "Points of the section to record: at least 40, and several hundred for a conclusive result.",
+        "periods": "Points of the section to record: at least 40, and several hundred for a conclusive result."
     }
 
 
@@ -46,7 +40,7 @@ class ZeroOneTest(SweptRecord):
     VARIABLES,
     cites=("gottwald2009",),
 )
-def zero_one_test(system: "HybridSystem", given: ZeroOneTest, job: "Job") -> "xr.Dataset":
+def zero_one_test(system: HybridSystem, given: ZeroOneTest, job: Job) -> Dataset:
     """The 0-1 test of each state, from section points alone, without tangents.
 
     The values of a state drive a point in a plane that turns by a fixed angle at every iterate. If the motion is
@@ -63,11 +57,6 @@ def zero_one_test(system: "HybridSystem", given: ZeroOneTest, job: "Job") -> "xr
         ``turn_angle`` (turn) in radians; ``period`` and ``outcome``. The error combines the spread over the angles with
         that between four parts of the record. It is the error of K for records of this length, whose mean is somewhat
         less than 1 in chaos.
-
-    Raises
-    ------
-    SettingsError
-        An argument that cannot be used.
     """
     from chaosdrill.analysis.evidence import ZERO_ONE
     from chaosdrill.analysis.records import over_records
