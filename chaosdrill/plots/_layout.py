@@ -1,38 +1,31 @@
 """A layout in which legends and labels keep within their figure, whatever its size becomes."""
 
-from typing import TYPE_CHECKING, Any, cast
+from collections.abc import Iterator, Sequence
+from typing import Any, cast
 from weakref import WeakKeyDictionary
 
 import numpy as np
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.text import Text
 
+from chaosdrill.plots._types import Artist, Axes, Figure, FontProperties, Legend
 from chaosdrill.plots.labels import wrapped
 from chaosdrill.plots.tuning import TUNING
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from matplotlib.font_manager import FontProperties
-    from matplotlib.legend import Legend
 
 
 class Entries:
     """What a legend was made from, to remake it for another width."""
 
-    def __init__(self, handles: "Sequence[Artist]", loc: Any, most: int) -> None:
+    def __init__(self, handles: Sequence[Artist], loc: Any, most: int) -> None:
         self.handles, self.loc, self.most, self.columns = list(handles), loc, most, most
         self.labels = [str(handle.get_label()) for handle in handles]
         self.title = ""
 
 
-entries: "WeakKeyDictionary[Legend, Entries]" = WeakKeyDictionary()
+entries: WeakKeyDictionary[Legend, Entries] = WeakKeyDictionary()
 """Legends that are fitted."""
 
-_sizes: "WeakKeyDictionary[Text, tuple[float, float]]" = WeakKeyDictionary()
+_sizes: WeakKeyDictionary[Text, tuple[float, float]] = WeakKeyDictionary()
 """Size of each fitted text as it was, and as it is drawn."""
 
 
@@ -44,14 +37,14 @@ class FittedLayout(ConstrainedLayoutEngine):
         self._whole: WeakKeyDictionary[Text, tuple[str, str]] = WeakKeyDictionary()
         self._done: tuple[object, ...] | None = None
 
-    def execute(self, fig: "Figure") -> None:
+    def execute(self, fig: Figure) -> None:
         """Fit and lay out."""
         if self._done != self._state(fig):
             self._fit(fig)
         else:
             super().execute(fig)
 
-    def _fit(self, fig: "Figure") -> None:
+    def _fit(self, fig: Figure) -> None:
         for text, _ in _rooms(fig):
             whole, broken = self._whole.get(text, ("", None))
             shown = text.get_text()
@@ -77,17 +70,17 @@ class FittedLayout(ConstrainedLayoutEngine):
             super().execute(fig)
         self._done = self._state(fig)
 
-    def _state(self, fig: "Figure") -> tuple[object, ...]:
+    def _state(self, fig: Figure) -> tuple[object, ...]:
         texts = tuple(text.get_text() for text, _ in _rooms(fig))
         return (fig.dpi, *fig.get_size_inches().tolist(), texts, tuple(entries[one].title for one in _legends(fig)))
 
 
-def _legends(fig: "Figure") -> "list[Legend]":
+def _legends(fig: Figure) -> list[Legend]:
     every = [*fig.legends, *(ax.get_legend() for ax in fig.axes)]
     return [legend for legend in every if legend is not None and legend in entries]
 
 
-def _rooms(fig: "Figure") -> "Iterator[tuple[Text, float]]":
+def _rooms(fig: Figure) -> Iterator[tuple[Text, float]]:
     """Texts beside the axes, each with the length that it may have in pixels."""
     page, edge = fig.bbox, TUNING.edge * fig.dpi / 72
     for text in fig.texts:
@@ -109,7 +102,7 @@ def _rooms(fig: "Figure") -> "Iterator[tuple[Text, float]]":
         yield ax.yaxis.label, upright
 
 
-def _outermost(ax: "Axes") -> tuple[bool, bool, bool, bool]:
+def _outermost(ax: Axes) -> tuple[bool, bool, bool, bool]:
     """Whether axes stand in the first and last column, and in the first and last row; those of a colour bar do."""
     place = ax.get_subplotspec()
     if place is None:
@@ -141,7 +134,7 @@ def _break(text: Text, whole: str, room: float) -> None:
         _sizes[text] = size, float(text.get_fontsize())
 
 
-def fit_legend(legend: "Legend", fig: "Figure") -> bool:
+def fit_legend(legend: Legend, fig: Figure) -> bool:
     """Give a legend as many columns as fit, break entries that are too long; return whether it changed."""
     own = entries[legend]
     em = legend.prop.get_size_in_points() * fig.dpi / 72
@@ -170,7 +163,7 @@ def fit_legend(legend: "Legend", fig: "Figure") -> bool:
     return changed
 
 
-def _broken(label: str, font: "FontProperties", fig: "Figure", room: float) -> str:
+def _broken(label: str, font: FontProperties, fig: Figure, room: float) -> str:
     """A text in lines that fit; letters differ in width, so that the lines themselves are measured."""
     text, longest = label, max(map(len, label.split("\n")))
     while (width := _width(text, font, fig)) > room > 0 and longest > TUNING.fewest_letters:
@@ -179,13 +172,13 @@ def _broken(label: str, font: "FontProperties", fig: "Figure", room: float) -> s
     return text
 
 
-def _width(label: str, font: "FontProperties", fig: "Figure") -> float:
+def _width(label: str, font: FontProperties, fig: Figure) -> float:
     text = Text(text=label, fontproperties=font)
     text.set_figure(fig)
     return float(text.get_window_extent().width)
 
 
-def _make_again(legend: "Legend", own: Entries, labels: list[str], columns: int) -> None:
+def _make_again(legend: Legend, own: Entries, labels: list[str], columns: int) -> None:
     """Refill a legend in place: when the layout runs, the artists to draw are already chosen."""
     title, own.columns, filled = legend.get_title(), columns, cast("Any", legend)
     legend.set_ncols(columns)

@@ -1,12 +1,13 @@
 """Accuracy: convergence of exponents with the length of the run, and of errors with the tolerance and its cost."""
 
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from chaosdrill.analysis.precision_advice import MANY, NAMES, cheapest, shown_quantities
 from chaosdrill.dataset.outcomes import flag_names
+from chaosdrill.plots._types import Axes, Dataset, Figure
 from chaosdrill.plots.figures import is_narrow, legend_outside, new_figure
 from chaosdrill.plots.labels import period_words, subscript, uncertain
 from chaosdrill.plots.markers import tell
@@ -14,30 +15,17 @@ from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.tuning import TUNING
 
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 # colours, markers and dashes each distinguish the methods, also on grey paper
 _DASHES = ("-", "--", "-.", ":")
 _MARKERS = ("o", "s", "^", "D")
 
 
 @picture("lyapunov-spectrum", "convergence", "running means of the exponents")
-def convergence(dataset: "xr.Dataset") -> "Figure":
+def convergence(dataset: Dataset) -> Figure:
     """Draw the running means of the finite exponents, of at most a dozen, over the length of the run.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``lyapunov-spectrum``.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One panel per exponent, each on its own scale, with a band of one standard error of a run of that length to
-        either side. Exponents of minus infinity have no curve: the title names them.
+    One panel per exponent, each on its own scale, with a band of one standard error of a run of that length to either
+    side. Exponents of minus infinity have no curve: the title names them.
     """
     values = np.atleast_1d(dataset["lyapunov_exponent"].values)
     errors = np.atleast_1d(dataset["lyapunov_error"].values)
@@ -69,7 +57,7 @@ def convergence(dataset: "xr.Dataset") -> "Figure":
     return figure
 
 
-def _panel(panel: "Axes", time: np.ndarray, history: np.ndarray, value: float, error: float) -> None:
+def _panel(panel: Axes, time: np.ndarray, history: np.ndarray, value: float, error: float) -> None:
     panel.axhline(value, color="0.5", linewidth=0.7, zorder=1)
     if np.isfinite(error) and error > 0:
         width = error * np.sqrt(time[-1] / time)
@@ -93,20 +81,12 @@ def _panel(panel: "Axes", time: np.ndarray, history: np.ndarray, value: float, e
 
 
 @picture("work-precision", "work-precision", "errors against time, over methods and tolerances")
-def work_precision(dataset: "xr.Dataset") -> "Figure":
+def work_precision(dataset: Dataset) -> Figure:
     """Draw time against correct digits.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``work-precision``.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One panel per quantity, and one for the time over which a chaotic trajectory can be trusted. A line is a method,
-        a point a tolerance; a ring marks the cell to use for 8 digits, with its tolerance. The titles give the cost of
-        a further digit.
+    One panel per quantity, and one for the time over which a chaotic trajectory can be trusted. A line is a method, a
+    point a tolerance; a ring marks the cell to use for 8 digits, with its tolerance. The titles give the cost of a
+    further digit.
     """
     quantities = shown_quantities(dataset)
     horizon = bool(np.isfinite(dataset["horizon"]).any())
@@ -137,7 +117,7 @@ def work_precision(dataset: "xr.Dataset") -> "Figure":
     return figure
 
 
-def _quantity(panel: "Axes", dataset: "xr.Dataset", quantity: str) -> None:
+def _quantity(panel: Axes, dataset: Dataset, quantity: str) -> None:
     errors = dataset["error"].sel(quantity=quantity)
     prices = []
     for i, (method, error) in enumerate(zip(dataset["method"].values, errors.values, strict=True)):
@@ -159,7 +139,7 @@ def _quantity(panel: "Axes", dataset: "xr.Dataset", quantity: str) -> None:
     panel.set_title(f"{name}\n{told}".replace("\u00a0", " ") if prices else name, fontsize="small")
 
 
-def _line(panel: "Axes", dataset: "xr.Dataset", number: int, x: np.ndarray) -> float:
+def _line(panel: Axes, dataset: Dataset, number: int, x: np.ndarray) -> float:
     """Draw one method; return the mean growth of its time per unit of x, minus one."""
     method = str(dataset["method"].values[number])
     tolerances, time = dataset["tolerance"].values, 1e6 * dataset["wall_time"].values[number]
@@ -174,7 +154,7 @@ def _line(panel: "Axes", dataset: "xr.Dataset", number: int, x: np.ndarray) -> f
     return float(np.exp(np.polyfit(x, np.log(time), 1)[0]) - 1) if np.ptp(x) > 1 else float("nan")
 
 
-def _ring(panel: "Axes", dataset: "xr.Dataset", quantity: str) -> None:
+def _ring(panel: Axes, dataset: Dataset, quantity: str) -> None:
     """Mark the cell to use for ``MANY`` digits."""
     found = cheapest(dataset, quantity, MANY)
     panel.axvline(MANY, color="0.8", linewidth=0.7, zorder=0)
@@ -188,7 +168,7 @@ def _ring(panel: "Axes", dataset: "xr.Dataset", quantity: str) -> None:
         panel.annotate(_power(tolerance), (digits, 1e6 * time), fontsize="small", **above)
 
 
-def _limit(panel: "Axes", dataset: "xr.Dataset", quantity: str) -> None:
+def _limit(panel: Axes, dataset: Dataset, quantity: str) -> None:
     """Shade the digits of an exponent that a run of this length does not determine."""
     error = float(dataset["lyapunov_error"])
     if quantity != "exponent" or not 0 < error < 1:
@@ -198,7 +178,7 @@ def _limit(panel: "Axes", dataset: "xr.Dataset", quantity: str) -> None:
     panel.text(-np.log10(error) + 0.2, 0.98, text, transform=panel.get_xaxis_transform(), va="top", fontsize="small")
 
 
-def _horizon(panel: "Axes", dataset: "xr.Dataset") -> None:
+def _horizon(panel: Axes, dataset: Dataset) -> None:
     unit = float(dataset["forcing_period"]) if "forcing_period" in dataset.variables else 1.0
     for i in range(dataset.sizes["method"]):
         times = dataset["horizon"].values[i] / unit
@@ -214,7 +194,7 @@ def _power(tolerance: float) -> str:
     return f"{mantissa}e{int(exponent)}"
 
 
-def _heading(dataset: "xr.Dataset") -> str:
+def _heading(dataset: Dataset) -> str:
     period = int(dataset["period"])
     where = f"on a cycle of period {period}" if period else "from a state of the attractor"
     system = str(dataset.attrs.get("system", "")) or "the system"
@@ -227,7 +207,7 @@ def _heading(dataset: "xr.Dataset") -> str:
     )
 
 
-def _missing(dataset: "xr.Dataset") -> list[str]:
+def _missing(dataset: Dataset) -> list[str]:
     """Methods that came to an early end at every tolerance, with their outcome."""
     codes, names = dataset["outcome"].transpose("method", "tolerance").values, flag_names(dataset["outcome"])
     return [

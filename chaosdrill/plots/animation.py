@@ -3,15 +3,17 @@
 import json
 import shutil
 import subprocess
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from os import PathLike, fspath
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.errors import ArchiveError, SettingsError
+from chaosdrill.plots._types import Axes, Dataset, Floats, Line2D, States, Truths
 from chaosdrill.plots.contents import places_of
 from chaosdrill.plots.curve import Curve, breaks, is_joined, join, pieces
 from chaosdrill.plots.figures import legend_outside, new_figure
@@ -21,23 +23,15 @@ from chaosdrill.plots.style import style
 from chaosdrill.plots.tuning import TUNING
 from chaosdrill.typed import NAMED, NUMBER, PATH, TABLE, expecting
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.lines import Line2D
-    from numpy.typing import NDArray
-
 MOVING = ("gif", "mp4")
 _GREY = "0.8"
 
 
 @expecting(SettingsError, path=PATH, state=NAMED, bodies=TABLE, seconds=NUMBER)
 def animate(
-    ds: "xr.Dataset",
+    ds: "Dataset",
     path: str | PathLike[str],
-    state: "str | Sequence[str] | None" = None,
+    state: States = None,
     bodies: Mapping[str, str | float] | None = None,
     seconds: float = 10.0,
 ) -> Path:
@@ -105,7 +99,7 @@ class _Scene:
     """The figure of an animation: what stays, drawn once, and what moves, drawn over it again for every frame."""
 
     def __init__(
-        self, run: "xr.Dataset", plane: tuple[int, ...], bodies: Mapping[str, str | float] | None, seconds: float
+        self, run: Dataset, plane: tuple[int, ...], bodies: Mapping[str, str | float] | None, seconds: float
     ) -> None:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
 
@@ -139,7 +133,7 @@ class _Scene:
         legend_outside(self.figure, list(shown.values()), handlelength=1.4)
         self.canvas = FigureCanvasAgg(self.figure)
 
-    def _bodies(self, axes: "Axes", heights: "dict[str, NDArray[np.float64]]") -> "list[tuple[Line2D, Any]]":
+    def _bodies(self, axes: Axes, heights: dict[str, Floats]) -> list[tuple[Line2D, Any]]:
         colours = ("#000000", PALETTE[0], "0.6")
         found = []
         for (name, height), colour in zip(heights.items(), colours * len(heights), strict=False):
@@ -153,12 +147,12 @@ class _Scene:
         axes.set(xlim=(0, 1), ylim=(every.min() - edge, every.max() + edge), xticks=[], ylabel="height")
         return found
 
-    def moves(self, line: "Line2D") -> None:
+    def moves(self, line: Line2D) -> None:
         """Exclude a line from the static part."""
         line.set_animated(True)
         self.moving.append(line)
 
-    def frames(self) -> "Iterator[NDArray[np.uint8]]":
+    def frames(self) -> Iterator[NDArray[np.uint8]]:
         """Every frame, shape (height, width, 4)."""
         self.canvas.draw()
         self.figure.set_layout_engine("none")
@@ -182,7 +176,7 @@ class _Scene:
 class _Graph:
     """One curve of a scene: the whole in grey, its last part, the point, and marks that flash at events."""
 
-    def __init__(self, scene: _Scene, axes: "Axes", x: "NDArray[np.float64]", y: "NDArray[np.float64]") -> None:
+    def __init__(self, scene: _Scene, axes: Axes, x: Floats, y: Floats) -> None:
         self.axes, self.curve, self.points = axes, scene.curve, np.column_stack([x, y])
         self.trail, self.breaks = TUNING.trail * scene.second, breaks(scene.curve.time, self.points)
         flow, jumps = pieces(scene.curve.time, x, y)
@@ -202,7 +196,7 @@ class _Graph:
         for line in (self.way, *(line for line, _ in self.marks), self.point):
             scene.moves(line)
 
-    def show(self, now: float, flashing: "NDArray[np.bool_]") -> None:
+    def show(self, now: float, flashing: Truths) -> None:
         """Move the moving artists to where they are at a time."""
         time = self.curve.time
         first, last = np.searchsorted(time, [now - self.trail, now])
@@ -215,18 +209,16 @@ class _Graph:
             line.set_data(*self.sides[flashing & of_kind].T)
 
 
-def at(time: "NDArray[np.float64]", values: "NDArray[np.float64]", now: Any) -> "NDArray[np.float64]":
+def at(time: Floats, values: Floats, now: Any) -> Floats:
     """Values, shape (m, n), at one time or several between those of a curve; at an event those after it."""
     after = np.clip(np.searchsorted(time, now, "right"), 1, len(time) - 1)
     step = time[after] - time[after - 1]
     part = np.where(step > 0, (now - time[after - 1]) / np.where(step > 0, step, 1.0), 1.0)
-    between: NDArray[np.float64] = values[after - 1] + np.expand_dims(part, -1) * (values[after] - values[after - 1])
+    between: Floats = values[after - 1] + np.expand_dims(part, -1) * (values[after] - values[after - 1])
     return between
 
 
-def _heights(
-    run: "xr.Dataset", curve: Curve, times: "NDArray[np.float64]", bodies: Mapping[str, str | float] | None
-) -> "dict[str, NDArray[np.float64]]":
+def _heights(run: Dataset, curve: Curve, times: Floats, bodies: Mapping[str, str | float] | None) -> dict[str, Floats]:
     """The height of each body at given times."""
     import sympy
 

@@ -1,12 +1,14 @@
 """Branches of periodic orbits over a parameter, and curves of special points over two, on top of diagram or chart."""
 
 import json
+from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from chaosdrill.plots._types import Axes, Dataset, Figure, Floats, Integers, States, Truths
 from chaosdrill.plots.categories import Category, by_period
 from chaosdrill.plots.contents import limits, places_of, settings, swept
 from chaosdrill.plots.figures import legend_outside, new_figure, one_panel
@@ -30,14 +32,6 @@ from chaosdrill.plots.plane import Plane
 from chaosdrill.plots.sections import first_that_varies
 from chaosdrill.plots.tuning import TUNING
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
 _NO_BIFURCATION = "real multipliers of product 1: no bifurcation"
 _DASHES = {
     "fold": "-",
@@ -54,33 +48,15 @@ _DASHES = {
     parameters=1,
     over="bifurcation-diagram",
 )
-def branches(
-    *datasets: "xr.Dataset",
-    over: "xr.Dataset | None" = None,
-    ax: "Axes | None" = None,
-    state: "str | Sequence[str] | None" = None,
-) -> "Figure":
+def branches(*datasets: Dataset, over: Dataset | None = None, ax: Axes | None = None, state: States = None) -> Figure:
     """Draw branches of periodic orbits over the parameter.
 
-    Parameters
-    ----------
-    *datasets : xarray.Dataset
-        Of kind ``continuation``, all over the same one parameter.
-    over : xarray.Dataset, optional
-        Of kind ``bifurcation-diagram`` over that parameter, drawn as background.
-    ax : matplotlib.axes.Axes, optional
-        Where it is drawn.
-    state : str, optional
-        State that is drawn; default: the first that varies.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The state at all points of each orbit on the section: one line per iterate, one colour per period, solid where
-        the orbit is stable and dashed where it is unstable. Each kind of special point has its own shape. Bars mark
-        ends of branches inside the parameter's range, and the legend explains them. The axis shows the requested range,
-        whatever that of the diagram. Crowded special points are drawn smaller, and a second panel enlarges the part of
-        the range with most of them.
+    The state at all points of each orbit on the section: one line per iterate, one colour per period, solid where the
+    orbit is stable and dashed where it is unstable. Each kind of special point has its own shape. Bars mark ends of
+    branches inside the parameter's range, and the legend explains them. The axis shows the requested range, whatever
+    that of the diagram. Crowded special points are drawn smaller, and a second panel enlarges the part of the range
+    with most of them. ``over``, a bifurcation diagram over that parameter, is drawn behind. ``state``: state that is
+    drawn; default: the first that varies.
     """
     name = swept(datasets[0])[0]
     states = [dataset["section"].values for dataset in datasets]
@@ -122,7 +98,7 @@ def branches(
     return figure
 
 
-def _attractors(axes: "Axes", diagram: "xr.Dataset", index: int) -> None:
+def _attractors(axes: Axes, diagram: Dataset, index: int) -> None:
     name = swept(diagram)[0]
     section = diagram["section"].transpose(name, "seed", "iterate", "state").values[..., index]
     x = np.broadcast_to(diagram[name].values[:, None, None], section.shape)
@@ -138,7 +114,7 @@ def _attractors(axes: "Axes", diagram: "xr.Dataset", index: int) -> None:
     axes.plot([], [], markersize=3, label="bifurcation diagram", **options)
 
 
-def _lines(axes: "Axes", dataset: "xr.Dataset", name: str, index: int, categories: dict[int, Category]) -> None:
+def _lines(axes: Axes, dataset: Dataset, name: str, index: int, categories: dict[int, Category]) -> None:
     x, section = dataset[name].values, dataset["section"].values
     for number in np.unique(dataset["branch"].values):
         points = np.flatnonzero(dataset["branch"].values == number)
@@ -164,17 +140,17 @@ def _lines(axes: "Axes", dataset: "xr.Dataset", name: str, index: int, categorie
             )
 
 
-def _stretches(stable: "NDArray[np.bool_]", special: "NDArray[np.bool_]") -> "NDArray[np.bool_]":
+def _stretches(stable: Truths, special: Truths) -> Truths:
     """Return whether each stretch between neighbouring points is stable, shape (m - 1,).
 
     At a special point, and where one branch leaves another, round-off decides what is stored; the neighbour is used
     instead.
     """
-    told: NDArray[np.bool_] = np.where(special[:-1] | (np.arange(len(stable) - 1) == 0), stable[1:], stable[:-1])
+    told: Truths = np.where(special[:-1] | (np.arange(len(stable) - 1) == 0), stable[1:], stable[:-1])
     return told
 
 
-def _jumps(section: "NDArray[np.float64]") -> "NDArray[np.int64]":
+def _jumps(section: Floats) -> Integers:
     """Numbers of the stretches over which the section jumps, for example where an event reaches the section's phase."""
     if len(section) < 2 or np.isnan(section).all():
         return np.zeros(0, dtype=np.int64)
@@ -186,7 +162,7 @@ def _jumps(section: "NDArray[np.float64]") -> "NDArray[np.int64]":
     )
 
 
-def _crowd(datasets: "tuple[xr.Dataset, ...]", name: str, extent: float) -> tuple[float, float] | None:
+def _crowd(datasets: tuple[Dataset, ...], name: str, extent: float) -> tuple[float, float] | None:
     """The shortest interval with most of the special points, if they crowd in a small part of the range."""
     found = [dataset[name].values[points] for dataset in datasets for _, points in specials(dataset)]
     x = np.sort(np.concatenate([np.zeros(0), *found]))
@@ -201,7 +177,7 @@ def _crowd(datasets: "tuple[xr.Dataset, ...]", name: str, extent: float) -> tupl
     return float(x[first]) - edge, float(x[first + most - 1]) + edge
 
 
-def _fit(axes: "Axes") -> None:
+def _fit(axes: Axes) -> None:
     """Fit the height of the axes to what lies within their width."""
     left, right = axes.get_xlim()
     within = [np.zeros(0)]
@@ -214,7 +190,7 @@ def _fit(axes: "Axes") -> None:
         axes.set_ylim(values.min() - edge, values.max() + edge)
 
 
-def _marks(axes: "Axes", datasets: "tuple[xr.Dataset, ...]", name: str, index: int) -> None:
+def _marks(axes: Axes, datasets: tuple[Dataset, ...], name: str, index: int) -> None:
     reasons: dict[str, None] = {}
     kinds: list[tuple[str, bool]] = []
     places, sizes = [np.zeros((0, 2))], [np.zeros(0)]
@@ -251,7 +227,7 @@ def _marks(axes: "Axes", datasets: "tuple[xr.Dataset, ...]", name: str, index: i
         bar(axes, [], [], TUNING.branch_bar, end_label(reasons))
 
 
-def _sizes(section: "NDArray[np.float64]", points: "NDArray[np.int64]") -> "list[tuple[NDArray[np.int64], float]]":
+def _sizes(section: Floats, points: Integers) -> list[tuple[Integers, float]]:
     """Sort points by the number of their marks, each with a factor for the size of the marks."""
     periods = np.isfinite(section[points]).sum(axis=1)
     return [(points[periods == n], _thinner(n)) for n in np.unique(periods)]
@@ -269,24 +245,13 @@ def _thinner(period: int) -> float:
     parameters=2,
     over="parameter-chart",
 )
-def curves(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None, ax: "Axes | None" = None) -> "Figure":
+def curves(*datasets: Dataset, over: Dataset | None = None, ax: Axes | None = None) -> Figure:
     """Draw curves of special points in the plane of two parameters.
 
-    Parameters
-    ----------
-    *datasets : xarray.Dataset
-        Of kind ``continuation``, all over the same two parameters.
-    over : xarray.Dataset, optional
-        Of kind ``parameter-chart`` over these, whose periods are drawn behind, with a panel for each seed.
-    ax : matplotlib.axes.Axes, optional
-        Where it is drawn; with a chart of one seed.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A colour for each kind of curve and period, and dashes by kind. Special points on a curve have their own shapes,
-        parts on which nothing bifurcates are thin, and ends inside the parameters' range have a bar. Nothing is drawn
-        outside a chart.
+    A colour for each kind of curve and period, and dashes by kind. Special points on a curve have their own shapes,
+    parts on which nothing bifurcates are thin, and ends inside the parameters' range have a bar. Nothing is drawn
+    outside a chart. The periods of ``over``, a chart over both, are drawn behind, with a panel for each seed. ``ax``
+    takes a chart of one seed.
     """
     legend: Callable[..., None]
     if over is None:
@@ -316,13 +281,13 @@ def curves(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None, ax: "Axes 
 class _Curve:
     """The points of a dataset over two parameters, and which of them are within limits; the others are not named."""
 
-    def __init__(self, dataset: "xr.Dataset", across: str, up: str, limits: tuple[tuple[float, float], ...]) -> None:
+    def __init__(self, dataset: Dataset, across: str, up: str, limits: tuple[tuple[float, float], ...]) -> None:
         self.dataset, self.kind = dataset, str(settings(dataset).get("follow") or "")
         self.x, self.y = dataset[across].values, dataset[up].values
         (left, right), (low, high) = limits
         self.inside = (self.x >= left) & (self.x <= right) & (self.y >= low) & (self.y <= high)
 
-    def specials(self) -> "list[tuple[str, NDArray[np.int64]]]":
+    def specials(self) -> list[tuple[str, Integers]]:
         """Kinds of special points on the curve with their numbers, except the one from which it was followed."""
         second = swept(self.dataset)[1]
         own = json.loads(str(self.dataset.attrs["parameters"]))[second]
@@ -334,7 +299,7 @@ class _Curve:
         return [(kind, points) for kind, points in kept if points.size]
 
 
-def _curves(axes: "Axes", curves: "list[_Curve]") -> None:
+def _curves(axes: Axes, curves: list[_Curve]) -> None:
     from matplotlib.patheffects import Normal, Stroke
 
     rim = [Stroke(linewidth=3.6, foreground="white"), Normal()]

@@ -1,11 +1,12 @@
 """Categories of cells and points: their colour, hatching and name, and how points are sorted into them."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from chaosdrill.dataset.outcomes import MEASURED, flag_names
+from chaosdrill.plots._types import Dataset, Integers
 from chaosdrill.plots.labels import readable
 from chaosdrill.plots.palette import (
     ATTRACTOR_COLOURS,
@@ -15,10 +16,6 @@ from chaosdrill.plots.palette import (
     PERIOD_COLOURS,
     outcome_colour,
 )
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from numpy.typing import NDArray
 
 _OUTCOME_HATCHES = {
     "ok": "---",
@@ -94,7 +91,7 @@ def attractor_category(number: int, text: str) -> Category:
     return Category(text, ATTRACTOR_COLOURS[place], ("", "////", "....")[turn % 3], str(number + 1))
 
 
-def by_outcome(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Category]]":
+def by_outcome(dataset: Dataset) -> tuple[Integers, list[Category]]:
     """Sort points by how they ended.
 
     Parameters
@@ -111,7 +108,7 @@ def by_outcome(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Category
     return classify([(codes == code, outcome_category(name)) for code, name in flag_names(dataset["outcome"]).items()])
 
 
-def by_period(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Category]]":
+def by_period(dataset: Dataset) -> tuple[Integers, list[Category]]:
     """Sort points by period, and those without one by how they ended; parameters and results as for `by_outcome`."""
     codes, period = dataset["outcome"].values, dataset["period"].values
     names = {name: code for code, name in flag_names(dataset["outcome"]).items()}
@@ -135,7 +132,7 @@ def by_period(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Category]
     return classify(table)
 
 
-def classify(table: "list[tuple[Any, Category]]") -> "tuple[NDArray[np.int64], list[Category]]":
+def classify(table: list[tuple[Any, Category]]) -> tuple[Integers, list[Category]]:
     """Return the index of each point's category, and the categories that occur, from disjoint masks."""
     present = [(mask, category) for mask, category in table if mask.any()]
     codes = np.zeros(table[0][0].shape, dtype=np.int64)

@@ -2,11 +2,12 @@
 
 import json
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
+from chaosdrill.plots._types import Axes, Dataset, Figure, Integers, Line2D, Normalize, States, Truths
 from chaosdrill.plots.categories import (
     ATTRACTED,
     FURTHER,
@@ -28,20 +29,8 @@ from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.plane import Plane
 from chaosdrill.plots.tuning import TUNING
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.colors import Normalize
-    from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
-    from numpy.typing import NDArray
-
-
-def _category_chart(
-    dataset: "xr.Dataset", variable: str, found: "tuple[NDArray[np.int64], list[Category]]", ax: "Axes | None"
-) -> "Figure":
+def _category_chart(dataset: Dataset, variable: str, found: tuple[Integers, list[Category]], ax: Axes | None) -> Figure:
     """A chart of the category of every point, over the dimensions of a variable."""
     plane = Plane(dataset, variable, ax)
     plane.categorise(*found)
@@ -50,13 +39,13 @@ def _category_chart(
 
 
 @picture("parameter-chart", "isoperiodic-chart", "periods, or kinds of motion without a period")
-def isoperiodic_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
+def isoperiodic_chart(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw the periods found over two parameters, a panel for each seed; large regions carry their period."""
     return _category_chart(dataset, "period", by_period(dataset), ax)
 
 
 @picture("parameter-chart", "lyapunov-chart", "largest exponent", needs="lyapunov_exponent")
-def lyapunov_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
+def lyapunov_chart(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw the largest exponent over two parameters, a panel for each seed.
 
     Zero is the palest colour, and each sign has its own scale, set by values more than three standard errors from zero;
@@ -73,7 +62,7 @@ def lyapunov_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figur
     return plane.figure
 
 
-def _told(dataset: "xr.Dataset") -> "NDArray[np.bool_]":
+def _told(dataset: Dataset) -> Truths:
     """Where the largest exponent is distinguished from zero, that of the flow direction above all."""
     every = dataset["lyapunov_exponent"].values
     size = np.abs(dataset["lyapunov_exponent"].isel(exponent=0).values)
@@ -81,11 +70,11 @@ def _told(dataset: "xr.Dataset") -> "NDArray[np.bool_]":
     if "lyapunov_error" in dataset.variables:
         errors = dataset["lyapunov_error"].isel(exponent=0).values
         least = np.fmax(least, TUNING.nonzero_errors * errors)
-    told: NDArray[np.bool_] = size > least
+    told: Truths = size > least
     return told
 
 
-def _scale(values: np.ndarray) -> "tuple[Normalize, str]":
+def _scale(values: np.ndarray) -> tuple[Normalize, str]:
     """Norm with zero in the middle, and at which ends values lie beyond it."""
     from matplotlib.colors import TwoSlopeNorm
 
@@ -101,7 +90,7 @@ def _scale(values: np.ndarray) -> "tuple[Normalize, str]":
 
 
 @picture("parameter-chart", "progression-chart", "mean progression rate", needs="progression_rate")
-def progression_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
+def progression_chart(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw the mean progression rate over two parameters, a panel for each seed; in SI units if available."""
     from matplotlib.colors import Normalize
 
@@ -115,7 +104,7 @@ def progression_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Fi
 
 
 @picture("parameter-chart", "attractor-count-chart", "number of attractors among the seeds", seeds=2)
-def attractor_count_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
+def attractor_count_chart(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw how many attractors all seeds found over two parameters; large regions carry their number."""
     from matplotlib.colors import to_hex
 
@@ -133,13 +122,13 @@ def attractor_count_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) ->
 
 
 @picture("parameter-chart", "outcome-chart", "outcome of the run at each point")
-def outcome_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
+def outcome_chart(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw the outcomes over two parameters, a panel for each seed."""
     return _category_chart(dataset, "outcome", by_outcome(dataset), ax)
 
 
 @picture("basins", "basins", "attractor of each initial state", listed=False)
-def basins(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
+def basins(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw the basins over a grid of initial states, a colour for each of the twelve attractors named first.
 
     The legend describes each attractor, with its largest exponent and its share of the grid. Points of attractors are
@@ -161,23 +150,11 @@ def basins(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
 
 
 @picture("basins", "starts", "initial states by their attractor", listed=True)
-def starts(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Sequence[str] | None" = None) -> "Figure":
+def starts(dataset: Dataset, *, ax: Axes | None = None, state: States = None) -> Figure:
     """Draw a list of initial states, each in the colour of the attractor to which it leads.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``basins``, from initial states in a list.
-    ax : matplotlib.axes.Axes, optional
-        Where it is drawn.
-    state : str or pair of str, optional
-        States of the plane, the horizontal one first; default: the first two. A single state is drawn against the
-        number of the attractor.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A marker for each start; the legend describes each attractor, as in `basins`.
+    A marker for each start; the legend describes each attractor, as in `basins`. ``state``: states of the plane, the
+    horizontal one first; default: the first two. A single state is drawn against the number of the attractor.
     """
     codes, categories = attractor_cells(dataset)
     count = 1 if isinstance(state, str) or dataset.sizes["state"] == 1 else 2
@@ -196,7 +173,7 @@ def starts(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Seq
     return figure
 
 
-def attractor_cells(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Category]]":
+def attractor_cells(dataset: Dataset) -> tuple[Integers, list[Category]]:
     """The category of every start: its attractor, or the outcome of a run that reached none."""
     reached = dataset["attractor"].values
     numbers = dataset["attractor_number"].values.tolist()
@@ -221,7 +198,7 @@ def attractor_cells(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Cat
     return classify(table)
 
 
-def _describe(attractor: "xr.Dataset", number: int) -> str:
+def _describe(attractor: Dataset, number: int) -> str:
     """Description of an attractor: its period or kind, its largest exponent, and its share of the grid."""
     period = int(attractor["attractor_period"])
     kind = flag_names(attractor["attractor_outcome"]).get(int(attractor["attractor_outcome"]), "")
@@ -241,14 +218,14 @@ def _percent(part: float, error: float) -> str:
     return f"{uncertain(100 * part, 100 * error)} %"
 
 
-def _fixed(dataset: "xr.Dataset") -> dict[str, float]:
+def _fixed(dataset: Dataset) -> dict[str, float]:
     """The states that the grid does not vary, and their values, as far as the archive says."""
     initial = json.loads(dataset.attrs.get("initial", "{}"))
     names = [str(name) for name in dataset["state"].values]
     return {name: float(initial[name]) for name in names if name not in dataset["attractor"].dims and name in initial}
 
 
-def mark_attractors(axes: "Axes", dataset: "xr.Dataset", across: str, up: str) -> "list[Line2D]":
+def mark_attractors(axes: Axes, dataset: Dataset, across: str, up: str) -> list[Line2D]:
     """Mark the attractors' points that lie in the plane and within the grid, and return a handle of the marks."""
     from matplotlib.patheffects import withStroke
 

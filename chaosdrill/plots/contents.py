@@ -1,23 +1,19 @@
 """Contents of a dataset for pictures: states, swept parameters and their limits, and which datasets belong together."""
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from chaosdrill.errors import SettingsError
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import xarray as xr
+from chaosdrill.plots._types import Dataset, States, Variable
 
 
 class OtherCountError(SettingsError):
     """The number of requested states differs from that of the picture."""
 
 
-def places_of(dataset: "xr.Dataset", state: "str | Sequence[str] | None", count: int) -> tuple[int, ...]:
+def places_of(dataset: Dataset, state: States, count: int) -> tuple[int, ...]:
     """Return the indices of the states requested for a picture.
 
     Parameters
@@ -43,18 +39,18 @@ def places_of(dataset: "xr.Dataset", state: "str | Sequence[str] | None", count:
     return tuple(names.index(name) for name in wanted)
 
 
-def swept(dataset: "xr.Dataset") -> tuple[str, ...]:
+def swept(dataset: Dataset) -> tuple[str, ...]:
     """Return the names of the swept parameters of an analysis, in its own order."""
     return tuple(settings(dataset).get("sweep") or ())
 
 
-def limits(dataset: "xr.Dataset") -> dict[str, tuple[float, float]]:
+def limits(dataset: Dataset) -> dict[str, tuple[float, float]]:
     """Return the smallest and the largest requested value of each parameter of an analysis."""
     sweep = settings(dataset).get("sweep") or {}
     return {name: (float(min(values)), float(max(values))) for name, values in sweep.items()}
 
 
-def fits(dataset: "xr.Dataset", other: "xr.Dataset") -> bool:
+def fits(dataset: Dataset, other: Dataset) -> bool:
     """Return whether two datasets show the same system, at the same other parameters, over the same parameters.
 
     If both hold sections, these must be the same.
@@ -64,14 +60,14 @@ def fits(dataset: "xr.Dataset", other: "xr.Dataset") -> bool:
     return names == set(swept(other)) and _fixed(dataset, names) == _fixed(other, names) and len(places - {None}) < 2
 
 
-def _section_of(dataset: "xr.Dataset") -> str | None:
+def _section_of(dataset: Dataset) -> str | None:
     """The section at which the points of a dataset are taken; None for a dataset without points."""
     if not {"section", "orbit_section"} & set(map(str, dataset.variables)):
         return None
     return settings(dataset).get("at") or "strobe"
 
 
-def _fixed(dataset: "xr.Dataset", apart: set[str]) -> tuple[Any, ...]:
+def _fixed(dataset: Dataset, apart: set[str]) -> tuple[Any, ...]:
     """Everything that has to agree: the system, the names of its states, and all parameters except those swept."""
     parameters = json.loads(str(dataset.attrs.get("parameters", "{}")))
     rest = {name: value for name, value in parameters.items() if name not in apart}
@@ -79,7 +75,7 @@ def _fixed(dataset: "xr.Dataset", apart: set[str]) -> tuple[Any, ...]:
     return dataset.attrs.get("system"), states, rest
 
 
-def settings(dataset: "xr.Dataset") -> dict[str, Any]:
+def settings(dataset: Dataset) -> dict[str, Any]:
     """Return the arguments of the analysis."""
     found: dict[str, Any] = json.loads(str(dataset.attrs.get("settings", "{}")))
     return found
@@ -92,7 +88,7 @@ _IN_SI = ("trajectory", "poincare-section", "bifurcation-diagram", "periodic-orb
 _TIMES = ("time", "event_time", "path_time", "forcing_period", "period_time")
 
 
-def in_si(dataset: "xr.Dataset") -> "xr.Dataset":
+def in_si(dataset: Dataset) -> Dataset:
     """Return a dataset whose results are in SI units, if its scene was in SI units.
 
     Every ``NAME_si`` replaces ``NAME``. Times without one, and states, are multiplied by their unit; the units of the
@@ -121,7 +117,7 @@ def in_si(dataset: "xr.Dataset") -> "xr.Dataset":
     return dataset.drop_vars(dropped).assign(shown).set_coords(coords)
 
 
-def _second(dataset: "xr.Dataset", given: "dict[str, xr.Variable]") -> float:
+def _second(dataset: Dataset, given: dict[str, Variable]) -> float:
     """A unit of time in seconds; 0 if the dataset does not give it."""
     for name in _TIMES:
         if name in given:
@@ -133,7 +129,7 @@ def _second(dataset: "xr.Dataset", given: "dict[str, xr.Variable]") -> float:
     return 0.0
 
 
-def _scaled(variable: "xr.Variable", scale: Any, **attrs: str) -> "xr.Variable":
+def _scaled(variable: Variable, scale: Any, **attrs: str) -> Variable:
     scaled = (variable * scale).transpose(*variable.dims)
     scaled.attrs = {**variable.attrs, **attrs}
     return scaled

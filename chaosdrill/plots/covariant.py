@@ -1,36 +1,22 @@
 """Covariant vectors: their directions, and the angles between their subspaces."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from chaosdrill.plots._types import Axes, Dataset, Figure
 from chaosdrill.plots.figures import legend_outside, new_figure
 from chaosdrill.plots.labels import label, state_label, subscript, uncertain
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.tuning import TUNING
 
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 
 @picture("covariant-vectors", "covariant-vectors", "covariant vectors in the plane of two states, angles between them")
-def covariant(dataset: "xr.Dataset") -> "Figure":
+def covariant(dataset: Dataset) -> Figure:
     """Draw the covariant vectors in the plane of the first two states, and the distributions of angles.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``covariant-vectors``.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The states as dots, with the vectors at up to 150 of them as lines of equal length in the plane; below, the
-        density of the angle between the first vectors and the others, with the smallest angle as a tick at the bottom.
-        Panels without enough states or vectors are left out.
+    The states as dots, with the vectors at up to 150 of them as lines of equal length in the plane; below, the density
+    of the angle between the first vectors and the others, with the smallest angle as a tick at the bottom. Panels
+    without enough states or vectors are left out.
     """
     states, exponents = dataset["states"].values, dataset["lyapunov_exponent"].values
     shown = np.flatnonzero(np.isfinite(exponents))[: len(PALETTE)].tolist()
@@ -50,7 +36,7 @@ def covariant(dataset: "xr.Dataset") -> "Figure":
     return figure
 
 
-def _draw_plane(axes: "Axes", dataset: "xr.Dataset", shown: list[int]) -> None:
+def _draw_plane(axes: Axes, dataset: Dataset, shown: list[int]) -> None:
     states, vectors = dataset["states"].values[:, :2], dataset["vector"].values[:, :2]
     axes.plot(*states.T, ".", color="0.65", markersize=2, zorder=1)
     kept = np.unique(np.linspace(0, len(states) - 1, TUNING.most_vectors).astype(int))
@@ -70,7 +56,7 @@ def _draw_plane(axes: "Axes", dataset: "xr.Dataset", shown: list[int]) -> None:
     axes.set_ylabel(state_label(dataset, 1))
 
 
-def _draw_angles(axes: "Axes", dataset: "xr.Dataset", splits: list[int]) -> None:
+def _draw_angles(axes: Axes, dataset: Dataset, splits: list[int]) -> None:
     centre = dataset["bin_centre"].values
     edges = np.linspace(0, np.pi / 2, len(centre) + 1)
     last = int(np.isfinite(dataset["lyapunov_exponent"].values).sum())

@@ -1,5 +1,6 @@
 """A trajectory as a curve with jumps at resets, and several that are joined, run by run."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -8,15 +9,11 @@ import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.errors import ArchiveError, ChaosdrillError
+from chaosdrill.plots._types import Dataset, Floats, Integers, Truths
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.tuning import TUNING
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    import xarray as xr
-    from numpy.typing import NDArray
-
     from chaosdrill.model import HybridSystem
 
 MOST_RUNS = len(PALETTE)
@@ -39,9 +36,9 @@ class Curve:
         Mode codes.
     """
 
-    time: "NDArray[np.float64]"
-    state: "NDArray[np.float64]"
-    mode: "NDArray[np.int64]"
+    time: Floats
+    state: Floats
+    mode: Integers
 
     def bands(self) -> list[tuple[float, float, int]]:
         """Return ``(start, end, mode)`` of every stretch of time spent in one mode."""
@@ -56,7 +53,7 @@ class Curve:
         ]
 
 
-def join(dataset: "xr.Dataset") -> Curve:
+def join(dataset: Dataset) -> Curve:
     """Merge the samples of a ``trajectory`` dataset with the states before and after each event."""
     time = dataset["time"].values
     events = dataset["event_time"].values
@@ -76,7 +73,7 @@ def join(dataset: "xr.Dataset") -> Curve:
     return Curve(times[index], np.concatenate(states)[index], np.concatenate([mode, before, after])[index])
 
 
-def smoothed(curve: Curve, rates: "Callable[[], NDArray[np.float64] | None] | None" = None) -> Curve:
+def smoothed(curve: Curve, rates: Callable[[], Floats | None] | None = None) -> Curve:
     """Return a smooth curve where samples are so sparse that straight lines between them would be visible.
 
     Between two events the states are smooth: a cubic through each two samples, with the slopes of parabolas through
@@ -111,7 +108,7 @@ def smoothed(curve: Curve, rates: "Callable[[], NDArray[np.float64] | None] | No
     )
 
 
-def _parts(curve: Curve, step: "NDArray[np.float64]") -> "tuple[NDArray[np.int64], bool]":
+def _parts(curve: Curve, step: Floats) -> tuple[Integers, bool]:
     """Number of stretches between each two samples, by how much the line of each two states turns.
 
     Also whether it turns so much, and so often, that slopes cannot be estimated from the samples.
@@ -137,9 +134,7 @@ def _parts(curve: Curve, step: "NDArray[np.float64]") -> "tuple[NDArray[np.int64
     return np.where(step > 0, parts, 1), coarse > TUNING.coarse_share
 
 
-def _limited(
-    rates: "NDArray[np.float64]", state: "NDArray[np.float64]", step: "NDArray[np.float64]"
-) -> "NDArray[np.float64]":
+def _limited(rates: Floats, state: Floats, step: Floats) -> Floats:
     """Slopes as in `_slopes`, from time derivatives, as far as the samples resolve them."""
     guessed = _slopes(state, step)
     h = np.where(step > 0, step, np.inf)[:, np.newaxis]
@@ -149,7 +144,7 @@ def _limited(
     return np.where(np.isfinite(exact), exact, guessed)
 
 
-def rates_of(dataset: "xr.Dataset", curve: Curve) -> "NDArray[np.float64] | None":
+def rates_of(dataset: Dataset, curve: Curve) -> Floats | None:
     """Return the time derivatives at the points of a curve, from the equations in its dataset, if it has them."""
     from chaosdrill.workflow.run_scene import system_of
 
@@ -165,7 +160,7 @@ def rates_of(dataset: "xr.Dataset", curve: Curve) -> "NDArray[np.float64] | None
         return None
 
 
-def _evaluated(system: "HybridSystem", fields: "dict[int, list[Any]]", curve: Curve) -> "NDArray[np.float64]":
+def _evaluated(system: "HybridSystem", fields: dict[int, list[Any]], curve: Curve) -> Floats:
     import sympy
 
     known = dict(zip(system.state_names, curve.state.T, strict=True))
@@ -181,7 +176,7 @@ def _evaluated(system: "HybridSystem", fields: "dict[int, list[Any]]", curve: Cu
     return rates
 
 
-def _slopes(state: "NDArray[np.float64]", step: "NDArray[np.float64]") -> "NDArray[np.float64]":
+def _slopes(state: Floats, step: Floats) -> Floats:
     """Slopes on the left and on the right of every point, shape (m, 2, n): equal except at events and ends."""
     h = np.where(step > 0, step, 1.0)[:, np.newaxis]
     rate = np.diff(state, axis=0) / h
@@ -213,27 +208,25 @@ def _slopes(state: "NDArray[np.float64]", step: "NDArray[np.float64]") -> "NDArr
     return slopes
 
 
-def _lesser(a: "NDArray[np.float64]", b: "NDArray[np.float64]") -> "NDArray[np.float64]":
+def _lesser(a: Floats, b: Floats) -> Floats:
     """The number closer to zero of two, and zero where their signs differ (minmod)."""
-    lesser: NDArray[np.float64] = np.where(a * b > 0, np.where(np.abs(a) < np.abs(b), a, b), 0.0)
+    lesser: Floats = np.where(a * b > 0, np.where(np.abs(a) < np.abs(b), a, b), 0.0)
     return lesser
 
 
-def _joined(inner: "NDArray[np.bool_]", side: int) -> "NDArray[np.bool_]":
+def _joined(inner: Truths, side: int) -> Truths:
     """Whether the point beside each inner point is an inner one as well."""
     return np.concatenate([[False], inner[:-1]]) if side < 0 else np.concatenate([inner[1:], [False]])
 
 
-def breaks(time: "NDArray[np.float64]", points: "NDArray[np.float64]") -> "NDArray[np.int64]":
+def breaks(time: Floats, points: Floats) -> Integers:
     """Return the indices of the points of a curve, shape (m, k), to which a jump leads from the one before."""
     extent = np.maximum(np.ptp(points, axis=0), np.finfo(float).tiny) if len(points) else np.ones(points.shape[1])
     apart = (np.abs(np.diff(points, axis=0)) > TUNING.visible_jump * extent).any(axis=1)
     return np.flatnonzero((np.diff(time) == 0) & apart) + 1
 
 
-def pieces(
-    time: "NDArray[np.float64]", x: "NDArray[np.float64]", y: "NDArray[np.float64]"
-) -> "tuple[NDArray[np.float64], NDArray[np.float64]]":
+def pieces(time: Floats, x: Floats, y: Floats) -> tuple[Floats, Floats]:
     """Return the flow and the jumps of a curve as points of two lines with gaps, shapes (k, 2) and (3 j, 2).
 
     The two sides of an event have the same time: between them lies a jump if it is visible, and everything else is
@@ -246,11 +239,11 @@ def pieces(
     return np.insert(points, after, np.nan, axis=0), jumps
 
 
-def _event_mode(dataset: "xr.Dataset", name: str, otherwise: "NDArray[np.int64]") -> "NDArray[np.int64]":
+def _event_mode(dataset: Dataset, name: str, otherwise: Integers) -> Integers:
     return dataset[name].values.astype(np.int64) if name in dataset.variables else otherwise
 
 
-def last_parts(datasets: "Sequence[xr.Dataset]", events: int) -> "list[xr.Dataset]":
+def last_parts(datasets: Sequence[Dataset], events: int) -> list[Dataset]:
     """Return the last parts of trajectories over the same times, each with at most ``events`` events.
 
     They start at a whole forcing period if there is one.
@@ -259,7 +252,7 @@ def last_parts(datasets: "Sequence[xr.Dataset]", events: int) -> "list[xr.Datase
     return list(datasets) if start == -np.inf else [_from(dataset, start) for dataset in datasets]
 
 
-def _start_of_last(dataset: "xr.Dataset", events: int) -> float:
+def _start_of_last(dataset: Dataset, events: int) -> float:
     """Time from which a trajectory has this number of events; minus infinity if it has no more in total."""
     times = dataset["event_time"].values
     if times.size <= events:
@@ -271,13 +264,13 @@ def _start_of_last(dataset: "xr.Dataset", events: int) -> float:
     return start
 
 
-def _from(dataset: "xr.Dataset", start: float) -> "xr.Dataset":
+def _from(dataset: Dataset, start: float) -> Dataset:
     times = dataset["time"].values
     tiny = 1e-9 * max(abs(float(times[-1])), 1.0)
     return dataset.isel(time=times >= start - tiny, event=dataset["event_time"].values >= start - tiny)
 
 
-def strobe(dataset: "xr.Dataset") -> "NDArray[np.float64]":
+def strobe(dataset: Dataset) -> Floats:
     """Return the sampled states at whole forcing periods, shape (k, n); empty for a system that is not forced."""
     state = dataset["states"].values
     if "forcing_period" not in dataset.variables:
@@ -286,7 +279,7 @@ def strobe(dataset: "xr.Dataset") -> "NDArray[np.float64]":
     return state[np.abs(turns - np.round(turns)) < 1e-9 * np.maximum(1.0, np.abs(turns))]
 
 
-def stops(dataset: "xr.Dataset", index: int) -> list[tuple[str, float]]:
+def stops(dataset: Dataset, index: int) -> list[tuple[str, float]]:
     """Return ``(event name, value)`` of the walls at which the state jumps while its entry ``index`` keeps one value.
 
     A wall is recognised by its events: two or more of a kind, all at one value of the entry, which they keep, and at
@@ -309,12 +302,12 @@ def stops(dataset: "xr.Dataset", index: int) -> list[tuple[str, float]]:
     return found
 
 
-def is_joined(dataset: "xr.Dataset") -> bool:
+def is_joined(dataset: Dataset) -> bool:
     """Return whether a dataset consists of several joined trajectories."""
     return "run" in dataset.dims
 
 
-def runs_of(dataset: "xr.Dataset") -> "list[tuple[str, xr.Dataset]]":
+def runs_of(dataset: Dataset) -> list[tuple[str, Dataset]]:
     """Return the name of each run and its trajectory with its own events, of the first ``MOST_RUNS``.
 
     A trajectory that is not joined counts as one run without a name.
@@ -344,7 +337,7 @@ def runs_of(dataset: "xr.Dataset") -> "list[tuple[str, xr.Dataset]]":
     return runs
 
 
-def _own(run: "xr.Dataset") -> "xr.Dataset":
+def _own(run: Dataset) -> Dataset:
     """One of several runs, without its padding."""
     return run.isel(
         time=np.isfinite(run["states"].values).any(axis=1) & np.isfinite(run["mode"].values),
@@ -352,13 +345,13 @@ def _own(run: "xr.Dataset") -> "xr.Dataset":
     )
 
 
-def runs_left_out(dataset: "xr.Dataset") -> str:
+def runs_left_out(dataset: Dataset) -> str:
     """Return a note on the runs that a picture does not show; empty if it shows all."""
     count = dataset.sizes.get("run", 1)
     return f"first {MOST_RUNS} of {count} runs" if count > MOST_RUNS else ""
 
 
-def _counts(dataset: "xr.Dataset") -> "np.ndarray":
+def _counts(dataset: Dataset) -> np.ndarray:
     if "event_count" not in dataset.variables or dataset["event_count"].dims != ("run",):
         raise ArchiveError(f"the dataset has several runs and no variable event_count (run): {_REMEDY}")
     counts = dataset["event_count"].values

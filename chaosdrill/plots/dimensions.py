@@ -1,20 +1,14 @@
 """Dimensions: the growth of correlation sums with the distance, and the scaling regions."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from chaosdrill.plots._types import Axes, Dataset, Figure
 from chaosdrill.plots.evidence import along_sweep, with_bars
 from chaosdrill.plots.figures import legend_above, new_figure, one_panel
 from chaosdrill.plots.labels import label, shorten, uncertain
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.tuning import TUNING
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 
 @picture(
@@ -23,20 +17,12 @@ if TYPE_CHECKING:
     "correlation sums and local slopes over the distance, with the scaling region",
     sweeps=False,
 )
-def scaling(dataset: "xr.Dataset") -> "Figure":
+def scaling(dataset: Dataset) -> Figure:
     """Draw the correlation sums, their local slopes and the scaling regions.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``dimensions``.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Above each correlation sum over the distance, both on logarithmic scales, thick over the scaling region; below
-        its local slopes with two standard errors, and over the scaling region a line at the dimension in a band of two
-        standard errors. If nothing was counted, as on a cycle, only a title.
+    Above each correlation sum over the distance, both on logarithmic scales, thick over the scaling region; below its
+    local slopes with two standard errors, and over the scaling region a line at the dimension in a band of two standard
+    errors. If nothing was counted, as on a cycle, only a title.
     """
     if not np.isfinite(dataset["local_slope"].values).any():
         figure = new_figure(1.0)
@@ -78,21 +64,11 @@ def scaling(dataset: "xr.Dataset") -> "Figure":
 
 
 @picture("dimensions", "dimension", "dimension of each order over the swept parameter", sweeps=True)
-def over_parameter(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
+def over_parameter(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw the dimensions over a swept parameter.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``dimensions``, of a sweep.
-    ax : matplotlib.axes.Axes, optional
-        Where it is drawn.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The dimension of each order with two standard errors; 0 where the motion is periodic, a gap where points do not
-        determine it.
+    The dimension of each order with two standard errors; 0 where the motion is periodic, a gap where points do not
+    determine it.
     """
     figure, axes = one_panel(ax, TUNING.dimensions_height)
     (sweep,) = map(str, dataset["outcome"].dims)

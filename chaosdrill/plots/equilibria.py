@@ -1,11 +1,12 @@
 """Equilibria and their eigenvalues, and branches of equilibria over a parameter."""
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
+from chaosdrill.plots._types import Axes, Dataset, Figure, Integers, States
 from chaosdrill.plots.contents import limits, places_of, swept
 from chaosdrill.plots.figures import legend_outside, new_figure, one_panel
 from chaosdrill.plots.labels import axis_label, readable, state_label, wrapped
@@ -15,37 +16,17 @@ from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.sections import first_that_varies
 from chaosdrill.plots.tuning import TUNING
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
 _SHAPES = {"node": "o", "focus": "D", "saddle": "X", "saddle_focus": "P", "centre": "s", "degenerate": "*"}
 """Shape of each type of equilibrium; filled where it is stable."""
 
 
 @picture("equilibria", "branches", "branches of equilibria over the parameter with what happens on them", parameters=1)
-def branches(dataset: "xr.Dataset", ax: "Axes | None" = None, state: "str | Sequence[str] | None" = None) -> "Figure":
+def branches(dataset: Dataset, ax: Axes | None = None, state: States = None) -> Figure:
     """Draw branches of equilibria over the parameter.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``equilibria`` along a parameter.
-    ax : matplotlib.axes.Axes, optional
-        Where it is drawn.
-    state : str, optional
-        State that is drawn; default: the first that varies.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A colour a mode, solid where the equilibrium is stable and dashed where it is not; grey and dotted where it is
-        virtual. Special points have a shape a kind, black where a cycle is born hard, and a bar leads from each Hopf
-        point to the extent of the predicted cycle beside it.
+    A colour a mode, solid where the equilibrium is stable and dashed where it is not; grey and dotted where it is
+    virtual. Special points have a shape a kind, black where a cycle is born hard, and a bar leads from each Hopf point
+    to the extent of the predicted cycle beside it. ``state``: state that is drawn; default: the first that varies.
     """
     (name,) = swept(dataset)
     states = dataset["equilibrium_state"].values
@@ -92,14 +73,14 @@ def branches(dataset: "xr.Dataset", ax: "Axes | None" = None, state: "str | Sequ
     return figure
 
 
-def _nothing(dataset: "xr.Dataset") -> str:
+def _nothing(dataset: Dataset) -> str:
     """Why there is nothing to see; empty where there is something."""
     if dataset.sizes["point"]:
         return ""
     return wrapped(f"no equilibrium found. {dataset.attrs.get('message', '')}", 90)
 
 
-def _stretches(dataset: "xr.Dataset", points: "NDArray[np.int64]") -> list[tuple[int, int]]:
+def _stretches(dataset: Dataset, points: Integers) -> list[tuple[int, int]]:
     """First and last of the points of a branch between which nothing changes; special points belong to both sides."""
     cuts = {0, len(points) - 1, *np.flatnonzero(dataset["special_point"].values[points] != 0).tolist()}
     told = dataset["stable"].values[points] + 2 * (dataset["admissible"].values[points] == 1)
@@ -109,7 +90,7 @@ def _stretches(dataset: "xr.Dataset", points: "NDArray[np.int64]") -> list[tuple
     return list(pairwise(sorted(cuts)))
 
 
-def _cycles(axes: "Axes", dataset: "xr.Dataset", index: int) -> None:
+def _cycles(axes: Axes, dataset: Dataset, index: int) -> None:
     """Bars from each Hopf point to the extent of the cycle that is born there."""
     born = np.flatnonzero(np.isfinite(dataset["cycle_value"].values))
     if not born.size:
@@ -130,22 +111,12 @@ def _cycles(axes: "Axes", dataset: "xr.Dataset", index: int) -> None:
 
 
 @picture("equilibria", "equilibria", "the equilibria and their eigenvalues", sweeps=False)
-def equilibria(dataset: "xr.Dataset", state: "str | Sequence[str] | None" = None) -> "Figure":
+def equilibria(dataset: Dataset, state: States = None) -> Figure:
     """Draw equilibria in the plane of two states, and their eigenvalues in the complex plane.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``equilibria`` without a parameter.
-    state : str or sequence of two str, optional
-        States that are drawn; default: the first two.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A shape a type, filled where the equilibrium is stable, grey where it is virtual; the number of each stands
-        beside it, and its eigenvalues have its shape and colour. Beside a system of one state numbers take the place of
-        the second one.
+    A shape a type, filled where the equilibrium is stable, grey where it is virtual; the number of each stands beside
+    it, and its eigenvalues have its shape and colour. Beside a system of one state numbers take the place of the second
+    one. ``state``: states that are drawn; default: the first two.
     """
     figure = new_figure(3.6)
     left, right = figure.subplots(1, 2)

@@ -1,36 +1,21 @@
 """Transient chaos: the share of surviving runs over their age, and the saddle from which they leave."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from chaosdrill.plots._types import Axes, Dataset, Figure
 from chaosdrill.plots.figures import legend_inside, new_figure
 from chaosdrill.plots.labels import label, state_label, subscript, uncertain
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.tuning import TUNING
 
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 
 @picture("transient-chaos", "transient-chaos", "share of surviving runs over age, with the escape rate; the saddle")
-def escapes(dataset: "xr.Dataset") -> "Figure":
+def escapes(dataset: Dataset) -> Figure:
     """Draw the share of runs that survive, and points on the saddle.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``transient-chaos``.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The surviving share over the age, on a logarithmic scale, with the line of the escape rate from the least age
-        on; below, states near the saddle in the plane of the first two states that move, with the exponents, if any
-        were found.
+    The surviving share over the age, on a logarithmic scale, with the line of the escape rate from the least age on;
+    below, states near the saddle in the plane of the first two states that move, with the exponents, if any were found.
     """
     points = dataset["saddle_state"].values
     moving = np.flatnonzero(np.ptp(points, axis=0) > 0) if len(points) else np.zeros(0, dtype=int)
@@ -44,7 +29,7 @@ def escapes(dataset: "xr.Dataset") -> "Figure":
     return figure
 
 
-def _draw_survival(axes: "Axes", dataset: "xr.Dataset") -> None:
+def _draw_survival(axes: Axes, dataset: Dataset) -> None:
     age, alive = dataset["age"].values, dataset["surviving"].values
     axes.step(age, np.where(alive > 0, alive, np.nan), where="post", color=PALETTE[0], label="runs")
     rate, error, least = (float(dataset[name]) for name in ("escape_rate", "escape_rate_error", "least_age"))
@@ -60,7 +45,7 @@ def _draw_survival(axes: "Axes", dataset: "xr.Dataset") -> None:
     legend_inside(axes, loc="upper right")
 
 
-def _draw_saddle(axes: "Axes", dataset: "xr.Dataset", moving: list[int]) -> None:
+def _draw_saddle(axes: Axes, dataset: Dataset, moving: list[int]) -> None:
     points, exponents = dataset["saddle_state"].values, dataset["lyapunov_exponent"].values
     if len(moving) > 1:
         axes.plot(points[:, moving[0]], points[:, moving[1]], ".", color=PALETTE[0], markersize=3)

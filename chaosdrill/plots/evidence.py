@@ -1,9 +1,10 @@
 """Evidence of regular motion and chaos: the 0-1 test, digits of smooth averages, exponents over finite times."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from chaosdrill.plots._types import Axes, DataArray, Dataset, Figure
 from chaosdrill.plots.figures import legend_above, legend_inside, legend_outside, new_figure, one_panel
 from chaosdrill.plots.labels import axis_label, label, period_words, shorten, state_label, subscript, uncertain
 from chaosdrill.plots.palette import PALETTE
@@ -11,32 +12,17 @@ from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.plane import bounds
 from chaosdrill.plots.tuning import TUNING
 
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 _DASHES = ("-", "--", "-.", ":")
 
 
 @picture(
     "zero-one-test", "zero-one-test", "growth K of each state, for all turning phases and their median", sweeps=False
 )
-def zero_one(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
+def zero_one(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw the growth K of the 0-1 test.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``zero-one-test``.
-    ax : matplotlib.axes.Axes, optional
-        Where it is drawn.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One column per state that moves: K for every turning phase as dots, the median with two standard errors. The
-        lines at 0 and 1 mark regular motion and chaos.
+    One column per state that moves: K for every turning phase as dots, the median with two standard errors. The lines
+    at 0 and 1 mark regular motion and chaos.
     """
     figure, axes = one_panel(ax, TUNING.evidence_height)
     moving = np.flatnonzero(np.isfinite(dataset["k"].values)).tolist()
@@ -62,21 +48,11 @@ def zero_one(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
 
 
 @picture("zero-one-test", "growth", "growth K of each state over the swept parameter", sweeps=True)
-def growth(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
+def growth(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw the growth K of the 0-1 test over a swept parameter.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``zero-one-test``, of a sweep.
-    ax : matplotlib.axes.Axes, optional
-        Where it is drawn.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        K of each state that moves somewhere, of at most a dozen, with two standard errors. The lines at 0 and 1 mark
-        regular motion and chaos.
+    K of each state that moves somewhere, of at most a dozen, with two standard errors. The lines at 0 and 1 mark
+    regular motion and chaos.
     """
     figure, axes = one_panel(ax, TUNING.evidence_height)
     _of_states(axes, dataset, "k", "k_error")
@@ -88,20 +64,10 @@ def growth(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
 
 
 @picture("regularity", "regularity", "digits to which smooth averages agree, and the rotation number", sweeps=False)
-def digits(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
+def digits(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw the digits of smooth averages.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``regularity``.
-    ax : matplotlib.axes.Axes, optional
-        Where it is drawn.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One bar per state that moves; the title gives the rotation number and its error.
+    One bar per state that moves; the title gives the rotation number and its error.
     """
     figure, axes = one_panel(ax, TUNING.evidence_height)
     moving = np.flatnonzero(np.isfinite(dataset["digits"].values)).tolist()
@@ -118,19 +84,11 @@ def digits(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
 
 
 @picture("regularity", "rotation", "digits and rotation number over the swept parameter", sweeps=True)
-def rotation(dataset: "xr.Dataset") -> "Figure":
+def rotation(dataset: Dataset) -> Figure:
     """Draw the digits of smooth averages and the rotation number over a swept parameter.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``regularity``, of a sweep.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Top: the digits of each state that moves somewhere, of at most a dozen. Bottom: the rotation number. Both have
-        bars of two standard errors.
+    Top: the digits of each state that moves somewhere, of at most a dozen. Bottom: the rotation number. Both have bars
+    of two standard errors.
     """
     figure = new_figure(2 * TUNING.evidence_panel + 0.6)
     above, below = figure.subplots(2, 1, sharex=True)
@@ -146,19 +104,11 @@ def rotation(dataset: "xr.Dataset") -> "Figure":
 
 
 @picture("finite-time-exponents", "finite-time-exponents", "distributions of the exponents over windows", sweeps=False)
-def finite_times(dataset: "xr.Dataset") -> "Figure":
+def finite_times(dataset: Dataset) -> Figure:
     """Draw the distributions of the finite exponents, of at most a dozen, over windows of each length.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``finite-time-exponents``.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One panel per exponent: one density per window length, as steps scaled to equal height, with the mean as a line.
-        The title gives the mean and the correlation time.
+    One panel per exponent: one density per window length, as steps scaled to equal height, with the mean as a line. The
+    title gives the mean and the correlation time.
     """
     means = np.atleast_1d(dataset["lyapunov_exponent"].values)
     shown = np.flatnonzero(np.isfinite(means)).tolist()[: TUNING.most_panels]
@@ -200,21 +150,11 @@ def finite_times(dataset: "xr.Dataset") -> "Figure":
 
 
 @picture("finite-time-exponents", "spread", "exponents and their spread over the swept parameter", sweeps=True)
-def spread(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
+def spread(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw the exponents over a swept parameter, and how far those over windows are from them.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``finite-time-exponents``, of a sweep.
-    ax : matplotlib.axes.Axes, optional
-        Where it is drawn.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Each exponent that is a number somewhere, of at most a dozen, with two standard errors; the band has one
-        standard deviation of exponents over the longest window to either side.
+    Each exponent that is a number somewhere, of at most a dozen, with two standard errors; the band has one standard
+    deviation of exponents over the longest window to either side.
     """
     figure, axes = one_panel(ax, TUNING.evidence_height)
     (sweep,) = map(str, dataset["outcome"].dims)
@@ -234,7 +174,7 @@ def spread(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     return figure
 
 
-def _limits_of_growth(axes: "Axes", *, beside: bool = False) -> None:
+def _limits_of_growth(axes: Axes, *, beside: bool = False) -> None:
     """Mark the values of K for regular motion and chaos; the words stand inside the axes, or beside them."""
     where: dict[str, Any] = {"xytext": (4, 0), "va": "center"} if beside else {"xytext": (-3, 3), "ha": "right"}
     for height, name in ((0.0, "regular"), (1.0, "chaos")):
@@ -245,7 +185,7 @@ def _limits_of_growth(axes: "Axes", *, beside: bool = False) -> None:
         )
 
 
-def _of_states(axes: "Axes", dataset: "xr.Dataset", name: str, error: str) -> None:
+def _of_states(axes: Axes, dataset: Dataset, name: str, error: str) -> None:
     """Draw a variable of each state that moves over the swept parameter, with two standard errors."""
     (sweep,) = dataset["period"].dims
     dataset = dataset.sortby(sweep).transpose(sweep, "state", ...)
@@ -259,7 +199,7 @@ def _of_states(axes: "Axes", dataset: "xr.Dataset", name: str, error: str) -> No
         legend_above(axes)
 
 
-def with_bars(axes: "Axes", x: np.ndarray, values: "xr.DataArray", errors: "xr.DataArray", number: int) -> Any:
+def with_bars(axes: Axes, x: np.ndarray, values: DataArray, errors: DataArray, number: int) -> Any:
     """Draw dots with bars of two standard errors, joined by a thin line, in the colour with this number."""
     colour = PALETTE[number % len(PALETTE)]
     return axes.errorbar(
@@ -268,7 +208,7 @@ def with_bars(axes: "Axes", x: np.ndarray, values: "xr.DataArray", errors: "xr.D
     )  # fmt: skip
 
 
-def along_sweep(axes: "Axes", dataset: "xr.Dataset") -> None:
+def along_sweep(axes: Axes, dataset: Dataset) -> None:
     """Label the axis of the swept parameter, and limit it to the sweep."""
     (sweep,) = map(str, dataset["outcome"].dims)
     axes.set_xlabel(axis_label(dataset, sweep))

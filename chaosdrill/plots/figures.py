@@ -1,28 +1,21 @@
 """Figures and legends that keep the size given by the user or, by default, by the picture."""
 
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from chaosdrill.plots._types import Artist, Axes, Figure, Legend
 from chaosdrill.plots.style import is_changed, width
 from chaosdrill.plots.tuning import TUNING
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from matplotlib.legend import Legend
-
-
-_figures: "ContextVar[Callable[..., Figure] | None]" = ContextVar("figures", default=None)
+_figures: ContextVar[Callable[..., Figure] | None] = ContextVar("figures", default=None)
 
 
 @contextmanager
-def made_by(figures: "Callable[..., Figure]") -> "Iterator[None]":
+def made_by(figures: Callable[..., Figure]) -> Iterator[None]:
     """Let `new_figure` make figures by another function than matplotlib's class, such as that of pyplot."""
     token = _figures.set(figures)
     try:
@@ -31,7 +24,7 @@ def made_by(figures: "Callable[..., Figure]") -> "Iterator[None]":
         _figures.reset(token)
 
 
-def new_figure(height: float, detail: float = 0.0) -> "Figure":
+def new_figure(height: float, detail: float = 0.0) -> Figure:
     """Return an empty figure of the common width, outside pyplot's global list except for `made_by`.
 
     If ``figure.figsize`` of matplotlib has been changed, that size is used.
@@ -75,7 +68,7 @@ def font_size(part: float = 1.0) -> float:
     return part * float(mpl.rcParams["font.size"])
 
 
-def one_panel(ax: "Axes | None", height: float) -> "tuple[Figure, Axes]":
+def one_panel(ax: Axes | None, height: float) -> tuple[Figure, Axes]:
     """Return the axes that are given with their figure, or those of a new one."""
     if ax is None:
         figure = new_figure(height)
@@ -83,7 +76,7 @@ def one_panel(ax: "Axes | None", height: float) -> "tuple[Figure, Axes]":
     return owner(ax), ax
 
 
-def owner(ax: "Axes") -> "Figure":
+def owner(ax: Axes) -> Figure:
     """Return the figure that axes stand in."""
     figure = ax.get_figure(root=True)
     assert figure is not None
@@ -91,9 +84,9 @@ def owner(ax: "Axes") -> "Figure":
 
 
 def legend_outside(
-    figure: "Figure",
-    handles: "Sequence[Artist]",
-    ax: "Axes | None" = None,
+    figure: Figure,
+    handles: Sequence[Artist],
+    ax: Axes | None = None,
     ncols: int = 6,
     loc: Any = "outside upper left",
     **options: Any,
@@ -110,7 +103,7 @@ def legend_outside(
     _fitted(figure.legend(handles=handles, loc=loc, ncols=ncols, **options), handles, loc, ncols)
 
 
-def legend_above(axes: "Axes", columns: int = 6, handles: "Sequence[Artist] | None" = None, **options: Any) -> None:
+def legend_above(axes: Axes, columns: int = 6, handles: Sequence[Artist] | None = None, **options: Any) -> None:
     """Put the legend above the axes, where it covers no data, in up to ``columns`` columns."""
     handles = axes.get_legend_handles_labels()[0] if handles is None else handles
     anchor: dict[str, Any] = {"bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2, "handlelength": 1.4}
@@ -118,13 +111,13 @@ def legend_above(axes: "Axes", columns: int = 6, handles: "Sequence[Artist] | No
     _fitted(legend, handles, "lower left", columns)
 
 
-def legend_inside(axes: "Axes", handles: "Sequence[Artist] | None" = None, **options: Any) -> None:
+def legend_inside(axes: Axes, handles: Sequence[Artist] | None = None, **options: Any) -> None:
     """Put the legend inside the axes, where it covers least."""
     handles = axes.get_legend_handles_labels()[0] if handles is None else handles
     _fitted(axes.legend(handles=handles, **options), handles, options.get("loc"), 1)
 
 
-def _fitted(legend: "Legend", handles: "Sequence[Artist]", loc: Any, most: int) -> None:
+def _fitted(legend: Legend, handles: Sequence[Artist], loc: Any, most: int) -> None:
     from chaosdrill.plots._layout import Entries, entries, fit_legend
 
     entries[legend] = Entries(handles, loc, most)
@@ -133,7 +126,7 @@ def _fitted(legend: "Legend", handles: "Sequence[Artist]", loc: Any, most: int) 
     fit_legend(legend, figure)
 
 
-def title_legend(legend: "Legend", text: str, colour: str) -> None:
+def title_legend(legend: Legend, text: str, colour: str) -> None:
     """Give a fitted legend a title, broken into lines that fit the figure."""
     from chaosdrill.plots._layout import entries
 

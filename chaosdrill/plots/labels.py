@@ -3,15 +3,12 @@
 import json
 import re
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.plots._types import DataArray, Dataset
 from chaosdrill.plots.tuning import TUNING
 from chaosdrill.systems import REGISTRY
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 _LETTERS = (
@@ -24,7 +21,7 @@ _COMPLETE = re.compile(r"[$(\[/]")
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def label(variable: "xr.DataArray", name: str | None = None) -> str:
+def label(variable: DataArray, name: str | None = None) -> str:
     """Return ``long name (unit)`` of a variable or coordinate.
 
     A dimensionless variable has no bracket, nor has a name that contains its unit or is a formula.
@@ -63,7 +60,7 @@ def symbol(name: str) -> str:
     return name if parts is None or not letter else letter + parts[2].translate(_LOWERED)
 
 
-def axis_label(dataset: "xr.Dataset", name: str) -> str:
+def axis_label(dataset: Dataset, name: str) -> str:
     """Return the axis label of a coordinate, with its unit.
 
     A label given by the user stands alone; a name from a system of the library is followed by its symbol.
@@ -71,7 +68,7 @@ def axis_label(dataset: "xr.Dataset", name: str) -> str:
     return label(dataset[name], _named(dataset, str(dataset[name].attrs.get("long_name", name)), name))
 
 
-def _named(dataset: "xr.Dataset", text: str, name: str) -> str:
+def _named(dataset: Dataset, text: str, name: str) -> str:
     if text in ("", name):
         return symbol(name)
     # a word such as ``amplitude`` says less than the long name
@@ -81,7 +78,7 @@ def _named(dataset: "xr.Dataset", text: str, name: str) -> str:
     return f"{text} {symbol(name)}"
 
 
-def _is_given(dataset: "xr.Dataset", text: str, name: str) -> bool:
+def _is_given(dataset: Dataset, text: str, name: str) -> bool:
     """Whether a label is the user's own: of their own system, or a replacement for one of the library's."""
     if str(dataset.attrs.get("system")) not in REGISTRY:
         return True
@@ -97,7 +94,7 @@ def _labels_of(definition: str) -> dict[str, str] | None:
         return None
 
 
-def is_map(dataset: "xr.Dataset") -> bool:
+def is_map(dataset: Dataset) -> bool:
     """Whether a dataset is of a discrete map, by the definition that it holds."""
     return _defines_map(str(dataset.attrs.get("definition", "")))
 
@@ -110,17 +107,17 @@ def _defines_map(definition: str) -> bool:
         return False
 
 
-def strobe_words(dataset: "xr.Dataset") -> str:
+def strobe_words(dataset: Dataset) -> str:
     """Return in words when points of the strobe are taken."""
     return "every iterate" if is_map(dataset) else "once per forcing period"
 
 
-def period_words(dataset: "xr.Dataset") -> tuple[str, str]:
+def period_words(dataset: Dataset) -> tuple[str, str]:
     """Return the name of the period of the strobe, singular and plural."""
     return ("iterate", "iterates") if is_map(dataset) else ("forcing period", "forcing periods")
 
 
-def state_label(dataset: "xr.Dataset", index: int) -> str:
+def state_label(dataset: Dataset, index: int) -> str:
     """Return the axis label of state number ``index``, as `axis_label`."""
     name = str(dataset["state"].values[index])
     known = "state_long_name" in dataset.variables
@@ -128,7 +125,7 @@ def state_label(dataset: "xr.Dataset", index: int) -> str:
     return _with_unit(text, str(dataset["state_units"].values[index]) if "state_units" in dataset.variables else "1")
 
 
-def seed_names(dataset: "xr.Dataset") -> list[str]:
+def seed_names(dataset: Dataset) -> list[str]:
     """Return the name of each seed in the archive, or its number."""
     if "seed" in dataset.variables:
         return [readable(str(name)) for name in np.atleast_1d(dataset["seed"].values)]

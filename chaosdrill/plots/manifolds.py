@@ -1,10 +1,12 @@
 """Invariant manifolds of saddles in the plane of two states, over basins or an attractor."""
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from chaosdrill.dataset.curves import CurveBreak
+from chaosdrill.plots._types import Artist, Axes, Dataset, Figure, States
 from chaosdrill.plots.charts import attractor_cells
 from chaosdrill.plots.contents import places_of
 from chaosdrill.plots.figures import legend_outside, one_panel
@@ -13,14 +15,6 @@ from chaosdrill.plots.palette import BACKGROUND
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.plane import Plane
 from chaosdrill.plots.tuning import TUNING
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import xarray as xr
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _COLOURS = {"unstable": "#C9471B", "stable": "#33208A"}
 """Of lines that are seen on white and on the cells of basins."""
@@ -40,31 +34,13 @@ _MARKS = {
     states=2,
     over="basins poincare-section",
 )
-def manifolds(
-    *datasets: "xr.Dataset",
-    over: "xr.Dataset | None" = None,
-    ax: "Axes | None" = None,
-    state: "str | Sequence[str] | None" = None,
-) -> "Figure":
+def manifolds(*datasets: Dataset, over: Dataset | None = None, ax: Axes | None = None, state: States = None) -> Figure:
     """Draw stable and unstable manifolds in the plane of two states.
 
-    Parameters
-    ----------
-    *datasets : xarray.Dataset
-        Of kind ``manifolds``, of one system.
-    over : xarray.Dataset, optional
-        Of kind ``basins``, over a grid of two states, or ``poincare-section``, to be drawn behind.
-    ax : matplotlib.axes.Axes, optional
-        Where it is drawn.
-    state : pair of str, optional
-        States of the plane, the one across first; default: those of the grid of basins, or else the first two.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A line for each part of a curve, in one colour for stable and one for unstable manifolds; crosses at the
-        saddles. Breaks are marked by their kind, where these are few. The axes show the regions of the curves, or the
-        grid of the basins.
+    A line for each part of a curve, in one colour for stable and one for unstable manifolds; crosses at the saddles.
+    Breaks are marked by their kind, where these are few. The axes show the regions of the curves, or the grid of the
+    basins. ``over``, basins over a grid of two states or a section, is drawn behind. ``state``: states of the plane,
+    the one across first; default: those of the grid of basins, or else the first two.
     """
     plane = None
     if over is not None and (over.attrs.get("kind") == "basins") and "run" not in over.dims:
@@ -97,7 +73,7 @@ def manifolds(
     return figure
 
 
-def _draw(axes: "Axes", datasets: "Sequence[xr.Dataset]", places: tuple[int, int]) -> "list[Artist]":
+def _draw(axes: Axes, datasets: Sequence[Dataset], places: tuple[int, int]) -> list[Artist]:
     """The curves, their breaks and the saddles; returns what the legend shows."""
     from matplotlib.collections import LineCollection
 

@@ -1,25 +1,19 @@
 """Markers on branches of periodic orbits: special points, ends, colours of periods, and warnings."""
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from chaosdrill.dataset.outcomes import MEASURED, Outcome, flag_names
+from chaosdrill.plots._types import Artist, Axes, Dataset, Figure, Floats, Integers
 from chaosdrill.plots.categories import Category
 from chaosdrill.plots.contents import SINGLE
 from chaosdrill.plots.figures import font_size, owner, title_legend
 from chaosdrill.plots.labels import readable, wrapped
 from chaosdrill.plots.palette import LINE_COLOURS
 from chaosdrill.plots.tuning import TUNING
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    import xarray as xr
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from numpy.typing import ArrayLike, NDArray
 
 SPECIAL_MARKERS = {
     "fold": "s",
@@ -103,26 +97,24 @@ def special_name(name: str) -> str:
     return _NAMES.get(name, readable(name))
 
 
-def specials(dataset: "xr.Dataset") -> "list[tuple[str, NDArray[np.int64]]]":
+def specials(dataset: Dataset) -> list[tuple[str, Integers]]:
     """Return each kind of special point that a ``continuation`` dataset has, with the numbers of its points."""
     kinds, index = dataset["special_kind"].values, dataset["special_index"].values.astype(np.int64)
     names = flag_names(dataset["special_kind"])
     return [(name, index[kinds == code]) for code, name in names.items() if (kinds == code).any()]
 
 
-def hard(dataset: "xr.Dataset") -> "NDArray[np.int64]":
+def hard(dataset: Dataset) -> Integers:
     """Return the numbers of points at which the new motion repels and others jump away. None in older archives."""
     if "special_criticality" not in dataset:
         return np.zeros(0, dtype=np.int64)
     names = flag_names(dataset["special_criticality"])
     subcritical = [code for code, name in names.items() if name == "subcritical"]
-    found: NDArray[np.int64] = dataset["special_index"].values.astype(np.int64)
+    found: Integers = dataset["special_index"].values.astype(np.int64)
     return found[np.isin(dataset["special_criticality"].values, subcritical)]
 
 
-def mark(
-    axes: "Axes", x: "ArrayLike", y: "ArrayLike", name: str, size: float, jumps: bool = False, **options: Any
-) -> None:
+def mark(axes: Axes, x: ArrayLike, y: ArrayLike, name: str, size: float, jumps: bool = False, **options: Any) -> None:
     """Draw special points of one kind, and name them in the legend.
 
     Parameters
@@ -154,7 +146,7 @@ def mark(
     )
 
 
-def room(axes: "Axes", places: "NDArray[np.float64]") -> "NDArray[np.float64]":
+def room(axes: Axes, places: Floats) -> Floats:
     """Return the width of a mark at each place, shape (k, 2), that its neighbours allow, in steps of half a point."""
     if len(places) < 2:
         return np.full(len(places), np.inf)
@@ -165,17 +157,17 @@ def room(axes: "Axes", places: "NDArray[np.float64]") -> "NDArray[np.float64]":
     apart = np.hypot(*((places[:, None] - places[None]) * scale).transpose(2, 0, 1))
     # what lies on the same spot is one mark
     apart[apart < TUNING.merged_marks] = np.inf
-    wide: NDArray[np.float64] = np.maximum(TUNING.smallest_mark, np.floor(2 * apart.min(axis=1)) / 2)
+    wide: Floats = np.maximum(TUNING.smallest_mark, np.floor(2 * apart.min(axis=1)) / 2)
     return wide
 
 
-def bar(axes: "Axes", x: "ArrayLike", y: "ArrayLike", size: float, text: str | None = None) -> None:
+def bar(axes: Axes, x: ArrayLike, y: ArrayLike, size: float, text: str | None = None) -> None:
     """Draw upright bars at the ends of branches; parameters as for `mark`, with the text for the legend."""
     options: dict[str, Any] = {"marker": "|", "markeredgewidth": 1.4, "color": "black", "zorder": 3}
     axes.plot(np.ravel(x), np.ravel(y), markersize=size, linestyle="none", label=text, **options)
 
 
-def ends(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[str]]":
+def ends(dataset: Dataset) -> tuple[Integers, list[str]]:
     """Return the last points of the branches that end before the parameter's limit, and the name of each end."""
     names = flag_names(dataset["branch_end"])
     branch = dataset["branch"].values
@@ -187,7 +179,7 @@ def ends(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[str]]":
     return np.array([point for point, _ in found], dtype=np.int64), [name for _, name in found]
 
 
-def period_categories(datasets: "Sequence[xr.Dataset]") -> dict[int, Category]:
+def period_categories(datasets: Sequence[Dataset]) -> dict[int, Category]:
     """Return the colour and the name of each period that occurs; if there are many, the longest ones share both."""
     periods = sorted({int(period) for dataset in datasets for period in np.unique(dataset["branch_period"].values)})
     found = {n: Category(f"period {n}", colour) for n, colour in zip(periods, LINE_COLOURS, strict=False)}
@@ -197,12 +189,12 @@ def period_categories(datasets: "Sequence[xr.Dataset]") -> dict[int, Category]:
     return found
 
 
-def end_label(names: "Iterable[str]") -> str:
+def end_label(names: Iterable[str]) -> str:
     """Return the legend's text for ends of branches, broken into lines that fit."""
     return wrapped(f"end: {', '.join(_ENDS.get(name, readable(name)) for name in names)}", 32)
 
 
-def named_once(axes: "Axes") -> "list[Artist]":
+def named_once(axes: Axes) -> list[Artist]:
     """Return handles for a legend without repeated texts: the first one of each."""
     first: dict[str, Artist] = {}
     for handle, text in zip(*axes.get_legend_handles_labels(), strict=True):
@@ -210,7 +202,7 @@ def named_once(axes: "Axes") -> "list[Artist]":
     return list(first.values())
 
 
-def caveat(dataset: "xr.Dataset") -> str:
+def caveat(dataset: Dataset) -> str:
     """Return the reason to doubt a dataset of orbits; empty if there is no reason.
 
     It is an outcome other than an orbit found, the message of the analysis, or inconsistent numbers of an orbit.
@@ -228,12 +220,12 @@ def caveat(dataset: "xr.Dataset") -> str:
     return "; ".join(parts)
 
 
-def warn(figure: "Figure", datasets: "Sequence[xr.Dataset]") -> None:
+def warn(figure: Figure, datasets: Sequence[Dataset]) -> None:
     """Write the caveats of all datasets over a figure whose legend is there already."""
     tell(figure, "\n".join(dict.fromkeys(text for text in map(caveat, datasets) if text)))
 
 
-def tell(figure: "Figure", text: str, colour: str = WARNING) -> None:
+def tell(figure: Figure, text: str, colour: str = WARNING) -> None:
     """Write a warning, or a note, over a figure whose legend and title are there already; nothing if it is empty."""
     if not text:
         return
@@ -245,7 +237,7 @@ def tell(figure: "Figure", text: str, colour: str = WARNING) -> None:
     figure.suptitle(whole, x=0.01, ha="left", fontsize="medium", color=colour)
 
 
-def tell_on(axes: "Axes", text: str) -> None:
+def tell_on(axes: Axes, text: str) -> None:
     """Write a warning into the user's axes; nothing if it is empty."""
     if text:
         letters = max(20, int(axes.get_window_extent().width / owner(axes).dpi * 72 / (0.55 * font_size())))
@@ -253,7 +245,7 @@ def tell_on(axes: "Axes", text: str) -> None:
         axes.text(0.02, 0.98, wrapped(text, letters), color=WARNING, fontsize="small", **place)
 
 
-def failures(datasets: "Iterable[xr.Dataset]") -> str:
+def failures(datasets: Iterable[Dataset]) -> str:
     """Return the outcomes of runs that did not reach their end, with advice; empty if all did.
 
     It covers single and joined runs; sweeps show the outcome of each point themselves.

@@ -1,10 +1,11 @@
 """Periodic orbits: points, events and Newton's method; multipliers, also along branches; cascades of doublings."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
+from chaosdrill.plots._types import Axes, Complexes, Dataset, Figure, Floats, States
 from chaosdrill.plots.contents import places_of, swept
 from chaosdrill.plots.curve import pieces
 from chaosdrill.plots.figures import is_narrow, legend_above, legend_inside, legend_outside, new_figure, owner
@@ -23,14 +24,6 @@ from chaosdrill.plots.palette import DOTS, EVENT_MARKERS, PALETTE, sequential
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.tuning import TUNING
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
 _SECTION = PALETTE[1]
 _EVENT_COLOURS = tuple(colour for colour in PALETTE if colour != _SECTION)
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X")
@@ -46,25 +39,14 @@ doi:10.1090/S0025-5718-1991-1079009-6.
     "periodic-orbit",
     "points and events of the orbit, its multipliers, and the steps of Newton's method",
 )
-def orbit(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Sequence[str] | None" = None) -> "Figure":
+def orbit(dataset: Dataset, *, ax: Axes | None = None, state: States = None) -> Figure:
     """Draw a periodic orbit, or all that a search found.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``periodic-orbit``. That of a search goes to `orbits`.
-    ax : matplotlib.axes.Axes, optional
-        Where points and events alone are drawn.
-    state : pair of str, optional
-        States of the plane; default: the first two.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        On the left the path, the points on the section in their order, and the states before (open) and after (filled)
-        each event, joined by a dotted line; in the plane of the first two states, or over time for a system with one
-        state. On the right the multipliers in the unit circle, and the residual after each step of Newton's method. Any
-        reason to doubt the orbit stands above; without an orbit, only the residuals are shown.
+    On the left the path, the points on the section in their order, and the states before (open) and after (filled) each
+    event, joined by a dotted line; in the plane of the first two states, or over time for a system with one state. On
+    the right the multipliers in the unit circle, and the residual after each step of Newton's method. Any reason to
+    doubt the orbit stands above; without an orbit, only the residuals are shown. The dataset of a search goes to
+    `orbits`. On ``ax`` points and events alone are drawn. ``state``: states of the plane; default: the first two.
     """
     if "orbit" in dataset.dims:
         return orbits(dataset, ax=ax, state=state)
@@ -95,7 +77,7 @@ def orbit(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Sequ
     return figure
 
 
-def _own(dataset: "xr.Dataset") -> "xr.Dataset":
+def _own(dataset: Dataset) -> Dataset:
     """The dataset without the rows that pad one orbit of a search."""
     return dataset.isel(
         event=dataset["event_kind"].values >= 0,
@@ -104,7 +86,7 @@ def _own(dataset: "xr.Dataset") -> "xr.Dataset":
     )
 
 
-def _heading(dataset: "xr.Dataset") -> str:
+def _heading(dataset: Dataset) -> str:
     kind = "stable" if int(dataset["stable"]) else "unstable"
     time, residual = float(dataset["period_time"]), float(dataset["residual"])
     names = flag_names(dataset["event_kind"]) if dataset.sizes["event"] else {}
@@ -116,7 +98,7 @@ def _heading(dataset: "xr.Dataset") -> str:
     return f"{text}\nevents: {shown}" if events else text
 
 
-def _points(axes: "Axes", dataset: "xr.Dataset", states: tuple[int, ...], owns: bool = True) -> None:
+def _points(axes: Axes, dataset: Dataset, states: tuple[int, ...], owns: bool = True) -> None:
     section, period = dataset["section"].values, dataset["period_time"].values
     before, after = dataset["event_state_before"].values, dataset["event_state_after"].values
     time, kinds = dataset["event_time"].values, dataset["event_kind"].values
@@ -152,7 +134,7 @@ def _points(axes: "Axes", dataset: "xr.Dataset", states: tuple[int, ...], owns: 
     legend_above(axes, 3) if owns else legend_inside(axes)
 
 
-def _path(axes: "Axes", orbit: "xr.Dataset", states: tuple[int, ...], jumping: bool = False, **options: Any) -> None:
+def _path(axes: Axes, orbit: Dataset, states: tuple[int, ...], jumping: bool = False, **options: Any) -> None:
     """Draw the path of one orbit with a gap, or dots, at every jump, as far as the archive holds it."""
     if "path_time" in orbit.variables:
         own = np.isfinite(orbit["path_time"].values)
@@ -164,12 +146,12 @@ def _path(axes: "Axes", orbit: "xr.Dataset", states: tuple[int, ...], jumping: b
             axes.plot(*jumps.T, linestyle=DOTS, **options)
 
 
-def _where(dataset: "xr.Dataset") -> str:
+def _where(dataset: Dataset) -> str:
     forced = "forcing_period" in dataset.variables
     return strobe_words(dataset) if forced else "on the section"
 
 
-def _circle(axes: "Axes", dataset: "xr.Dataset") -> None:
+def _circle(axes: Axes, dataset: Dataset) -> None:
     values = _multipliers(dataset)
     outside = unit_circle(axes, values)
     axes.plot(values.real, values.imag, "o", color=PALETTE[0], markersize=5, zorder=3)
@@ -179,12 +161,12 @@ def _circle(axes: "Axes", dataset: "xr.Dataset") -> None:
     axes.set_title("\n".join(lines), fontsize="small")
 
 
-def _multipliers(dataset: "xr.Dataset") -> "NDArray[np.complex128]":
-    values: NDArray[np.complex128] = dataset["multiplier_real"].values + 1j * dataset["multiplier_imag"].values
+def _multipliers(dataset: Dataset) -> Complexes:
+    values: Complexes = dataset["multiplier_real"].values + 1j * dataset["multiplier_imag"].values
     return values
 
 
-def _numbers(values: "NDArray[np.complex128]") -> list[str]:
+def _numbers(values: Complexes) -> list[str]:
     """The multipliers as text, one line each; a pair has two lines, and several zeros share one."""
     lines, zeros = [], []
     for i, value in enumerate(values):
@@ -201,7 +183,7 @@ def _numbers(values: "NDArray[np.complex128]") -> list[str]:
     return lines + ([f"{' = '.join(zeros)} = 0 (rank lost)"] if zeros else [])
 
 
-def _newton(axes: "Axes", dataset: "xr.Dataset") -> None:
+def _newton(axes: Axes, dataset: Dataset) -> None:
     residual = dataset["newton_residual"].values
     axes.semilogy(
         np.arange(len(residual)), np.maximum(residual, TUNING.least_residual), "o-", color=PALETTE[0], markersize=4
@@ -232,24 +214,13 @@ def _newton(axes: "Axes", dataset: "xr.Dataset") -> None:
     axes.set_xticks(np.arange(0, len(residual), max(1, len(residual) // 8)))
 
 
-def orbits(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Sequence[str] | None" = None) -> "Figure":
+def orbits(dataset: Dataset, *, ax: Axes | None = None, state: States = None) -> Figure:
     """Draw the orbits that a search found.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``periodic-orbit`` with the dimension ``orbit``.
-    ax : matplotlib.axes.Axes, optional
-        Where the points alone are drawn.
-    state : pair of str, optional
-        States of the plane; default: the first two.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        On the left all paths and points on the section, a shape and colour for each period, filled where the orbit is
-        stable; in the plane of the first two states, or points against the number of the orbit for a system with one
-        state. On the right the multipliers in the unit circle.
+    On the left all paths and points on the section, a shape and colour for each period, filled where the orbit is
+    stable; in the plane of the first two states, or points against the number of the orbit for a system with one state.
+    On the right the multipliers in the unit circle. On ``ax`` the points alone are drawn. ``state``: states of the
+    plane; default: the first two.
     """
     section, period = dataset["section"].values, dataset["period"].values.astype(np.int64)
     stable = dataset["stable"].values != 0
@@ -293,7 +264,7 @@ def orbits(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Seq
     return figure
 
 
-def unit_circle(axes: "Axes", values: "NDArray[np.complex128]") -> int:
+def unit_circle(axes: Axes, values: Complexes) -> int:
     """Draw the unit circle and set limits that contain it and nearby values.
 
     Parameters
@@ -327,20 +298,12 @@ def unit_circle(axes: "Axes", values: "NDArray[np.complex128]") -> int:
     needs="multiplier_real",
     parameters=1,
 )
-def multipliers(dataset: "xr.Dataset") -> "Figure":
+def multipliers(dataset: Dataset) -> Figure:
     """Draw the multipliers of all orbits on the branches.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``continuation`` over one parameter.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Above, the complex plane with the unit circle; the colour of a point is the parameter, and the points at which a
-        multiplier crosses the circle are marked. Below, the moduli over the parameter on a logarithmic axis, a colour
-        for each period; along the bottom stand the special points at which no multiplier crosses the circle.
+    Above, the complex plane with the unit circle; the colour of a point is the parameter, and the points at which a
+    multiplier crosses the circle are marked. Below, the moduli over the parameter on a logarithmic axis, a colour for
+    each period; along the bottom stand the special points at which no multiplier crosses the circle.
     """
     name = swept(dataset)[0]
     values = dataset["multiplier_real"].values + 1j * dataset["multiplier_imag"].values
@@ -360,7 +323,7 @@ def multipliers(dataset: "xr.Dataset") -> "Figure":
     return figure
 
 
-def _plane(figure: "Figure", axes: "Axes", dataset: "xr.Dataset", name: str, values: "NDArray[np.complex128]") -> None:
+def _plane(figure: Figure, axes: Axes, dataset: Dataset, name: str, values: Complexes) -> None:
     outside = unit_circle(axes, values)
     shown = np.isfinite(values) & (values != 0)
     x = np.broadcast_to(dataset[name].values[:, None], values.shape)
@@ -385,7 +348,7 @@ def _plane(figure: "Figure", axes: "Axes", dataset: "xr.Dataset", name: str, val
         axes.set_title(f"{outside} of {np.isfinite(values).sum()} lie outside; their moduli are below")
 
 
-def _crossing(values: "NDArray[np.complex128]", kind: str) -> "NDArray[np.complex128]":
+def _crossing(values: Complexes, kind: str) -> Complexes:
     """The multipliers of one orbit that cross the unit circle."""
     if kind == "neimark_sacker":
         pairs = values[values.imag != 0]
@@ -394,7 +357,7 @@ def _crossing(values: "NDArray[np.complex128]", kind: str) -> "NDArray[np.comple
     return values[[int(np.argmin(np.abs(np.nan_to_num(values, nan=np.inf) - target)))]]
 
 
-def _moduli(axes: "Axes", dataset: "xr.Dataset", name: str, moduli: "NDArray[np.float64]") -> None:
+def _moduli(axes: Axes, dataset: Dataset, name: str, moduli: Floats) -> None:
     from matplotlib.transforms import blended_transform_factory
 
     x, branch = dataset[name].values, dataset["branch"].values
@@ -438,20 +401,12 @@ def _moduli(axes: "Axes", dataset: "xr.Dataset", name: str, moduli: "NDArray[np.
     needs="accumulation",
     parameters=1,
 )
-def cascade(dataset: "xr.Dataset") -> "Figure":
+def cascade(dataset: Dataset) -> Figure:
     """Draw the doublings of a cascade.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``continuation`` in which doubled branches were followed far enough to estimate an accumulation point.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Above, the distance of each doubling from the accumulation point, on a logarithmic axis, with a line that falls
-        by Feigenbaum's constant per doubling, and the error of the accumulation point, below which distances are
-        meaningless. Below, the ratios of the distances between doublings.
+    Above, the distance of each doubling from the accumulation point, on a logarithmic axis, with a line that falls by
+    Feigenbaum's constant per doubling, and the error of the accumulation point, below which distances are meaningless.
+    Below, the ratios of the distances between doublings.
     """
     name = swept(dataset)[0]
     values, ratios = dataset["doubling_value"].values, dataset["feigenbaum_ratio"].values

@@ -1,11 +1,8 @@
 """Colours, shades, dashes and markers: distinct in colour, to colour-blind readers and in grey."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-if TYPE_CHECKING:
-    from matplotlib.colors import Colormap
+from chaosdrill.plots._types import Colormap
 
 # Okabe and Ito's colours without yellow, which vanishes on white paper; distinct for all common kinds of colour vision
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
@@ -44,14 +41,14 @@ DOTS = (0, (1, 2))
 EVENT_MARKERS = ("v", "o", "s", "D", "^", "P", "X")
 
 
-def diverging() -> "Colormap":
+def diverging() -> Colormap:
     """Return the colours of a quantity with a sign: blue below zero, brown above, equally dark at equal distance."""
     from matplotlib.colors import LinearSegmentedColormap
 
     return LinearSegmentedColormap.from_list("diverging", [*BELOW, _ZERO, *_ABOVE])
 
 
-def sequential() -> "Colormap":
+def sequential() -> Colormap:
     """Return the colours of a quantity from small (light) to large (dark): viridis without its darkest end."""
     import matplotlib as mpl
     from matplotlib.colors import ListedColormap

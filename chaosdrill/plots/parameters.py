@@ -1,18 +1,12 @@
 """Effect of one per cent more of each parameter on a periodic orbit."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from chaosdrill.plots._types import Axes, Dataset, Figure
 from chaosdrill.plots.figures import new_figure, owner
 from chaosdrill.plots.labels import symbol
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 
 @picture(
@@ -21,21 +15,12 @@ if TYPE_CHECKING:
     "effect of one per cent more of each parameter on mean rates, period and largest exponent",
     needs="period_time_derivative",
 )
-def elasticities(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
+def elasticities(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw the effect of each parameter on an orbit.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``periodic-orbit`` with ``derivatives``. For a search, the first orbit with derivatives is shown.
-    ax : matplotlib.axes.Axes, optional
-        Where only the changes in per cent are drawn.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        On the left bars of the changes of mean rates, and without forcing of the period, in per cent; on the right the
-        change of the largest exponent that is not 0 by structure. The parameter with the largest effect stands on top.
+    On the left bars of the changes of mean rates, and without forcing of the period, in per cent; on the right the
+    change of the largest exponent that is not 0 by structure. The parameter with the largest effect stands on top. Of a
+    search the first orbit with derivatives is shown. On ``ax`` only the changes in per cent are drawn.
     """
     note = ""
     if "orbit" in dataset.dims:
@@ -68,21 +53,19 @@ def elasticities(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure"
     return figure
 
 
-def _tells(dataset: "xr.Dataset", name: str) -> bool:
+def _tells(dataset: Dataset, name: str) -> bool:
     """Whether the change of a quantity is informative: the period of a forced orbit is that of its forcing."""
     forced = "forcing_period" in dataset.variables
     return bool(float(dataset[name])) and not (name == "period_time" and forced)
 
 
-def _moved(dataset: "xr.Dataset", name: str) -> np.ndarray:
+def _moved(dataset: Dataset, name: str) -> np.ndarray:
     """Derivatives times the values of the parameters, 0 where they are within their errors."""
     change, error = dataset[f"{name}_derivative"].values, dataset[f"{name}_derivative_error"].values
     return np.asarray(dataset["parameter_value"].values * np.where(np.abs(change) <= error, 0.0, change))
 
 
-def _bars(
-    axes: "Axes", names: list[str], changes: dict[str, np.ndarray], order: np.ndarray, dataset: "xr.Dataset"
-) -> None:
+def _bars(axes: Axes, names: list[str], changes: dict[str, np.ndarray], order: np.ndarray, dataset: Dataset) -> None:
     height = 0.8 / len(changes)
     for number, (name, change) in enumerate(changes.items()):
         places = np.arange(len(names)) + 0.4 - height * (number + 0.5)

@@ -1,29 +1,23 @@
 """Pictures: their declaration, the choice for a result or an archive, and the functions that draw them."""
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial, wraps
 from inspect import signature
 from itertools import count
 from os import PathLike, fspath
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import Any, TypeVar, cast
 
 from chaosdrill.dataset.dates import undated
 from chaosdrill.dataset.schema import RUN, table_of
 from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.names import brief, visible
+from chaosdrill.plots._types import Axes, Dataset, Figure, States
 from chaosdrill.plots.animation import MOVING, animate
 from chaosdrill.plots.contents import SINGLE, fits, in_si, limits, swept
 from chaosdrill.typed import AXES, NAMED, PATH, SWITCH, TEXT, expecting
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 FORMATS = ("png", "pdf", "svg")
 # the same picture is the same file
@@ -68,7 +62,7 @@ class Picture:
     kind: str
     name: str
     summary: str
-    function: "Callable[..., Any]"
+    function: Callable[..., Any]
     states: int = 1
     seeds: int = 1
     needs: str = ""
@@ -84,12 +78,8 @@ class Picture:
         return "state" in signature(self.function).parameters
 
     def draw(
-        self,
-        *datasets: "xr.Dataset",
-        over: "xr.Dataset | None" = None,
-        ax: "Axes | None" = None,
-        state: "str | Sequence[str] | None" = None,
-    ) -> "Figure":
+        self, *datasets: Dataset, over: Dataset | None = None, ax: Axes | None = None, state: States = None
+    ) -> Figure:
         """Return the figure of a dataset, or of several that belong together.
 
         Parameters
@@ -115,7 +105,7 @@ class Picture:
             raise SettingsError(f"state is {state!r:.60}, but the picture {self.name!r} shows no single states")
         return self.function(*datasets, **given, **({"over": over} if self.over else {}))
 
-    def suits(self, dataset: "xr.Dataset") -> bool:
+    def suits(self, dataset: Dataset) -> bool:
         """Return whether the picture can be drawn of this dataset."""
         import numpy as np
 
@@ -142,8 +132,10 @@ PICTURES: list[Picture] = []
 def picture(kind: str, name: str, summary: str, **when: Any) -> Callable[[F], F]:
     """Register a function as a picture: its kind, name and summary, and the datasets that it suits, as in `Picture`.
 
-    The function takes the dataset and, if it has them, the keywords ``ax`` and ``state`` of `Picture.draw`. `plot`
-    draws the first picture that suits a dataset, in the order of files and lines.
+    The function takes the dataset, of that kind and in SI units if its scene was, or several that belong together. It
+    returns the figure, with all panels, or only the main one on the user's axes if it has the keyword ``ax``; with the
+    keyword ``state`` it shows the states that are named, by default those that its docstring says. `plot` draws the
+    first picture that suits a dataset, in the order of files and lines.
     """
 
     def wrap(function: F) -> F:
@@ -161,7 +153,7 @@ def _complete(function: F) -> F:
         return function
 
     @wraps(function)
-    def drawn(*datasets: "xr.Dataset", **options: Any) -> "Figure":
+    def drawn(*datasets: Dataset, **options: Any) -> Figure:
         from chaosdrill.plots.markers import failures, tell, tell_on
         from chaosdrill.plots.style import keep_ticks, lettering, style
 
@@ -183,11 +175,11 @@ def _complete(function: F) -> F:
 
 @expecting(SettingsError, kind=TEXT, ax=AXES, state=NAMED)
 def plot(
-    ds: "xr.Dataset",
+    ds: "Dataset",
     kind: str | None = None,
     ax: "Axes | None" = None,
-    state: "str | Sequence[str] | None" = None,
-    over: "xr.Dataset | None" = None,
+    state: States = None,
+    over: "Dataset | None" = None,
 ) -> "Axes":
     """Draw a result.
 
@@ -264,7 +256,7 @@ def _result_of(value: Any) -> str:
     return "or one group of an archive, as in chaosdrill.open(path)['motion']"
 
 
-def _check_behind(picture: Picture, ds: "xr.Dataset", over: Any) -> None:
+def _check_behind(picture: Picture, ds: Dataset, over: Any) -> None:
     """Raise a SettingsError if a picture cannot be drawn over something."""
     import xarray as xr
 
@@ -284,7 +276,7 @@ def _check_behind(picture: Picture, ds: "xr.Dataset", over: Any) -> None:
         )
 
 
-def _with_dimensions(ds: "xr.Dataset") -> "xr.Dataset":
+def _with_dimensions(ds: Dataset) -> Dataset:
     """The dataset with the dimension of which one seed or one state has been selected."""
     for dim in ("seed", "state"):
         if dim in ds.coords and dim not in ds.dims:
@@ -295,7 +287,7 @@ def _with_dimensions(ds: "xr.Dataset") -> "xr.Dataset":
     return ds
 
 
-def _check_dimensions(ds: "xr.Dataset") -> None:
+def _check_dimensions(ds: Dataset) -> None:
     """Raise a SettingsError if several results have been combined into one dataset, which no picture separates."""
     kind = str(ds.attrs["kind"])
     ended = "outcome" in ds.variables and ds["outcome"].ndim > 0
@@ -323,7 +315,7 @@ def plot_archive(
     output: str | PathLike[str] | None = None,
     group: str | None = None,
     animated: bool = False,
-    state: "str | Sequence[str] | None" = None,
+    state: States = None,
 ) -> list[Path]:
     """Draw every picture that suits the contents of an archive.
 
@@ -416,7 +408,7 @@ def plot_archive(
     return files
 
 
-def _check_names(state: "str | Sequence[str]", datasets: "list[xr.Dataset]") -> None:
+def _check_names(state: str | Sequence[str], datasets: list[Dataset]) -> None:
     """Raise a SettingsError if no dataset has a state of a name."""
     known = dict.fromkeys(name for ds in datasets for name in ds["state"].values.tolist())
     if not known:
@@ -425,15 +417,15 @@ def _check_names(state: "str | Sequence[str]", datasets: "list[xr.Dataset]") -> 
         raise SettingsError(f"state names {unknown[0]!r:.60}; states are {', '.join(known)}")
 
 
-def _has_states(dataset: "xr.Dataset", state: "str | Sequence[str] | None") -> bool:
+def _has_states(dataset: Dataset, state: States) -> bool:
     return set(_listed(state)) <= set(dataset["state"].values.tolist())
 
 
-def _listed(state: "str | Sequence[str] | None") -> list[str]:
+def _listed(state: States) -> list[str]:
     return [state] if isinstance(state, str) else list(state or ())
 
 
-def plan(wanted: "dict[str, xr.Dataset]") -> list[tuple[list[str], Picture]]:
+def plan(wanted: dict[str, Dataset]) -> list[tuple[list[str], Picture]]:
     """The pictures that suit the given groups, each with the names of the groups in it."""
     planned: list[tuple[list[str], Picture]] = []
     for name, dataset in wanted.items():
@@ -470,7 +462,7 @@ def stems_of(stem: str, planned: list[tuple[list[str], Picture]]) -> list[str]:
     return list(stems)
 
 
-def _alike(dataset: "xr.Dataset", other: "xr.Dataset") -> bool:
+def _alike(dataset: Dataset, other: Dataset) -> bool:
     """Whether two datasets go into one picture: a narrow range would be invisible in a wide one.
 
     The ranges of curves over two parameters only say where to look for them.
@@ -478,7 +470,7 @@ def _alike(dataset: "xr.Dataset", other: "xr.Dataset") -> bool:
     return fits(dataset, other) and (len(swept(dataset)) > 1 or limits(dataset) == limits(other))
 
 
-def behind(picture: Picture, dataset: "xr.Dataset", groups: "dict[str, xr.Dataset]") -> "xr.Dataset | None":
+def behind(picture: Picture, dataset: Dataset, groups: dict[str, Dataset]) -> Dataset | None:
     """The background of a picture: the first group of the archive that fits, even if it was not itself requested."""
     behind_it = (ds for kind in picture.over.split() for ds in groups.values() if ds.attrs["kind"] == kind)
     return next((ds for ds in behind_it if fits(dataset, ds)), None)

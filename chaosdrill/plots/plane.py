@@ -1,25 +1,29 @@
 """A plane of cells with their true bounds, coloured by category or value: hatching, names, legend and colour bar."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chaosdrill.errors import SettingsError
+from chaosdrill.plots._types import (
+    Artist,
+    Axes,
+    Colormap,
+    DataArray,
+    Dataset,
+    Floats,
+    Integers,
+    Normalize,
+    Patch,
+    Truths,
+)
 from chaosdrill.plots.categories import MOTIONS, NO_RESULT, Category, by_outcome
 from chaosdrill.plots.figures import font_size, is_narrow, legend_outside, new_figure, owner, size_of
 from chaosdrill.plots.labels import axis_label, label, seed_names, shorten
 from chaosdrill.plots.tuning import TUNING
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    import xarray as xr
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.colors import Colormap, Normalize
-    from matplotlib.patches import Patch
-    from numpy.typing import NDArray
 
 
 class Plane:
@@ -48,7 +52,7 @@ class Plane:
         If there are several panels, but ``ax`` is one axes.
     """
 
-    def __init__(self, dataset: "xr.Dataset", variable: str, ax: "Axes | None" = None) -> None:
+    def __init__(self, dataset: Dataset, variable: str, ax: Axes | None = None) -> None:
         self.across, self.up = (str(name) for name in dataset["outcome"].dims if name != "seed")
         self._dataset, self._values, self._ax = dataset, dataset[variable], ax
         self._x, self._y = (bounds(np.sort(dataset[name].values)) for name in (self.across, self.up))
@@ -94,14 +98,14 @@ class Plane:
         if len(names) > count:
             self.figure.suptitle(f"seeds 1 to {count} of {len(names)}", x=0.01, ha="left", fontsize="medium")
 
-    def _parts(self, *arrays: "NDArray[Any]") -> "Iterator[tuple[Axes, list[NDArray[Any]]]]":
+    def _parts(self, *arrays: NDArray[Any]) -> Iterator[tuple[Axes, list[NDArray[Any]]]]:
         """Each panel with its part of some arrays, in the order of its cells."""
         for place, axes in enumerate(self.panels):
             parts = [self._values.copy(data=array).isel(seed=place, missing_dims="ignore") for array in arrays]
             ordered = [part.sortby([self.across, self.up]).transpose(self.up, self.across) for part in parts]
             yield axes, [part.values for part in ordered]
 
-    def categorise(self, codes: "NDArray[np.int64]", categories: "Sequence[Category]") -> None:
+    def categorise(self, codes: Integers, categories: Sequence[Category]) -> None:
         """Draw cells by category, as indices into ``categories`` over the dimensions of the variable."""
         for axes, (part,) in self._parts(codes):
             draw_cells(axes, self._x, self._y, part, categories, self._size)
@@ -109,12 +113,12 @@ class Plane:
 
     def shade(
         self,
-        values: "xr.DataArray",
-        norm: "Normalize",
-        colours: "Colormap",
+        values: DataArray,
+        norm: Normalize,
+        colours: Colormap,
         extend: str = "neither",
-        apart: "Sequence[tuple[float, Category]]" = (),
-        dotted: "tuple[NDArray[np.bool_], Category] | None" = None,
+        apart: Sequence[tuple[float, Category]] = (),
+        dotted: tuple[Truths, Category] | None = None,
     ) -> None:
         """Draw cells by value, with legend and colour bar; those without a value show the outcome of their run.
 
@@ -154,13 +158,13 @@ class Plane:
         bar.set_label(label(values))
         bar.outline.set_linewidth(0.5)
 
-    def legend(self, further: "Sequence[Artist]" = (), **options: Any) -> None:
+    def legend(self, further: Sequence[Artist] = (), **options: Any) -> None:
         """Put one legend above all panels: categories, each named once, and what else is drawn over the cells."""
         handles = [*map(legend_entry, self._shown), *further]
         legend_outside(self.figure, handles, ax=self._ax, handlelength=1.6, handleheight=1.1, borderpad=0, **options)
 
 
-def _start(dataset: "xr.Dataset", seed: int) -> str:
+def _start(dataset: Dataset, seed: int) -> str:
     """Initial state of a seed, by the states in which the seeds differ; empty if the archive does not give it."""
     if "initial_state" not in dataset.variables:
         return ""
@@ -170,7 +174,7 @@ def _start(dataset: "xr.Dataset", seed: int) -> str:
     return ": " * bool(apart.size) + ", ".join(f"{names[i]} = {shorten(float(states[seed, i]))}" for i in apart)
 
 
-def bounds(values: "NDArray[np.float64]") -> "NDArray[np.float64]":
+def bounds(values: Floats) -> Floats:
     """Return the bounds of cells around ascending values, shape (n + 1,).
 
     They lie half-way between neighbours, and as far outside the first and the last value as inside. A single value is
@@ -184,13 +188,13 @@ def bounds(values: "NDArray[np.float64]") -> "NDArray[np.float64]":
 
 
 def draw_cells(
-    axes: "Axes",
-    x: "NDArray[np.float64]",
-    y: "NDArray[np.float64]",
-    codes: "NDArray[np.int64]",
-    categories: "Sequence[Category]",
+    axes: Axes,
+    x: Floats,
+    y: Floats,
+    codes: Integers,
+    categories: Sequence[Category],
     size: tuple[float, float],
-    colours: "NDArray[np.float64] | None" = None,
+    colours: Floats | None = None,
     names: bool = True,
 ) -> None:
     """Draw cells in the colours, hatchings and names of their categories.
@@ -226,14 +230,7 @@ def draw_cells(
             _name(axes, columns, rows, sampled == index, category)
 
 
-def hatch(
-    axes: "Axes",
-    x: "NDArray[np.float64]",
-    y: "NDArray[np.float64]",
-    mask: "NDArray[np.bool_]",
-    category: Category,
-    size: tuple[float, float],
-) -> None:
+def hatch(axes: Axes, x: Floats, y: Floats, mask: Truths, category: Category, size: tuple[float, float]) -> None:
     """Draw the hatching of a category over the cells of a mask, shape (m, n); parameters as for `draw_cells`.
 
     It is one patch, continuous across neighbours. A grid finer than a point is hatched at every point.
@@ -261,7 +258,7 @@ def hatch(
     )
 
 
-def legend_entry(category: Category) -> "Patch":
+def legend_entry(category: Category) -> Patch:
     """Return the legend's handle of a category."""
     from matplotlib.patches import Patch
 
@@ -269,9 +266,7 @@ def legend_entry(category: Category) -> "Patch":
     return Patch(facecolor=colour, hatch=category.hatch, edgecolor=ink, linewidth=0, label=name)
 
 
-def _sample(
-    x: "NDArray[np.float64]", y: "NDArray[np.float64]", codes: "NDArray[Any]", size: tuple[float, float]
-) -> "NDArray[Any]":
+def _sample(x: Floats, y: Floats, codes: NDArray[Any], size: tuple[float, float]) -> NDArray[Any]:
     """The codes on an even grid with one place a point (1/72 inch)."""
     places = [
         np.searchsorted(edges, edges[0] + (np.arange(count) + 0.5) / count * (edges[-1] - edges[0])) - 1
@@ -280,16 +275,12 @@ def _sample(
     return codes[np.ix_(*places)]
 
 
-def _even(
-    x: "NDArray[np.float64]", y: "NDArray[np.float64]", sampled: "NDArray[Any]"
-) -> "tuple[NDArray[np.float64], NDArray[np.float64]]":
+def _even(x: Floats, y: Floats, sampled: NDArray[Any]) -> tuple[Floats, Floats]:
     """The bounds of the places of an even grid."""
     return np.linspace(x[0], x[-1], sampled.shape[1] + 1), np.linspace(y[0], y[-1], sampled.shape[0] + 1)
 
 
-def _name(
-    axes: "Axes", x: "NDArray[np.float64]", y: "NDArray[np.float64]", mask: "NDArray[np.bool_]", category: Category
-) -> None:
+def _name(axes: Axes, x: Floats, y: Floats, mask: Truths, category: Category) -> None:
     """Write a category's short text into the largest connected regions of a mask, where its box fits."""
     from matplotlib.patheffects import withStroke
     from scipy import ndimage
@@ -315,7 +306,7 @@ def _name(
             )
 
 
-def _roomiest(region: "NDArray[np.float32]", box: "NDArray[np.float64]") -> "tuple[int, int] | None":
+def _roomiest(region: NDArray[np.float32], box: Floats) -> tuple[int, int] | None:
     """The place in a region with most room around a box, wholly inside if possible; None if it does not fit."""
     from scipy import ndimage
 

@@ -1,10 +1,11 @@
 """Sections: over the swept parameter with spectrum and periods, in a plane, and as a return map."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
+from chaosdrill.plots._types import Axes, Dataset, Figure, Floats, Integers, States, Truths
 from chaosdrill.plots.categories import MOTIONS, NO_RESULT, Category, by_period
 from chaosdrill.plots.contents import places_of, settings, swept
 from chaosdrill.plots.figures import legend_above, legend_inside, legend_outside, new_figure, one_panel, owner, size_of
@@ -23,41 +24,19 @@ from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.plane import bounds, draw_cells, legend_entry
 from chaosdrill.plots.tuning import TUNING
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
 # exponents descend, so that their order distinguishes them where colours do not
 _EXPONENT_COLOURS = ("#0D3B81", "#D55E00", "#009E73", "#CC79A7", "#DCA438", "#000000")
 _NOT_REACHED = Category("section not reached", "#E4E4E4", "....")
 
 
 @picture("bifurcation-diagram", "bifurcation-diagram", "section, exponents, progression and periods")
-def bifurcation(
-    dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Sequence[str] | None" = None
-) -> "Figure":
+def bifurcation(dataset: Dataset, *, ax: Axes | None = None, state: States = None) -> Figure:
     """Draw a bifurcation diagram.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``bifurcation-diagram`` over one parameter.
-    ax : matplotlib.axes.Axes, optional
-        Where the section alone is drawn.
-    state : str, optional
-        State of the section; default: the first that varies.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        From top to bottom, over the same axis: the state on the section (one colour per seed; where seeds agree, later
-        ones are smaller dots on top of earlier ones), the exponents with zero marked, the progression rate if the
-        system has one, and a row for each seed with its period or outcome. Points without a result from any seed are
-        shaded.
+    From top to bottom, over the same axis: the state on the section (one colour per seed; where seeds agree, later ones
+    are smaller dots on top of earlier ones), the exponents with zero marked, the progression rate if the system has
+    one, and a row for each seed with its period or outcome. Points without a result from any seed are shaded. On ``ax``
+    the section alone is drawn. ``state``: state of the section; default: the first that varies.
     """
     sweep = str(dataset["period"].dims[0])
     if (np.diff(dataset[sweep].values) < 0).any():
@@ -102,15 +81,15 @@ def bifurcation(
     return figure
 
 
-def _without_result(dataset: "xr.Dataset", sweep: str) -> "NDArray[np.bool_]":
+def _without_result(dataset: Dataset, sweep: str) -> Truths:
     """Points at which no seed has a result."""
     codes = dataset["outcome"].transpose(sweep, "seed").values
     ended = [code for code, name in flag_names(dataset["outcome"]).items() if name in MOTIONS]
-    lost: NDArray[np.bool_] = np.isin(codes, ended).sum(axis=1) == 0
+    lost: Truths = np.isin(codes, ended).sum(axis=1) == 0
     return lost
 
 
-def _shade(panel: "Axes", edges: "NDArray[np.float64]", mask: "NDArray[np.bool_]", category: Category) -> None:
+def _shade(panel: Axes, edges: Floats, mask: Truths, category: Category) -> None:
     turns = np.flatnonzero(np.diff(np.pad(mask.astype(np.int8), 1)))
     for number, (first, last) in enumerate(turns.reshape(-1, 2)):
         panel.axvspan(
@@ -125,14 +104,7 @@ def _shade(panel: "Axes", edges: "NDArray[np.float64]", mask: "NDArray[np.bool_]
         )
 
 
-def _section(
-    panel: "Axes",
-    dataset: "xr.Dataset",
-    sweep: str,
-    section: "NDArray[np.float64]",
-    edges: "NDArray[np.float64]",
-    lost: "NDArray[np.bool_]",
-) -> None:
+def _section(panel: Axes, dataset: Dataset, sweep: str, section: Floats, edges: Floats, lost: Truths) -> None:
     period = dataset["period"].transpose(sweep, "seed").values
     x = np.broadcast_to(dataset[sweep].values[:, None], section[:, 0].shape)
     _shade(panel, edges, np.isnan(section).all(axis=(1, 2)) & ~lost, _NOT_REACHED)
@@ -160,7 +132,7 @@ def _section(
             panel.plot([], [], "o", markersize=3 + step, markeredgewidth=0, color=colour, label=name)
 
 
-def first_that_varies(states: "NDArray[np.float64]") -> int:
+def first_that_varies(states: Floats) -> int:
     """Return the index of the first state that varies on the section; the position of a wall does not at an impact.
 
     The states are the last axis of ``states``; values may be missing.
@@ -171,7 +143,7 @@ def first_that_varies(states: "NDArray[np.float64]") -> int:
     return 0
 
 
-def varies(values: "NDArray[np.float64]", states: "NDArray[np.float64]") -> bool:
+def varies(values: Floats, states: Floats) -> bool:
     """Return whether a state has more than one value on a section, relative to all states of the section."""
     known, every = values[np.isfinite(values)], np.abs(states[np.isfinite(states)])
     if not known.size:
@@ -180,7 +152,7 @@ def varies(values: "NDArray[np.float64]", states: "NDArray[np.float64]") -> bool
     return bool(np.ptp(known) > TUNING.flat * max(float(np.abs(known).max()), TUNING.flat * float(every.max())))
 
 
-def _spectrum(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
+def _spectrum(panel: Axes, dataset: Dataset, sweep: str) -> None:
     from matplotlib.transforms import blended_transform_factory
 
     exponents = dataset["lyapunov_exponent"].transpose(sweep, "seed", "exponent").values
@@ -208,7 +180,7 @@ def _spectrum(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
     legend_above(panel, handles=[line for line in panel.get_lines() if str(line.get_label()).startswith("λ")])
 
 
-def _rate(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
+def _rate(panel: Axes, dataset: Dataset, sweep: str) -> None:
     rate = dataset["progression_rate"]
     values = rate.transpose(sweep, "seed").values
     for seed, (colour, _, step) in enumerate(seed_lines(dataset)):
@@ -216,7 +188,7 @@ def _rate(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
     panel.set_ylabel(wrapped(label(rate), 12))
 
 
-def _periods(panel: "Axes", dataset: "xr.Dataset", sweep: str, edges: "NDArray[np.float64]", height: float) -> None:
+def _periods(panel: Axes, dataset: Dataset, sweep: str, edges: Floats, height: float) -> None:
     codes, categories = by_period(dataset.transpose("seed", sweep, ...))
     names = seed_names(dataset)
     size = (size_of(height)[0] - TUNING.beside, height)
@@ -232,7 +204,7 @@ def _periods(panel: "Axes", dataset: "xr.Dataset", sweep: str, edges: "NDArray[n
     legend_above(panel, columns=5, handles=[legend_entry(category) for category in categories])
 
 
-def seed_lines(dataset: "xr.Dataset") -> list[tuple[str, str, float]]:
+def seed_lines(dataset: Dataset) -> list[tuple[str, str, float]]:
     """Return colour and name of each seed, and how much wider than the last one it is drawn, from 0 to 2.
 
     With more seeds than can be distinguished, only the sweeps up and down have colours; the others are grey and have no
@@ -249,9 +221,7 @@ def seed_lines(dataset: "xr.Dataset") -> list[tuple[str, str, float]]:
     return list(zip(SEED_COLOURS, names, steps, strict=False))
 
 
-def _draw(
-    panel: "Axes", dataset: "xr.Dataset", seed: int, values: "NDArray[np.float64]", colour: str, step: float
-) -> None:
+def _draw(panel: Axes, dataset: Dataset, seed: int, values: Floats, colour: str, step: float) -> None:
     """A line where neighbours belong together; dots where each of several seeds may reach a different attractor."""
     x = dataset[str(dataset["period"].dims[0])].values
     if dataset.sizes["seed"] == 1 or seed_names(dataset)[seed] in ("forward", "backward"):
@@ -263,7 +233,7 @@ def _draw(
         panel.plot(x, values, "o", color=colour, markersize=size + 0.8 * step, markeredgewidth=0)
 
 
-def _breaks(dataset: "xr.Dataset", seed: int, values: "NDArray[np.float64]") -> "NDArray[np.int64]":
+def _breaks(dataset: Dataset, seed: int, values: Floats) -> Integers:
     """Indices before which a line is broken, at jumps from one attractor to another."""
     # a selection by xarray would import dask, where that is installed
     kinds = np.stack([dataset[name].transpose(..., "seed").values[:, seed] for name in ("period", "outcome")], axis=1)
@@ -282,29 +252,16 @@ def _breaks(dataset: "xr.Dataset", seed: int, values: "NDArray[np.float64]") -> 
         | (near & (known > TUNING.jump_of_section * apart))
         | (changes & (known > TUNING.leap_of_section * extent))
     )
-    found: NDArray[np.int64] = np.flatnonzero(jumps & (known > TUNING.visible_in_section * extent)) + 1
+    found: Integers = np.flatnonzero(jumps & (known > TUNING.visible_in_section * extent)) + 1
     return found
 
 
 @picture("poincare-section", "poincare-section", "the section in the plane of the first two states")
-def poincare(
-    dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Sequence[str] | None" = None
-) -> "Figure":
+def poincare(dataset: Dataset, *, ax: Axes | None = None, state: States = None) -> Figure:
     """Draw a section.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``poincare-section``; a system with one state is drawn against the number of the iterate.
-    ax : matplotlib.axes.Axes, optional
-        Where it is drawn.
-    state : pair of str, optional
-        States of the plane; default: the first two.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The points; the title gives the section, the period found and the multipliers.
+    The points; the title gives the section, the period found and the multipliers. A system with one state is drawn
+    against the number of the iterate. ``state``: states of the plane; default: the first two.
     """
     section = dataset["section"].values
     period = int(dataset["period"]) if "period" in dataset.variables else 0
@@ -339,25 +296,12 @@ def _plane(section: np.ndarray) -> tuple[int, int]:
     "each point of the section against the one before it, at one value of the parameter",
     values=1,
 )
-def return_map(
-    dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Sequence[str] | None" = None
-) -> "Figure":
+def return_map(dataset: Dataset, *, ax: Axes | None = None, state: States = None) -> Figure:
     """Draw one state of each point of a section against that of the point before.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``poincare-section``, or ``bifurcation-diagram`` with one value of the parameter.
-    ax : matplotlib.axes.Axes, optional
-        Where it is drawn.
-    state : str, optional
-        State that is drawn; default: the first that varies.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The points with the diagonal, and the cobweb of the first 40 returns as a thin line: a transient, if the record
-        begins with one. The cobweb of a detected cycle is a thick line. Each seed has a colour.
+    The points with the diagonal, and the cobweb of the first 40 returns as a thin line: a transient, if the record
+    begins with one. The cobweb of a detected cycle is a thick line. Each seed has a colour. ``state``: state that is
+    drawn; default: the first that varies.
     """
     varied = swept(dataset)
     ordered = dataset.transpose(*varied, "seed", "iterate", "state", ..., missing_dims="ignore")
@@ -398,7 +342,7 @@ def cobweb(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.repeat(values, 2)[:-1], np.repeat(values, 2)[1:]
 
 
-def _title(dataset: "xr.Dataset", period: int, iterates: int) -> str:
+def _title(dataset: Dataset, period: int, iterates: int) -> str:
     where = _place(dataset)
     if not period:
         return f"{iterates} points {where}"
@@ -418,7 +362,7 @@ def _title(dataset: "xr.Dataset", period: int, iterates: int) -> str:
     return f"period {period}, {where}" + (f"; multipliers {', '.join(multipliers)}" if multipliers else "")
 
 
-def _place(dataset: "xr.Dataset") -> str:
+def _place(dataset: Dataset) -> str:
     place = settings(dataset).get("at") or "strobe"
     return strobe_words(dataset) if place == "strobe" else f"at {place}"
 

@@ -1,10 +1,11 @@
 """Shares of the basins along a parameter, as bands; the uncertain fraction of starts near a boundary."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
+from chaosdrill.plots._types import Artist, Axes, Dataset, Figure, Floats
 from chaosdrill.plots.categories import FURTHER, Category, attractor_category
 from chaosdrill.plots.contents import swept
 from chaosdrill.plots.figures import legend_inside, legend_outside, one_panel
@@ -12,13 +13,6 @@ from chaosdrill.plots.labels import axis_label, label, readable, uncertain
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.tuning import TUNING
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
 _NONE = Category("no attractor", "#FFFFFF", "xx")
 _ENDS = {
@@ -30,22 +24,12 @@ _ENDS = {
 
 
 @picture("attractors", "attractors", "shares of the basins of all attractors along the parameter", parameters=1)
-def shares(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
+def shares(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw the share of the starts that leads to each attractor, as bands over the parameter.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``attractors``.
-    ax : matplotlib.axes.Axes, optional
-        Where it is drawn.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Stacked bands, the twelve largest shares in their own colours, with two standard errors of each share at its
-        upper edge if there are at most 60 values. A marker shows what becomes of an attractor that ends within the
-        sweep; on a band without width the attractor exists, though no start leads to it.
+    Stacked bands, the twelve largest shares in their own colours, with two standard errors of each share at its upper
+    edge if there are at most 60 values. A marker shows what becomes of an attractor that ends within the sweep; on a
+    band without width the attractor exists, though no start leads to it.
     """
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
@@ -93,7 +77,7 @@ def shares(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     return figure
 
 
-def _edges(values: "NDArray[np.float64]") -> "NDArray[np.float64]":
+def _edges(values: Floats) -> Floats:
     """Limits between which a value represents the parameter: half-way to its neighbours."""
     if len(values) == 1:
         return values[0] + np.array([-0.5, 0.5]) * (abs(values[0]) or 1.0)
@@ -101,7 +85,7 @@ def _edges(values: "NDArray[np.float64]") -> "NDArray[np.float64]":
     return np.concatenate([[2 * values[0] - middles[0]], middles, [2 * values[-1] - middles[-1]]])
 
 
-def _told(attractor: "xr.Dataset", number: int) -> str:
+def _told(attractor: Dataset, number: int) -> str:
     """Description of an attractor along the parameter: its periods and kinds."""
     names = flag_names(attractor["attractor_outcome"])
     periods, codes = attractor["attractor_period"].values, attractor["attractor_outcome"].values
@@ -113,11 +97,7 @@ def _told(attractor: "xr.Dataset", number: int) -> str:
 
 
 def _mark_ends(
-    axes: "Axes",
-    ordered: "xr.Dataset",
-    values: "NDArray[np.float64]",
-    middles: "list[NDArray[np.float64]]",
-    bands: "list[tuple[Category, NDArray[np.float64], NDArray[np.float64]]]",
+    axes: Axes, ordered: Dataset, values: Floats, middles: list[Floats], bands: list[tuple[Category, Floats, Floats]]
 ) -> list[str]:
     """Mark where attractors end within the sweep; return the kinds of ends that occur."""
     found = []
@@ -143,21 +123,11 @@ def _mark_ends(
 
 
 @picture("basin-measures", "uncertainty", "uncertain fraction of starts over the distance", needs="uncertain_fraction")
-def uncertain_fraction(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
+def uncertain_fraction(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw the fraction of starts with another attractor within a distance, and the fitted power law.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``basin-measures``, from a grid.
-    ax : matplotlib.axes.Axes, optional
-        Where it is drawn.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Both axes are logarithmic; bars are two standard errors. The slope of the line is the uncertainty exponent,
-        which the legend gives; the title gives the entropies.
+    Both axes are logarithmic; bars are two standard errors. The slope of the line is the uncertainty exponent, which
+    the legend gives; the title gives the entropies.
     """
     from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
@@ -195,20 +165,10 @@ def uncertain_fraction(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "F
 
 
 @picture("basin-measures", "basin-shares", "share of the starts that leads to each attractor")
-def basin_shares(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
+def basin_shares(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw the share of the starts that leads to each of the twelve largest attractors, and to none.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``basin-measures``.
-    ax : matplotlib.axes.Axes, optional
-        Where it is drawn.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One bar per attractor, with two standard errors.
+    One bar per attractor, with two standard errors.
     """
     figure, axes = one_panel(ax, 3.6)
     numbers = dataset["attractor"].values[: TUNING.banded_attractors].tolist()
@@ -228,5 +188,5 @@ def basin_shares(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure"
     return figure
 
 
-def _share(attractor: "xr.Dataset", of: str) -> tuple[float, float]:
+def _share(attractor: Dataset, of: str) -> tuple[float, float]:
     return float(attractor[f"fraction{of}"]), float(attractor[f"fraction{of}_error"])

@@ -5,12 +5,10 @@ import threading
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
+from chaosdrill.plots._types import Figure
 from chaosdrill.plots.tuning import TUNING
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 WIDTH = 7.2
 """Of a figure in inches."""
@@ -127,7 +125,7 @@ def style() -> AbstractContextManager[None]:
 
 
 @contextmanager
-def page_style() -> "Iterator[None]":
+def page_style() -> Iterator[None]:
     """Draw pictures for a page: as wide as the page, and independent of matplotlib's settings."""
     token = _width.set(TUNING.page_width)
     try:
@@ -179,7 +177,7 @@ def _letters() -> dict[str, Any]:
     return {"font.family": [*family, *[_COMPLETE_FONT] * (_COMPLETE_FONT not in family)], "text.usetex": False}
 
 
-def keep_ticks(figure: "Figure") -> None:
+def keep_ticks(figure: Figure) -> None:
     """Give the present style to ticks that are made later, when the figure is drawn."""
     current = _settings()
     for ax in figure.axes:

@@ -1,11 +1,13 @@
 """Trajectories: every state and integral over time, and the first state against the second."""
 
+from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
+from chaosdrill.plots._types import Artist, Axes, Dataset, Figure, States
 from chaosdrill.plots.contents import places_of
 from chaosdrill.plots.curve import (
     Curve,
@@ -26,40 +28,20 @@ from chaosdrill.plots.palette import DOTS, EVENT_MARKERS, MODE_SHADES, PALETTE
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.tuning import TUNING
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import xarray as xr
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 _GREY = "0.4"
 _MODE_HATCHES = ("", "///", "...")
 _HATCHED = "0.7"
 
 
 @picture("trajectory", "time-history", "integrals and states over time, events and modes")
-def time_history(
-    dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Sequence[str] | None" = None
-) -> "Figure":
+def time_history(dataset: Dataset, *, ax: Axes | None = None, state: States = None) -> Figure:
     """Draw the end of a trajectory.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``trajectory``, or several joined.
-    ax : matplotlib.axes.Axes, optional
-        Where one state is drawn.
-    state : str or sequence of str, optional
-        States that are drawn, and no quadrature; default: the first dozen, on ``ax`` the first.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One panel for each quadrature and state. Shades are modes, markers are events at the state before the reset;
-        only the end of a trajectory with many events is shown, from a whole forcing period on, and the title says so.
-        Each of several joined runs is a line in its own colour, with its events; their modes differ and are not shaded.
+    One panel for each quadrature and state. Shades are modes, markers are events at the state before the reset; only
+    the end of a trajectory with many events is shown, from a whole forcing period on, and the title says so. Each of
+    several joined runs is a line in its own colour, with its events; their modes differ and are not shaded. On ``ax``
+    one state is drawn. ``state``: states that are drawn, and no quadrature; default: the first dozen, on ``ax`` the
+    first.
     """
     names, whole = zip(*runs_of(dataset), strict=True)
     joined = is_joined(dataset)
@@ -110,7 +92,7 @@ def time_history(
     return figure
 
 
-def _summary(quadratures: list[str], runs: "list[xr.Dataset]", modes: dict[int, str], joined: bool) -> str:
+def _summary(quadratures: list[str], runs: list[Dataset], modes: dict[int, str], joined: bool) -> str:
     """Description of the picture, for its title."""
     lines = [*(str(runs[0][name].attrs.get("long_name", name)) for name in quadratures), "states"]
     marked = ["events"] * any(run.sizes["event"] for run in runs) + ["modes"] * (len(modes) > 1)
@@ -119,7 +101,7 @@ def _summary(quadratures: list[str], runs: "list[xr.Dataset]", modes: dict[int, 
     return ", ".join(parts) + (f", with {' and '.join(marked)}" if marked else "")
 
 
-def _unused(axes: "Axes") -> list[str]:
+def _unused(axes: Axes) -> list[str]:
     """Colours of runs that nothing on the axes has: a run that is drawn over another one is told from it."""
     from matplotlib.colors import to_hex
 
@@ -130,7 +112,7 @@ def _unused(axes: "Axes") -> list[str]:
     return free if len(free) > 1 else list(PALETTE)
 
 
-def _mark_events(panel: "Axes", shown: "xr.Dataset", i: int, colour: str | None) -> None:
+def _mark_events(panel: Axes, shown: Dataset, i: int, colour: str | None) -> None:
     """Mark the events of a run, in the run's colour, or in one colour per kind, which the legend then names."""
     kinds = shown["event_kind"].values
     for number, (code, name) in enumerate(flag_names(shown["event_kind"]).items() if kinds.size else ()):
@@ -160,7 +142,7 @@ def _event_marker(number: int, name: str, colour: str | None) -> dict[str, Any]:
     }
 
 
-def _event_entries(runs: "list[xr.Dataset]") -> "list[Artist]":
+def _event_entries(runs: list[Dataset]) -> list[Artist]:
     """Entries of the legend for the kinds of events that any of the runs has."""
     from matplotlib.lines import Line2D
 
@@ -169,7 +151,7 @@ def _event_entries(runs: "list[xr.Dataset]") -> "list[Artist]":
     return [Line2D([], [], **_event_marker(place, readable(name), _GREY)) for place, (c, name) in names if c in present]
 
 
-def _shade(panel: "Axes", curve: Curve, modes: dict[int, str]) -> None:
+def _shade(panel: Axes, curve: Curve, modes: dict[int, str]) -> None:
     looks = _looks(curve, modes)
     for start, end, mode in curve.bands():
         colour, hatch = looks[mode]
@@ -187,7 +169,7 @@ def _looks(curve: Curve, modes: dict[int, str]) -> dict[int, tuple[str, str]]:
     return found | dict.fromkeys(present - modes.keys(), (MODE_SHADES[0], ""))
 
 
-def _mode_entries(curve: Curve, modes: dict[int, str]) -> "list[Artist]":
+def _mode_entries(curve: Curve, modes: dict[int, str]) -> list[Artist]:
     """Entries of the legend for the modes that a run was in."""
     from matplotlib.patches import Patch
 
@@ -198,7 +180,7 @@ def _mode_entries(curve: Curve, modes: dict[int, str]) -> "list[Artist]":
     ]
 
 
-def _title(shown: "xr.Dataset", dataset: "xr.Dataset") -> str:
+def _title(shown: Dataset, dataset: Dataset) -> str:
     part, whole = (float(np.ptp(record["time"].values)) for record in (shown, dataset))
     if "forcing_period" in dataset.variables:
         period = float(dataset["forcing_period"])
@@ -208,25 +190,12 @@ def _title(shown: "xr.Dataset", dataset: "xr.Dataset") -> str:
 
 
 @picture("trajectory", "phase-portrait", "the first state against the second", states=2)
-def phase_portrait(
-    dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Sequence[str] | None" = None
-) -> "Figure":
+def phase_portrait(dataset: Dataset, *, ax: Axes | None = None, state: States = None) -> Figure:
     """Draw the first two states of a trajectory against each other.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``trajectory``, or several joined; with two states or more.
-    ax : matplotlib.axes.Axes, optional
-        Where it is drawn.
-    state : pair of str, optional
-        States of the plane, the horizontal one first; default: the first two.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Flow as lines, jumps at resets as dotted lines, states at whole forcing periods as points, and walls at which
-        the state is reset as dashed lines. Each of several joined runs has its own colour.
+    Flow as lines, jumps at resets as dotted lines, states at whole forcing periods as points, and walls at which the
+    state is reset as dashed lines. Each of several joined runs has its own colour. ``state``: states of the plane, the
+    horizontal one first; default: the first two.
     """
     runs = runs_of(dataset)
     figure, axes = one_panel(ax, 4.6)
@@ -261,7 +230,7 @@ def phase_portrait(
 
 
 def _draw(
-    axes: "Axes", run: "xr.Dataset", plane: tuple[int, int], colours: "Sequence[str]", labels: "Sequence[str | None]"
+    axes: Axes, run: Dataset, plane: tuple[int, int], colours: Sequence[str], labels: Sequence[str | None]
 ) -> bool:
     """Draw a run: flow, jumps and points once per forcing period, each with a label; return whether there are jumps."""
     curve = join(run)
@@ -289,7 +258,7 @@ def _draw(
     return bool(jumps.size)
 
 
-def _explain(axes: "Axes", jumps: bool, strobe: str) -> None:
+def _explain(axes: Axes, jumps: bool, strobe: str) -> None:
     """Name in the legend, in grey, the lines and marks that have the colours of several runs."""
     if jumps:
         axes.plot([], [], color="0.4", linewidth=0.8, linestyle=DOTS, label="jump")
@@ -297,7 +266,7 @@ def _explain(axes: "Axes", jumps: bool, strobe: str) -> None:
         axes.scatter([], [], s=20, color="0.4", edgecolor="white", linewidth=0.4, label=strobe)
 
 
-def _walls(axes: "Axes", runs: "Sequence[xr.Dataset]", plane: tuple[int, int]) -> None:
+def _walls(axes: Axes, runs: Sequence[Dataset], plane: tuple[int, int]) -> None:
     for index, line in zip(plane, (axes.axvline, axes.axhline), strict=True):
         symbol = str(runs[0]["state"].values[index])
         walls = list(dict.fromkeys((name, round(value, 12)) for run in runs for name, value in stops(run, index)))

@@ -1,0 +1,32 @@
+"""Types in the annotations of pictures; those of matplotlib and xarray are any at run time, so that nothing waits."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist as Artist
+    from matplotlib.axes import Axes as Axes
+    from matplotlib.colors import Colormap as Colormap
+    from matplotlib.colors import Normalize as Normalize
+    from matplotlib.figure import Figure as Figure
+    from matplotlib.font_manager import FontProperties as FontProperties
+    from matplotlib.legend import Legend as Legend
+    from matplotlib.lines import Line2D as Line2D
+    from matplotlib.patches import Patch as Patch
+    from xarray import DataArray as DataArray
+    from xarray import Dataset as Dataset
+    from xarray import Variable as Variable
+else:
+    Artist = Axes = Colormap = Normalize = Figure = FontProperties = Legend = Line2D = Patch = Any
+    DataArray = Dataset = Variable = Any
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Truths = NDArray[np.bool_]
+Complexes = NDArray[np.complex128]
+
+States = str | Sequence[str] | None
+"""Names of states to show: one, or two against each other; None: those that the picture takes by itself."""
