@@ -67,10 +67,8 @@ def is_read_only(target: Path) -> bool:
 def draft_of(target: Path) -> Path:
     """A name in the same folder, so that the move into place is one step of the file system.
 
-    Raises
-    ------
-    OSError
-        If the target can be no file: it has no name, as a folder, or its name holds a zero byte or unknown letters.
+    Raises `OSError` if the target can be no file: it has no name, as a folder, or its name holds a zero byte or unknown
+    letters.
     """
     if not target.name:
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(target))
@@ -182,10 +180,7 @@ def _stem(target: Path) -> str:
 def open_own(path: Path, flags: int) -> int:
     """A handle of a file that is made if it is not there, and is the only name of its contents.
 
-    Raises
-    ------
-    OSError
-        Also if it is a link, or no ordinary file: what is written into it would change another file.
+    Raises `OSError`: also if it is a link, or no ordinary file: what is written into it would change another file.
     """
     return _checked(path, flags | os.O_CREAT, lambda found: "a link to another file" if found.st_nlink > 1 else "")
 
@@ -193,12 +188,7 @@ def open_own(path: Path, flags: int) -> int:
 def read_json(path: Path) -> Any:
     """What stands in a file of JSON of bounded size and depth.
 
-    Raises
-    ------
-    OSError
-        As `open_ordinary`.
-    ValueError
-        If it is no JSON, or nested too deeply.
+    Raises `OSError`: as `open_ordinary`. Raises `ValueError` if it is no JSON, or nested too deeply.
     """
     with open_ordinary(path, TUNING.json_bytes) as file:
         try:
@@ -221,10 +211,7 @@ def read_json(path: Path) -> Any:
 def open_target(path: Path) -> BufferedReader:
     """An ordinary file that is named, or to which a link of that name leads, open for reading.
 
-    Raises
-    ------
-    OSError
-        Also if it is a pipe or a device, at whose opening one may wait for ever.
+    Raises `OSError`: also if it is a pipe or a device, at whose opening one may wait for ever.
     """
     handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
     if not stat.S_ISREG(mode := os.fstat(handle).st_mode):
@@ -238,10 +225,8 @@ def open_target(path: Path) -> BufferedReader:
 def open_ordinary(path: Path, most: int) -> BufferedReader:
     """An ordinary file of at most ``most`` bytes, open for reading.
 
-    Raises
-    ------
-    OSError
-        Also if it is larger, or a link, a pipe or a device, which may give bytes without an end, or none for ever.
+    Raises `OSError`: also if it is larger, or a link, a pipe or a device, which may give bytes without an end, or none
+    for ever.
     """
     refused = f"larger than {most} bytes"
     return open(_checked(path, os.O_RDONLY, lambda found: refused if found.st_size > most else ""), "rb")
@@ -288,10 +273,7 @@ def netcdf_name(file: Path) -> Iterator[Path]:
 
     It is the file's own, or that of a link to it, which is there while the block runs.
 
-    Raises
-    ------
-    OSError
-        If the folder of temporary files cannot be used for the link.
+    Raises `OSError` if the folder of temporary files cannot be used for the link.
     """
     if _is_text(file):
         yield file

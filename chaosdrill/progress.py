@@ -349,11 +349,8 @@ def watched(function: Callable[P, R]) -> Callable[P, R]:
 def teller(progress: Progress | bool | None) -> Progress | None:
     """The receiver of progress reports from the function at work, which is `watched`.
 
-    Parameters
-    ----------
-    progress : callable, bool or None
-        Who receives reports; True: standard error or the notebook; None: the same where somebody looks, once it takes
-        longer than a second; False: none.
+    ``progress``: who receives reports; True: standard error or the notebook; None: the same where somebody looks, once
+    it takes longer than a second; False: none.
     """
     if callable(progress) or progress is False:
         return progress or None

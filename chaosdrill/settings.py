@@ -64,10 +64,7 @@ class Value:
     def read(self, name: str, value: Any, system: Any) -> Any:
         """An argument as the analysis takes it, checked as a scene is.
 
-        Raises
-        ------
-        SettingsError
-            With the name of the argument, the value, and what it must be.
+        Raises `SettingsError`: with the name of the argument, the value, and what it must be.
         """
         plain = self.plain(value)
         for path, text in (*self.faults(plain), *self.misfits(plain, Known.of(system))):
@@ -267,12 +264,8 @@ class Settings:
     def read(cls, given: Mapping[str, Any], system: Any) -> Self:
         """The settings from arguments.
 
-        Raises
-        ------
-        SettingsError
-            An argument that cannot be used.
-        TypeError
-            One that is missing, if all others can be.
+        Raises `SettingsError`: an argument that cannot be used. Raises `TypeError`: one that is missing, if all others
+        can be.
         """
         read, table = {}, {}
         missing = [one.name for one in cls.signature() if one.name not in given and one.default is Parameter.empty]
@@ -299,12 +292,8 @@ class Settings:
     def faults(cls, table: Any, known: Known | None = None, also: Sequence[str] | None = None) -> Faults:
         """All that is wrong with a table of a scene.
 
-        Parameters
-        ----------
-        table : object
-            What stands in the scene.
-        also : sequence of str, optional
-            Further keys that it may have; None for a table within another, whose names are few and seen together.
+        ``table``: what stands in the scene. ``also``: further keys that it may have; None for a table within another,
+        whose names are few and seen together.
         """
         known = known or Known()
         if not isinstance(table, Mapping):

@@ -54,21 +54,12 @@ class Quantity:
 def parse_quantity(text: str) -> Quantity:
     """Read a number with its unit.
 
-    Parameters
-    ----------
-    text : str
-        A number, then factors of units: ``"40 kN/m"``, ``"1.2e6 N/m^1.5"``, ``"90 rpm"``, ``"3 kN s/m"``. A slash
-        divides by the one factor behind it.
+    ``text``: a number, then factors of units: ``"40 kN/m"``, ``"1.2e6 N/m^1.5"``, ``"90 rpm"``, ``"3 kN s/m"``. A slash
+    divides by the one factor behind it.
 
-    Returns
-    -------
-    Quantity
-        In kg, m, s, rad.
+    Returns: in kg, m, s, rad.
 
-    Raises
-    ------
-    ValueError
-        If it is not a number with known units, with the reason.
+    Raises `ValueError` if it is not a number with known units, with the reason.
     """
     if len(text) > 100 or not (found := _QUANTITY.fullmatch(text)):
         raise ValueError(f"{text[:40]!r} is not a number with its unit, as in '250 kg'")

@@ -47,10 +47,7 @@ def altered(ds: "xr.Dataset") -> list[str] | None:
 
     ":" stands for attributes of the group, ":scene" for a scene, and ":digests" for digests that are damaged.
 
-    Returns
-    -------
-    list of str or None
-        None if the dataset holds no digests, as in archives of format 1 and those written by other programs.
+    Returns: None if the dataset holds no digests, as in archives of format 1 and those written by other programs.
     """
     text, known = ds.attrs.get("scene"), ds.attrs.get("scene_sha256")
     other = isinstance(text, str) and known is not None and sha256(text.encode(errors="replace")).hexdigest() != known
@@ -84,20 +81,10 @@ def unsealed(tree: "xr.DataTree") -> str:
 def error_context(path: str | os.PathLike[str], datasets: "Iterable[xr.Dataset]", what: str) -> Iterator[None]:
     """Turn any exception in the block into an error of the archive, if one of its groups was altered.
 
-    Parameters
-    ----------
-    path : path-like
-        The archive.
-    datasets : iterable of xarray.Dataset
-        The groups that the block uses.
-    what : str
-        What the block does, such as "drawn".
+    ``path``: the archive. ``datasets``: the groups that the block uses. ``what``: what the block does, such as "drawn".
 
-    Raises
-    ------
-    ArchiveError
-        With the exception and the altered variables. An exception with unaltered groups is a bug of the program, and
-        passes through.
+    Raises `ArchiveError`: with the exception and the altered variables. An exception with unaltered groups is a bug of
+    the program, and passes through.
     """
     try:
         yield

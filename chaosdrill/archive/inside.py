@@ -212,14 +212,7 @@ def one_more_file(handle):
 class File:
     """A file that is open.
 
-    Parameters
-    ----------
-    file : h5py.h5f.FileID
-        The file.
-    size : int
-        Bytes that it takes on the disk.
-    output : Output
-        Where its contents are written.
+    ``file``: the file. ``size``: bytes that it takes on the disk. ``output``: where its contents are written.
     """
 
     def __init__(self, file, size, output):

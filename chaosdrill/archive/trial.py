@@ -71,10 +71,7 @@ os.register_at_fork(after_in_child=_leave_spare)
 class Reader:
     """A process that reads files, one after the other; it ends with the block.
 
-    Raises
-    ------
-    ArchiveError
-        If it cannot be started, with the name of the file that is to be read.
+    Raises `ArchiveError` if it cannot be started, with the name of the file that is to be read.
     """
 
     def __init__(self) -> None:
@@ -134,17 +131,9 @@ class Reader:
     def read(self, file: Path, *, decoded: bool) -> "dict[str, xr.Dataset]":
         """The groups of a file, by path.
 
-        Parameters
-        ----------
-        file : pathlib.Path
-            An ordinary file.
-        decoded : bool
-            Whether missing values become NaN, and scales are applied.
+        ``file``: an ordinary file. ``decoded``: whether missing values become NaN, and scales are applied.
 
-        Raises
-        ------
-        ArchiveError
-            If it cannot be read, with the reason: a `DamagedError` if that is the file.
+        Raises `ArchiveError` if it cannot be read, with the reason: a `DamagedError` if that is the file.
         """
         self._in_step = False
         self._files += 1

@@ -117,19 +117,10 @@ def writing(target: Path, what: str, *, named: bool = True) -> Iterator[Path]:
 
     What processes that were killed have left beside it is removed.
 
-    Parameters
-    ----------
-    target : pathlib.Path
-        As for `replacing`.
-    what : str
-        What is written: "archive", "report", "picture".
-    named : bool
-        Whether the user has named the target. A link is followed only then.
+    ``target``: as for `replacing`. ``what``: what is written: "archive", "report", "picture". ``named``: whether the
+    user has named the target. A link is followed only then.
 
-    Raises
-    ------
-    ArchiveError
-        If the file cannot be written, with the reason.
+    Raises `ArchiveError` if the file cannot be written, with the reason.
     """
     try:
         place = followed(target) if named else target
@@ -145,19 +136,10 @@ def writing(target: Path, what: str, *, named: bool = True) -> Iterator[Path]:
 def check_writable(path: str | os.PathLike[str], ending: str = ".nc", *, named: bool = True) -> None:
     """Refuse a target that cannot be written, before any work is done for it.
 
-    Parameters
-    ----------
-    path : path-like
-        The target.
-    ending : str
-        Of the name that a message proposes.
-    named : bool
-        Whether the user has named the target. Where the name was made for him, no link is followed.
+    ``path``: the target. ``ending``: of the name that a message proposes. ``named``: whether the user has named the
+    target. Where the name was made for him, no link is followed.
 
-    Raises
-    ------
-    ArchiveError
-        With the reason.
+    Raises `ArchiveError`: with the reason.
     """
     target = Path(path)
     way = _OTHER_FORMATS.get(target.suffix.lower())

@@ -14,15 +14,9 @@ _DOCUMENT = '{"error": {"exit_code": 130, "kind": "KeyboardInterrupt", "message"
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line.
 
-    Parameters
-    ----------
-    arguments : sequence of str, optional
-        Default: those of the process.
+    ``arguments``: default: those of the process.
 
-    Returns
-    -------
-    int
-        The exit code.
+    Returns: the exit code.
     """
     try:
         # Ctrl-C may come while the commands are imported

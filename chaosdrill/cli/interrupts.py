@@ -28,12 +28,8 @@ def second_one_ends(code: int, *, last: bool = False) -> Iterator[None]:
     because compiled code releases the interpreter's lock. Only the main thread receives signals; in other threads, and
     if the user has installed handlers or ignores Ctrl-C, nothing is done.
 
-    Parameters
-    ----------
-    code : int
-        The exit code.
-    last : bool
-        Whether the process ends after the block. Then any interrupt on the way out ends it with this code as well.
+    ``code``: the exit code. ``last``: whether the process ends after the block. Then any interrupt on the way out ends
+    it with this code as well.
     """
     if (
         threading.current_thread() is not threading.main_thread()

@@ -45,10 +45,7 @@ def usable_streams() -> Iterator[None]:
 def say(text: str) -> None:
     """Print a line of a result on standard output.
 
-    Raises
-    ------
-    OSError
-        If it cannot be written, unless the reader has left.
+    Raises `OSError` if it cannot be written, unless the reader has left.
     """
     try:
         click.echo(visible(text))

@@ -19,14 +19,8 @@ def variable(dims: Any, values: Any, attrs: Any = None, encoding: Any = None) ->
 def dataset(variables: Mapping[str, Any], coords: Collection[str] = (), attrs: Any = None) -> xr.Dataset:
     """A dataset identical to that of `xarray.Dataset` from the same arguments, to the type of every index.
 
-    Parameters
-    ----------
-    variables : mapping of str to Variable, or to the arguments of `variable`, or to values
-        Bare values are those of the dimension coordinate of this name.
-    coords : collection of str
-        Coordinates besides the dimension coordinates.
-    attrs : mapping, optional
-        Attributes of the dataset.
+    ``variables``: bare values are those of the dimension coordinate of this name. ``coords``: coordinates besides the
+    dimension coordinates. ``attrs``: attributes of the dataset.
     """
     made = {
         name: one if isinstance(one, xr.Variable) else variable(*(one if isinstance(one, tuple) else (name, one)))

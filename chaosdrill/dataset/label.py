@@ -122,10 +122,7 @@ def describe(ds: "xr.Dataset", kind: str, *, system: Any, sweep: Iterable[str] =
 def described_again(ds: "xr.Dataset", kind: str, *, system: Any) -> "xr.Dataset | None":
     """A labelled dataset read from a file, with the attributes of its variables from the table.
 
-    Returns
-    -------
-    xarray.Dataset or None
-        None if its variables are not those of the table, or an attribute is of another type than `label` gives it.
+    Returns: None if its variables are not those of the table, or an attribute is of another type than `label` gives it.
     """
     texts = {name: value for name, value in ds.attrs.items() if name not in NUMBERS}
     numbers = [ds.attrs[name] for name in NUMBERS if name in ds.attrs]

@@ -133,18 +133,11 @@ def package() -> Reference:
 def references(attributes: Mapping[str, Any], variables: Iterable[str] = ()) -> tuple[Reference, ...]:
     """References for one result, apart from this package.
 
-    Parameters
-    ----------
-    attributes : mapping
-        Attributes of the dataset: ``kind``, ``method``, ``system`` and ``settings`` (JSON) are looked at; what is
-        absent or unknown adds nothing.
-    variables : iterable of str, optional
-        Names of its variables: some methods are used only where their results are there.
+    ``attributes``: attributes of the dataset: ``kind``, ``method``, ``system`` and ``settings`` (JSON) are looked at;
+    what is absent or unknown adds nothing. ``variables``: names of its variables: some methods are used only where
+    their results are there.
 
-    Returns
-    -------
-    tuple of Reference
-        In the order analysis, method, system.
+    Returns: in the order analysis, method, system.
     """
     present = set(variables)
     settings = mapping(attributes.get("settings"))

@@ -242,12 +242,8 @@ def rates(dims: str) -> Table:
 def derivatives(dims: str, *, events: bool) -> Table:
     """Derivatives of the numbers of an orbit with respect to parameters, each with its error, if they were requested.
 
-    Parameters
-    ----------
-    dims : str
-        Of one number an orbit.
-    events : bool
-        Whether the times of events are included, and all orbits belong to one system.
+    ``dims``: of one number an orbit. ``events``: whether the times of events are included, and all orbits belong to one
+    system.
     """
     named = [
         ("orbit_state", "state", "state of the orbit", "Without events and forcing, in a plane across the flow."),

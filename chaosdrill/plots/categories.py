@@ -92,24 +92,13 @@ def attractor_category(number: int, text: str) -> Category:
 
 
 def by_outcome(dataset: Dataset) -> tuple[Integers, list[Category]]:
-    """Sort points by how they ended.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        With ``outcome`` of any shape.
-
-    Returns
-    -------
-    codes : ndarray, the shape of ``outcome``
-        Index of each point's category. categories : list of Category Those that occur.
-    """
+    """The index of each point's category by how it ended, in the shape of ``outcome``, and the categories that occur."""
     codes = dataset["outcome"].values
     return classify([(codes == code, outcome_category(name)) for code, name in flag_names(dataset["outcome"]).items()])
 
 
 def by_period(dataset: Dataset) -> tuple[Integers, list[Category]]:
-    """Sort points by period, and those without one by how they ended; parameters and results as for `by_outcome`."""
+    """The same by period, and by how it ended for a point without one."""
     codes, period = dataset["outcome"].values, dataset["period"].values
     names = {name: code for code, name in flag_names(dataset["outcome"]).items()}
     cycle = (period > 0) & np.isin(codes, [names.get("ok", -1), names.get("periodic", -1)])

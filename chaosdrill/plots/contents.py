@@ -16,18 +16,9 @@ class OtherCountError(SettingsError):
 def places_of(dataset: Dataset, state: States, count: int) -> tuple[int, ...]:
     """Return the indices of the states requested for a picture.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-    state : str or sequence of str, optional
-        Names of states; default: the first ones.
-    count : int
-        How many the picture shows.
+    ``state``: names of states; default: the first ones. ``count``: how many the picture shows.
 
-    Raises
-    ------
-    SettingsError
-        If no state has a name, or the number of names differs (an `OtherCountError`).
+    Raises `SettingsError` if no state has a name, or the number of names differs (an `OtherCountError`).
     """
     names = [str(name) for name in dataset["state"].values]
     wanted = names[:count] if state is None else [state] if isinstance(state, str) else list(state)

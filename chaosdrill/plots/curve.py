@@ -80,12 +80,8 @@ def smoothed(curve: Curve, rates: Callable[[], Floats | None] | None = None) -> 
     three (the method of Bessel), limited so that nothing overshoots but peaks stay round (Huynh, SIAM J. Numer. Anal.
     30, 57, 1993, doi:10.1137/0730004). Samples, and the sides of events, stay where they are.
 
-    Parameters
-    ----------
-    curve : Curve
-    rates : callable, optional
-        It returns the time derivatives at all points, shape (m, n), or None. It is called where there are too few
-        samples to estimate slopes from them.
+    ``rates``: it returns the time derivatives at all points, shape (m, n), or None. It is called where there are too
+    few samples to estimate slopes from them.
     """
     step = np.diff(curve.time)
     # a run that ended in no number turns nowhere
@@ -312,10 +308,7 @@ def runs_of(dataset: Dataset) -> list[tuple[str, Dataset]]:
 
     A trajectory that is not joined counts as one run without a name.
 
-    Raises
-    ------
-    ArchiveError
-        If the dataset does not say which events belong to which run, or does not hold trajectories.
+    Raises `ArchiveError` if the dataset does not say which events belong to which run, or does not hold trajectories.
     """
     runs = [("", dataset)]
     if is_joined(dataset):

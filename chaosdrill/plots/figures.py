@@ -29,12 +29,8 @@ def new_figure(height: float, detail: float = 0.0) -> Figure:
 
     If ``figure.figsize`` of matplotlib has been changed, that size is used.
 
-    Parameters
-    ----------
-    height : float
-        In inches.
-    detail : float, default 0
-        Cells per inch; for many cells the resolution rises, up to 300 dots per inch, so that each cell has a dot.
+    ``height``: in inches. ``detail``: cells per inch; for many cells the resolution rises, up to 300 dots per inch, so
+    that each cell has a dot.
     """
     from matplotlib.figure import Figure
 

@@ -267,16 +267,9 @@ def orbits(dataset: Dataset, *, ax: Axes | None = None, state: States = None) ->
 def unit_circle(axes: Axes, values: Complexes) -> int:
     """Draw the unit circle and set limits that contain it and nearby values.
 
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    values : ndarray of complex
-        Multipliers that will be drawn.
+    ``values``: multipliers that will be drawn.
 
-    Returns
-    -------
-    int
-        How many of them lie outside the limits.
+    Returns: how many of them lie outside the limits.
     """
     from matplotlib.patches import Circle
 

@@ -29,27 +29,13 @@ from chaosdrill.plots.tuning import TUNING
 class Plane:
     """A figure of a variable over two coordinates, with a panel for each seed where it has some.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        With ``outcome`` over the two coordinates, and perhaps ``seed``.
-    variable : str
-        Variable with the dimensions of everything that is drawn. With ``seed`` among them at most nine panels are
-        drawn; the title counts the rest.
-    ax : matplotlib.axes.Axes, optional
-        Where it is drawn; for one panel.
+    ``dataset``: with ``outcome`` over the two coordinates, and perhaps ``seed``. ``variable``: variable with the
+    dimensions of everything that is drawn. With ``seed`` among them at most nine panels are drawn; the title counts the
+    rest. ``ax``: where it is drawn; for one panel.
 
-    Attributes
-    ----------
-    across, up : str
-        The coordinates.
-    figure : matplotlib.figure.Figure
-    panels : list of matplotlib.axes.Axes
+    ``across``, ``up``: the coordinates.
 
-    Raises
-    ------
-    SettingsError
-        If there are several panels, but ``ax`` is one axes.
+    Raises `SettingsError` if there are several panels, but ``ax`` is one axes.
     """
 
     def __init__(self, dataset: Dataset, variable: str, ax: Axes | None = None) -> None:

@@ -28,12 +28,7 @@ GRID_BYTES = 6_000_000
 def figure(picture: "Picture", names: "Sequence[str]", groups: "Mapping[str, xr.Dataset]") -> Markup:
     """Draw a picture of one group, or of several groups that belong together.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Groups that it shows.
-    groups : mapping
-        All groups of the archive, one of which may be the background.
+    ``names``: groups that it shows. ``groups``: all groups of the archive, one of which may be the background.
     """
     from chaosdrill.plots import behind
     from chaosdrill.plots.style import page_style

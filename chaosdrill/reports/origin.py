@@ -93,14 +93,8 @@ def system_part(
 ) -> Markup:
     """Numbers, equations and events of a system.
 
-    Parameters
-    ----------
-    origin : mapping of str to str, optional
-        Origin of the value of each parameter; "the run" for those not named.
-    simulated, left_out : mapping of str to str, optional
-        Effects, each with a line of description.
-    units : Markup
-        A table of units.
+    ``origin``: origin of the value of each parameter; "the run" for those not named. ``simulated``, ``left_out``:
+    effects, each with a line of description. ``units``: a table of units.
     """
     labels = system.labels
     states = [(name, part("formula", name), system.initial[name], labels.get(name, "")) for name in system.state_names]

@@ -248,10 +248,7 @@ class _Writer:
 def _framed(title: str, **content: Any) -> str:
     """The whole page: style and script are embedded, and nothing else may run or be loaded.
 
-    Raises
-    ------
-    ArchiveError
-        If anything except the frame would lead away from the page, or load something.
+    Raises `ArchiveError` if anything except the frame would lead away from the page, or load something.
     """
     body = render("body.html", title=title, **content)
     if found := _LEADS_AWAY.search(body):

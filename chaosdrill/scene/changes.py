@@ -106,10 +106,7 @@ def change(text: str, key: str, value: Any) -> tuple[str, Path]:
 def toml_value(value: Any, place: str) -> str:
     """A value as TOML writes it, on one line; errors begin with its ``place``.
 
-    Raises
-    ------
-    SettingsError
-        If TOML has no such value.
+    Raises `SettingsError` if TOML has no such value.
     """
     if told := too_long(value):
         raise SettingsError(f"{place}: {told}")

@@ -61,10 +61,7 @@ def filippov_faults(table: Mapping[str, Any]) -> Faults:
 def filippov_system(table: Mapping[str, Any], parameters: Mapping[str, float], initial: Mapping[str, Any]) -> Any:
     """The system of a table without faults.
 
-    Raises
-    ------
-    ChaosdrillError
-        If the system cannot be built, with the reason.
+    Raises `ChaosdrillError` if the system cannot be built, with the reason.
     """
     from chaosdrill.model.filippov import filippov
     from chaosdrill.model.parts import TIME
@@ -304,13 +301,7 @@ def halved_system(system: Any, symmetry: Mapping[str, str]) -> Any:
 
 
 class DriveFault(ChaosdrillError):
-    """A drive that is impossible for the system.
-
-    Parameters
-    ----------
-    drive : str
-    message : str
-    """
+    """A drive that is impossible for the system."""
 
     def __init__(self, drive: str, message: str) -> None:
         super().__init__(message)

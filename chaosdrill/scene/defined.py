@@ -18,12 +18,7 @@ Given = tuple[Mapping[str, Any], Mapping[str, Any]]
 def checked_before(definition: Mapping[str, Any], parameters: Mapping[str, Any]) -> "HybridSystem | None":
     """The system of a definition that was run before, and so has no faults; any initial state is allowed.
 
-    Parameters
-    ----------
-    definition : mapping
-        The table of the scene.
-    parameters : mapping of str to value
-        All parameters, in order.
+    ``definition``: the table of the scene. ``parameters``: all parameters, in order.
     """
     key = _key(definition, parameters)
     return None if key is None else _kind(definition).known(key, partial(_build, definition, parameters), {})
@@ -56,10 +51,7 @@ def sliding_before(table: Mapping[str, Any], given: "Given") -> "HybridSystem | 
 def sliding(table: Mapping[str, Any], given: "Given") -> "tuple[HybridSystem, dict[str, Any]]":
     """The system of two fields and a surface, and its definition; both are kept.
 
-    Raises
-    ------
-    ChaosdrillError
-        If they make none.
+    Raises `ChaosdrillError` if they make none.
     """
     found = sliding_before(table, given)
     if found is None:

@@ -74,18 +74,10 @@ def _force(result: "xr.Dataset", system: "HybridSystem") -> "xr.Variable":
 def si_table(si: ReadSI, system: "HybridSystem") -> dict[str, Any]:
     """Variables of an archive's root: the given SI quantities, the dimensionless units, and the parameters that follow.
 
-    Parameters
-    ----------
-    si : ReadSI
-        Empty for a scene that is not in SI units.
-    system : HybridSystem
-        The drill.
+    ``si``: empty for a scene that is not in SI units. ``system``: the drill.
 
-    Returns
-    -------
-    dict
-        Name -> scalar with its attributes: ``si_m1`` and so on as given, ``si_unit_of_time``, ``si_unit_of_length`` and
-        ``si_unit_of_force``, and ``dimensionless_eps`` and so on.
+    Returns: name -> scalar with its attributes: ``si_m1`` and so on as given, ``si_unit_of_time``,
+    ``si_unit_of_length`` and ``si_unit_of_force``, and ``dimensionless_eps`` and so on.
     """
     table = {}
     for name, value in si.values.items():

@@ -53,15 +53,9 @@ class Layout:
 def key_lines(text: str) -> dict[Path, int]:
     """Line of every key and array element of a valid TOML document.
 
-    Parameters
-    ----------
-    text : str
-        A document that ``tomllib.loads`` accepts.
+    ``text``: a document that ``tomllib.loads`` accepts.
 
-    Returns
-    -------
-    dict
-        Path of keys and indices -> line, from 1. A table's line is that of its header, if it has one.
+    Returns: path of keys and indices -> line, from 1. A table's line is that of its header, if it has one.
     """
     return layout(text.replace("\r\n", "\n")).lines
 
@@ -188,14 +182,9 @@ def problems_of(faults: Iterable[tuple[Path, str]], at: Path) -> list[Problem]:
 class InvalidSceneError(SceneError):
     """A scene with faults; the message has one line for each.
 
-    Parameters
-    ----------
-    name : str
-        Name of the file, as the messages show it.
-    problems : iterable of Problem
-        The faults; the attribute of this name holds line (or None), field and message of each, for scripts.
-    lines : mapping of path to int
-        Lines of the keys; 0 for those set on the command line.
+    ``name``: name of the file, as the messages show it. ``problems``: the faults; the attribute of this name holds line
+    (or None), field and message of each, for scripts. ``lines``: lines of the keys; 0 for those set on the command
+    line.
     """
 
     def __init__(self, name: str, problems: Iterable[Problem], lines: Mapping[Path, int]) -> None:

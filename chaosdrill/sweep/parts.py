@@ -108,10 +108,7 @@ class Parts:
     def store(self, group: str) -> Path:
         """Folder for the finished chunks of a sweep.
 
-        Raises
-        ------
-        ArchiveError
-            If it is a link, since writing to it would change other files.
+        Raises `ArchiveError` if it is a link, since writing to it would change other files.
         """
         self._refuse_link(self.folder / group)
         return self.folder / group

@@ -77,10 +77,7 @@ def threads(task: Task, workers: int) -> Iterator[Executor]:
 def connect(address: str) -> "Client":
     """A client of the scheduler at an address.
 
-    Raises
-    ------
-    SettingsError
-        If Dask is not installed, or nothing answers at the address.
+    Raises `SettingsError` if Dask is not installed, or nothing answers at the address.
     """
     try:
         from distributed import Client

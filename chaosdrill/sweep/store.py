@@ -37,15 +37,9 @@ _DIGEST = sha256().digest_size
 class Memory:
     """Results of all units in memory.
 
-    Parameters
-    ----------
-    task : Task
-        Whose results.
+    ``task``: whose results.
 
-    Raises
-    ------
-    SettingsError
-        If the results are larger than ``TUNING.result_bytes``.
+    Raises `SettingsError` if the results are larger than ``TUNING.result_bytes``.
     """
 
     def __init__(self, task: Task) -> None:
@@ -89,19 +83,10 @@ class Memory:
 class Store(Memory):
     """Results of all units in a folder; finished chunks of an earlier run of the same task are taken over.
 
-    Parameters
-    ----------
-    folder : path-like
-        Created if it does not exist.
-    task : Task
-        Whose results.
+    ``folder``: created if it does not exist. ``task``: whose results.
 
-    Raises
-    ------
-    SettingsError
-        If the folder holds results of another task, with what differs, or if they are too large.
-    ArchiveError
-        If the folder cannot be read or written, also by the methods.
+    Raises `SettingsError` if the folder holds results of another task, with what differs, or if they are too large.
+    Raises `ArchiveError` if the folder cannot be read or written, also by the methods.
     """
 
     def __init__(self, folder: str | os.PathLike[str], task: Task) -> None:

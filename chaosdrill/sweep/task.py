@@ -16,14 +16,8 @@ class Task(Protocol):
 
     A task can be pickled, so that other processes can run parts of it.
 
-    Attributes
-    ----------
-    units : int
-        Number of units.
-    points_per_unit : int
-        Points in a unit.
-    total : int
-        Total number of points, as counted by progress reports.
+    ``units``: number of units. ``points_per_unit``: points in a unit. ``total``: total number of points, as counted by
+    progress reports.
     """
 
     @property
@@ -68,10 +62,7 @@ class ChunkSizes:
     The first chunks are small, since the cost of a unit is unknown. Then sizes grow until a chunk takes about a
     second, shrink at once when units become expensive, and shrink towards the end so that all workers end together.
 
-    Parameters
-    ----------
-    unit_bytes : int
-        Size of the results of one unit.
+    ``unit_bytes``: size of the results of one unit.
     """
 
     def __init__(self, unit_bytes: int) -> None:
@@ -107,12 +98,7 @@ class ChunkSizes:
 class Gaps:
     """Units still to be computed, handed out in order.
 
-    Parameters
-    ----------
-    units : int
-        Total number of units.
-    finished : iterable of (first, count)
-        Chunks that are already finished, in any order; they may overlap.
+    ``units``: total number of units. ``finished``: chunks that are already finished, in any order; they may overlap.
     """
 
     def __init__(self, units: int, finished: Iterable[tuple[int, int]] = ()) -> None:

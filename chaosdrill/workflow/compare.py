@@ -92,15 +92,9 @@ def compare(first: "xr.DataTree", second: "xr.DataTree") -> list[Difference]:
 
     Numbers are compared bit for bit.
 
-    Parameters
-    ----------
-    first, second : xarray.DataTree
-        The actual and the expected archive.
+    ``first``, ``second``: the actual and the expected archive.
 
-    Returns
-    -------
-    list of Difference
-        Empty if they are equal.
+    Returns: empty if they are equal.
     """
     return examine(first, second)[0]
 
@@ -110,14 +104,9 @@ def examine(
 ) -> tuple[list[Difference], list[Check]]:
     """The differences between two archives, and how each variable was compared.
 
-    Parameters
-    ----------
-    first, second : xarray.DataTree
-        The actual and the expected archive.
-    exact : bool, default True
-        Whether to compare bit for bit; otherwise by the criteria for other machines and versions (`agreement`).
-    older : bool, default False
-        The first archive is of another version, whose descriptions in words may differ.
+    ``first``, ``second``: the actual and the expected archive. ``exact``: whether to compare bit for bit; otherwise by
+    the criteria for other machines and versions (`agreement`). ``older``: the first archive is of another version,
+    whose descriptions in words may differ.
     """
     groups = {node.path: node.to_dataset(inherit=False) for node in first.subtree}
     others = {node.path: node.to_dataset(inherit=False) for node in second.subtree}

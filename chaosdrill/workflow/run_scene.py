@@ -226,10 +226,7 @@ def hindrance(ds: "xr.Dataset") -> str | None:
 def system_of(ds: "xr.Dataset") -> "HybridSystem":
     """The system of a dataset, from its definition.
 
-    Raises
-    ------
-    ChaosdrillError
-        If the definition, the parameters or the initial state cannot be read.
+    Raises `ChaosdrillError` if the definition, the parameters or the initial state cannot be read.
     """
     from chaosdrill.model.definition import build_defined
 
@@ -240,19 +237,10 @@ def system_of(ds: "xr.Dataset") -> "HybridSystem":
 def rerun(ds: "xr.Dataset", *, workers: int = 1, progress: Callable[..., None] | None = None) -> "xr.Dataset":
     """Repeat the analysis of a dataset.
 
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        One without `hindrance`.
-    workers : int
-        Points computed at a time, where the analysis has several.
-    progress : callable, optional
-        As for the analyses.
+    ``ds``: one without `hindrance`. ``workers``: points computed at a time, where the analysis has several.
+    ``progress``: as for the analyses.
 
-    Raises
-    ------
-    ChaosdrillError
-        If the system cannot be read, or the analysis cannot be run with its arguments.
+    Raises `ChaosdrillError` if the system cannot be read, or the analysis cannot be run with its arguments.
     """
     entry = analyses()[ds.attrs["kind"]]
     keywords = _table(ds, "settings")
