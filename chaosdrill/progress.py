@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
-from functools import cache, wraps
+from functools import cache, partial, wraps
 from importlib import import_module
 from importlib.util import find_spec
 from shutil import get_terminal_size
@@ -40,42 +40,24 @@ class Compilation:
     """The times in which anything is compiled, for those who count without them."""
 
     def __init__(self) -> None:
-        self._lock = RLock()
-        self._under_way = 0
-        self._since = 0.0
-        self._spent = 0.0
+        self._lock, self._since, self._spent = RLock(), 0.0, 0.0
+        self.under_way = 0
+        """How many things are being compiled."""
         self.watchers: list[Callable[[], None]] = []
         """Called when a compilation begins while there was none, and when the last one ends."""
-
-    @property
-    def under_way(self) -> bool:
-        """Whether something is being compiled."""
-        return self._under_way > 0
 
     def seconds(self) -> float:
         """Seconds so far in which something was compiled."""
         with self._lock:
-            return self._spent + (monotonic() - self._since if self._under_way else 0.0)
+            return self._spent + (monotonic() - self._since if self.under_way else 0.0)
 
-    def begin(self) -> None:
-        """Something is compiled from now on."""
+    def count(self, by: int) -> None:
+        """One thing more is compiled from now on (1), or one less (-1)."""
         with self._lock:
-            self._under_way += 1
-            if self._under_way > 1:
+            spent, before, self.under_way = self.seconds(), self.under_way, self.under_way + by
+            if before and self.under_way:
                 return
-            self._since = monotonic()
-        self._tell()
-
-    def end(self) -> None:
-        """It is compiled."""
-        with self._lock:
-            self._under_way -= 1
-            if self._under_way:
-                return
-            self._spent += monotonic() - self._since
-        self._tell()
-
-    def _tell(self) -> None:
+            self._spent, self._since = spent, monotonic()
         for watcher in tuple(self.watchers):
             watcher()
 
@@ -86,20 +68,18 @@ COMPILATION = Compilation()
 @contextmanager
 def compiling() -> Iterator[None]:
     """While the block runs, code is compiled, or waited for."""
-    COMPILATION.begin()
+    COMPILATION.count(1)
     try:
         yield
     finally:
-        COMPILATION.end()
+        COMPILATION.count(-1)
 
 
 @cache
 def tell_of_compilation() -> None:
     """Say in one line on standard error, once a process, that the engine is being compiled."""
     if sys.stderr is not None:
-        stream = _Patient(sys.stderr)
-        stream.write(COLD + "\n")
-        stream.flush()
+        _Patient(sys.stderr).line(COLD)
 
 
 @cache
@@ -109,10 +89,10 @@ def hear_numba() -> None:
 
     class Listener(event.Listener):
         def on_start(self, event: Any) -> None:
-            COMPILATION.begin()
+            COMPILATION.count(1)
 
         def on_end(self, event: Any) -> None:
-            COMPILATION.end()
+            COMPILATION.count(-1)
 
     event.register("numba:compile", Listener())
 
@@ -149,8 +129,7 @@ class Display:
     def tell(self, line: str) -> None:
         """Show a line of its own."""
         self._close()
-        self._stream.write(visible(line) + "\n")
-        self._stream.flush()
+        self._stream.line(visible(line))
 
     def report(self, name: str) -> Progress:
         """Begin a piece of work; what is returned takes items done, their total, and counts by outcome.
@@ -161,7 +140,10 @@ class Display:
         if "numba" in sys.modules:
             hear_numba()
         name = visible(name)
-        face = _Bars(name, self._stream, self._notebook) if self._live else _Lines(name, self._stream)
+        if self._live:
+            face: _Lines | _Bar = _Bar(name, self._stream, self._notebook)
+        else:
+            face = _Lines(name, self._stream)
         self._meter = _Meter(face, self._delay)
         COMPILATION.watchers.append(self._meter.turn)
         return self._meter
@@ -176,7 +158,7 @@ class Display:
 class _Meter:
     """What is known of one piece of work."""
 
-    def __init__(self, face: "_Face", delay: float) -> None:
+    def __init__(self, face: "_Lines | _Bar", delay: float) -> None:
         self.face = face
         self._start = self._drawn = monotonic()
         self._visible_from = self._start + delay
@@ -184,12 +166,12 @@ class _Meter:
         self._begun: tuple[float, int] | None = None
         self._seen: deque[tuple[float, int]] = deque()
         self._rate: float | None = None
-        self.done, self.total = 0, 0
-        self._outcomes: dict[str, int] = {}
+        self._done, self._total, self._outcomes = 0, 0, dict[str, int]()
 
     def __call__(self, done: int, total: int, outcomes: dict[str, int] | None = None) -> None:
         """Take note of how far it is, and show it if it is time to."""
-        worked = monotonic() - COMPILATION.seconds()
+        now = monotonic()
+        worked = now - COMPILATION.seconds()
         if self._begun is None:
             self._begun = worked, done
         # until the first piece of it is done, the others' needs are loaded
@@ -197,13 +179,12 @@ class _Meter:
             self._seen.append((worked, done))
             while self._seen[0][0] < worked - TUNING.window_s and len(self._seen) > 2:
                 self._seen.popleft()
-        self.done, self.total, self._outcomes = done, total, outcomes or {}
-        now = monotonic()
-        since, before = self._seen[0] if self._seen else self._begun
+        self._done, self._total, self._outcomes = done, total, outcomes or {}
+        since, before = self._seen[0] if self._seen else (worked, done)
         if done == total:
             # the rate over all the time that the last line names
             worked, since, before = now, self._start, self._begun[1]
-        if (self._seen or done == total) and worked > since and done > before:
+        if worked > since and done > before:
             self._rate = (done - before) / (worked - since)
         if (done == total or now - self._drawn >= self.face.every_s) and now >= self._visible_from:
             self._draw()
@@ -215,26 +196,24 @@ class _Meter:
 
     def _draw(self) -> None:
         self._drawn = monotonic()
-        self.face.show(None if self._begun is None else (self.done, self.total), self._words())
+        self.face.show(self._done, None if self._begun is None else self._total, self._words())
 
     def _words(self) -> list[str]:
         """What to report besides the amount of work done."""
-        over = self._begun is not None and self.done == self.total
+        over = self._begun is not None and self._done == self._total
         if COMPILATION.under_way and not over:
             return ["compiling"]
         words = []
         if self._rate is not None:
             words.append(f"{self._rate:.3g}/s" if self._rate < 1000 else f"{self._rate:.0f}/s")
             if not over:
-                words.append(f"{clock((self.total - self.done) / self._rate)} left")
+                words.append(f"{clock((self._total - self._done) / self._rate)} left")
         if over:
-            compiled = COMPILATION.seconds() - self._compiled_before
             words.append(f"took {clock(monotonic() - self._start)}")
-            if compiled >= TUNING.worth_s:
+            if (compiled := COMPILATION.seconds() - self._compiled_before) >= TUNING.worth_s:
                 words.append(f"{clock(compiled)} of it compiling")
-        if counts := ", ".join(f"{outcome} {count}" for outcome, count in self._outcomes.items() if count):
-            words.append(counts)
-        return words
+        counts = ", ".join(f"{outcome} {count}" for outcome, count in self._outcomes.items() if count)
+        return [*words, *filter(None, [counts])]
 
 
 class _Lines:
@@ -245,46 +224,34 @@ class _Lines:
 
     def __init__(self, name: str, stream: "_Patient") -> None:
         self._name, self._stream = name, stream
-        self._write("started")
+        stream.line(f"{name}: started")
 
-    def show(self, so_far: tuple[int, int] | None, words: list[str]) -> None:
-        if so_far is not None:
-            done, total = so_far
-            self._write("  ".join([f"{100 * done / total if total else 100:3.0f} %", f"{done}/{total}", *words]))
+    def show(self, done: int, total: int | None, words: list[str]) -> None:
+        part = f"{100 * done / total if total else 100:3.0f} %"
+        self._stream.line("  ".join([f"{self._name}: {part}", f"{done}/{total}", *words]))
 
     def close(self) -> None:
         pass
 
-    def _write(self, text: str) -> None:
-        self._stream.write(f"{self._name}: {text}\n")
-        self._stream.flush()
 
-
-class _Bars:
+class _Bar:
     """A bar that is redrawn; the name alone while the amount of work is unknown."""
 
     every_s = TUNING.redraw_s
     tells_compilation = True
 
     def __init__(self, name: str, stream: "_Patient", notebook: bool) -> None:
-        self._name, self._stream, self._notebook = name, stream, notebook
-        self._format = BAR.format("{bar}" if notebook else "{bar:20}")
+        self._made = partial(_bar_class(notebook), desc=name, file=stream)
+        self._notebook = notebook
         self._bar: Any = None
 
-    def show(self, so_far: tuple[int, int] | None, words: list[str]) -> None:
-        done, total = so_far or (0, None)
+    def show(self, done: int, total: int | None, words: list[str]) -> None:
         if self._bar is None or self._bar.total != total:
             if self._bar is not None:
                 self._bar.leave = False
-                self._bar.close()
-            self._bar = _bar_class(self._notebook)(
-                desc=self._name,
-                total=total,
-                initial=done,
-                file=self._stream,
-                bar_format="{desc}{postfix}" if total is None else self._format,
-                leave=total is not None,
-            )
+            self.close()
+            form = BAR.format("{bar}" if self._notebook else "{bar:20}") if total is not None else "{desc}{postfix}"
+            self._bar = self._made(total=total, initial=done, bar_format=form, leave=total is not None)
         self._bar.n = done
         if not self._notebook:
             self._bar.ncols = get_terminal_size().columns - 1
@@ -295,9 +262,6 @@ class _Bars:
             self._bar.close()
 
 
-_Face = _Lines | _Bars
-
-
 class _Patient:
     """A stream that may be gone or full: then the message is lost, and the work continues."""
 
@@ -306,6 +270,11 @@ class _Patient:
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
+
+    def line(self, text: str) -> None:
+        """Write a line."""
+        self.write(f"{text}\n")
+        self.flush()
 
     def write(self, text: str) -> None:
         """Write, if that is possible."""
