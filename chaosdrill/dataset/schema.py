@@ -122,13 +122,20 @@ def table(
     magnitude: Iterable[str] = (),
     bars: Mapping[str, str] | None = None,
 ) -> Table:
-    """The variables of one kind, and by what two runs are compared in them: see ``rule`` and ``bar`` of `Variable`."""
+    """The variables of one kind, and by what two runs are compared in them: see ``rule`` and ``bar`` of `Variable`.
+
+    The standard error of ``x`` is ``x_error``, unless ``bars`` names another one, or none by an empty text.
+    """
     named = {"average": average, "sampled": sampled, "magnitude": magnitude}
     rules = {name: rule for rule, names in named.items() for name in names}
-    errors = bars or {}
-    return tuple(
-        replace(one, rule=rules.get(one.name, one.rule), bar=errors.get(one.name, one.bar)) for one in variables
-    )
+    errors, names = bars or {}, {one.name for one in variables}
+
+    def completed(one: Variable) -> Variable:
+        rule, own = rules.get(one.name, one.rule), f"{one.name}_error"
+        measured = one.dtype == "f8" and not one.coordinate and not rule and own in names
+        return replace(one, rule=rule, bar=errors.get(one.name, one.bar or (own if measured else "")))
+
+    return tuple(map(completed, variables))
 
 
 STATES: Table = (

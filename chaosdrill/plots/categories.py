@@ -92,7 +92,7 @@ def attractor_category(number: int, text: str) -> Category:
 
 
 def by_outcome(dataset: Dataset) -> tuple[Integers, list[Category]]:
-    """The index of each point's category by how it ended, in the shape of ``outcome``, and the categories that occur."""
+    """Each point's category by how it ended, as an index in the shape of ``outcome``, and the categories that occur."""
     codes = dataset["outcome"].values
     return classify([(codes == code, outcome_category(name)) for code, name in flag_names(dataset["outcome"]).items()])
 

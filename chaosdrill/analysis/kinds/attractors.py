@@ -62,11 +62,7 @@ VARIABLES = table(
     need("reached", f"{SWEEP} run", "i4", "attractor", "Number of the attractor that a start leads to; 0: none."),
     outcome(f"{SWEEP} run"),
     *forcing(SWEEP, "Period of the forcing at each value."),
-    bars={
-        "attractor_exponent": "attractor_error",
-        "fraction": "fraction_error",
-        "fraction_none": "fraction_none_error",
-    },
+    bars={"attractor_exponent": "attractor_error"},
     average=("attractor_rate_si",),
     sampled=("attractor_state",),
 )

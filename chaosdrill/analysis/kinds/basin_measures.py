@@ -41,16 +41,7 @@ VARIABLES = table(
     may("smallest_kick", "attractor state", "f8", "smallest kick to another basin", _KICK),
     may("smallest_kick_error", "attractor state", "f8", "standard error of the kick", "By cells that are as near."),
     *forcing(),
-    bars={
-        "attractor_exponent": "attractor_error",
-        "fraction": "fraction_error",
-        "fraction_none": "fraction_none_error",
-        "basin_entropy": "basin_entropy_error",
-        "boundary_entropy": "boundary_entropy_error",
-        "uncertainty_exponent": "uncertainty_exponent_error",
-        "uncertain_fraction": "uncertain_fraction_error",
-        "smallest_kick": "smallest_kick_error",
-    },
+    bars={"attractor_exponent": "attractor_error"},
     sampled=("attractor_state",),
 )
 

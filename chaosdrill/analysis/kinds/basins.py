@@ -51,7 +51,7 @@ VARIABLES = table(
     need("fraction", _TABLED, "f8", "fraction of the basin", "Part of the starts that lead to the attractor."),
     need("fraction_error", _TABLED, "f8", "standard error of the fraction", "Of random starts."),
     *forcing(),
-    bars={"attractor_exponent": "attractor_error", "fraction": "fraction_error"},
+    bars={"attractor_exponent": "attractor_error"},
     average=("attractor_rate_si",),
     sampled=("attractor_state",),
 )

@@ -125,14 +125,7 @@ VARIABLES = table(
         "grazing_coefficient_error",
         "accumulation_error",
     ),
-    bars={
-        "special_value": "special_error",
-        "special_coefficient": "special_coefficient_error",
-        "grazing_coefficient": "grazing_coefficient_error",
-        "accumulation": "accumulation_error",
-        "function_value": "function_error",
-        "drift": "drift_error",
-    },
+    bars={"special_value": "special_error", "function_value": "function_error"},
 )
 
 

@@ -38,7 +38,7 @@ VARIABLES = table(
     need("bin_centre", "bin", "f8", "angle", "Middles of bins of equal width from 0 to pi/2.", "rad"),
     outcome(""),
     forcing()[0],
-    bars={"lyapunov_exponent": "lyapunov_error", "angle_histogram": "angle_histogram_error"},
+    bars={"lyapunov_exponent": "lyapunov_error"},
     sampled=("vector", "vector_error", "local_growth", "lost", "angle", "smallest_angle"),
 )
 

@@ -28,7 +28,6 @@ VARIABLES = table(
     need("period", SWEEP, "i4", "period found", "In iterates of the section; 0 when none was found."),
     outcome(SWEEP),
     *forcing(),
-    bars={"dimension": "dimension_error", "local_slope": "local_slope_error"},
     average=("spread",),
     sampled=("scale_low", "scale_high", "correlation_sum"),
 )

@@ -61,11 +61,7 @@ VARIABLES = table(
     may("cycle_period", "special", "f8", "period of the cycle", _CYCLE),
     outcome(""),
     magnitude=("equilibrium_error", "eigenvalue_error", "special_error", "special_coefficient_error"),
-    bars={
-        "equilibrium_state": "equilibrium_error",
-        "special_value": "special_error",
-        "special_coefficient": "special_coefficient_error",
-    },
+    bars={"equilibrium_state": "equilibrium_error", "special_value": "special_error"},
 )
 
 

@@ -29,11 +29,7 @@ VARIABLES = table(
     need("correlation_time_error", _EXPONENT, "f8", "standard error of the correlation time", "NaN if constant."),
     outcome(SWEEP),
     forcing(SWEEP)[0],
-    bars={
-        "lyapunov_exponent": "lyapunov_error",
-        "cumulant": "cumulant_error",
-        "correlation_time": "correlation_time_error",
-    },
+    bars={"lyapunov_exponent": "lyapunov_error"},
     sampled=("histogram", "histogram_error", "bin_centre"),
 )
 

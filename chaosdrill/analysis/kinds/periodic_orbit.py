@@ -83,7 +83,7 @@ VARIABLES = table(
     *forcing(),
     may("period_time_si", ORBIT, "f8", "duration of one period", SI, "s"),
     magnitude=("residual", "newton_residual", "exponent_difference", "determinant_difference", "recurrence_difference"),
-    bars={"function_value": "function_error", "drift": "drift_error"},
+    bars={"function_value": "function_error"},
 )
 
 

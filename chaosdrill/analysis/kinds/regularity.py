@@ -22,7 +22,6 @@ VARIABLES = table(
     need("rotation_number_error", SWEEP, "f8", "standard error of the rotation number", COVERS),
     need("period", SWEEP, "i4", "period found", "In iterates of the section; 0 when none was found."),
     outcome(SWEEP),
-    bars={"average": "average_error", "rotation_number": "rotation_number_error"},
     sampled=("digits", "digits_error"),
 )
 

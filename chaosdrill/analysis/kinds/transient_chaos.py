@@ -28,7 +28,7 @@ VARIABLES = table(
     need("lyapunov_exponent", "exponent", "f8", "Lyapunov exponent of the saddle", RANK_LOSS),
     need("lyapunov_error", "exponent", "f8", "standard error of the exponent", COVERS),
     *forcing(),
-    bars={"escape_rate": "escape_rate_error", "lyapunov_exponent": "lyapunov_error"},
+    bars={"lyapunov_exponent": "lyapunov_error"},
     sampled=("lifetime", "surviving", "escapes", "least_age", "drift", "saddle_state"),
 )
 

@@ -18,7 +18,6 @@ VARIABLES = table(
     axis("turn_angle", "turn", "f8", "turning phase", "In radians, between pi/5 and 4 pi/5."),
     need("period", SWEEP, "i4", "period found", "In iterates of the section; 0 when none was found."),
     outcome(SWEEP),
-    bars={"k": "k_error"},
     sampled=("k_by_turn",),
 )
 
