@@ -52,8 +52,7 @@ def _draw_plane(axes: Axes, dataset: Dataset, shown: list[int]) -> None:
         value, error = float(dataset["lyapunov_exponent"][i]), float(dataset["lyapunov_error"][i])
         name = f"{subscript('λ', i + 1)} = {uncertain(value, error)}"
         axes.plot(*ends.T, color=PALETTE[i % len(PALETTE)], linewidth=1.1, label=name, zorder=2)
-    axes.set_xlabel(state_label(dataset, 0))
-    axes.set_ylabel(state_label(dataset, 1))
+    axes.set(xlabel=state_label(dataset, 0), ylabel=state_label(dataset, 1))
 
 
 def _draw_angles(axes: Axes, dataset: Dataset, splits: list[int]) -> None:
@@ -71,8 +70,7 @@ def _draw_angles(axes: Axes, dataset: Dataset, splits: list[int]) -> None:
     axes.set_xlim(0, np.pi / 2)
     axes.set_xticks([0, np.pi / 8, np.pi / 4, 3 * np.pi / 8, np.pi / 2], ["0", "π/8", "π/4", "3π/8", "π/2"])
     axes.set_ylim(bottom=0)
-    axes.set_xlabel(label(dataset["angle"]))
-    axes.set_ylabel("density")
+    axes.set(xlabel=label(dataset["angle"]), ylabel="density")
     axes.legend(loc="best")
 
 

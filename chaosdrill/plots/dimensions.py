@@ -50,15 +50,13 @@ def scaling(dataset: Dataset) -> Figure:
             above.plot(scale[inside], sums[inside], ".-", color=colour, linewidth=2, markersize=5)
             below.plot(ends, [value, value], color=colour)
             below.fill_between(ends, value - 2 * error, value + 2 * error, color=colour, alpha=0.2, linewidth=0)
-    above.set_xscale("log")
-    above.set_yscale("log")
+    above.set(xscale="log", yscale="log")
     told = dataset["dimension"].values
     below.set_ylim(
         0, TUNING.highest_slope * np.nanmax(told if np.isfinite(told).any() else dataset["local_slope"].values)
     )
     above.set_ylabel(label(dataset["correlation_sum"]))
-    below.set_ylabel("local slope")
-    below.set_xlabel(label(dataset["scale"]))
+    below.set(ylabel="local slope", xlabel=label(dataset["scale"]))
     legend_above(above, handles=below.get_legend_handles_labels()[0])
     return figure
 

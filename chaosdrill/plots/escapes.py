@@ -39,9 +39,7 @@ def _draw_survival(axes: Axes, dataset: Dataset) -> None:
         height = np.interp(least, age, alive) * np.exp(-rate * (along - least))
         axes.plot(along, height, color=PALETTE[1], linestyle="--", label=f"escape rate {uncertain(rate, error)}")
         axes.set_xlim(0, 1.05 * along[-1])
-    axes.set_yscale("log")
-    axes.set_xlabel(label(dataset["age"]))
-    axes.set_ylabel(label(dataset["surviving"]))
+    axes.set(yscale="log", xlabel=label(dataset["age"]), ylabel=label(dataset["surviving"]))
     legend_inside(axes, loc="upper right")
 
 

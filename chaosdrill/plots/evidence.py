@@ -75,9 +75,7 @@ def digits(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     bars = axes.bar(range(len(moving)), heights, width=0.5, color=PALETTE[0])
     axes.bar_label(bars, [f"{height:.1f}" for height in heights], padding=2)
     axes.set_xticks(range(len(moving)), [state_label(dataset, i) for i in moving])
-    axes.set_xlim(-0.8, max(len(moving), 1) - 0.2)
-    axes.set_ylim(0, 17)
-    axes.set_ylabel(label(dataset["digits"]))
+    axes.set(xlim=(-0.8, max(len(moving), 1) - 0.2), ylim=(0, 17), ylabel=label(dataset["digits"]))
     turns, error = float(dataset["rotation_number"]), float(dataset["rotation_number_error"])
     axes.set_title(f"rotation number {uncertain(turns, error)}" if np.isfinite(turns) else "nothing moves")
     return figure

@@ -60,8 +60,7 @@ def manifolds(*datasets: Dataset, over: Dataset | None = None, ax: Axes | None =
             points = over["section"].transpose("iterate", "state").values
             axes.plot(points[:, x], points[:, y], ".", color=BACKGROUND, markersize=2, zorder=0, label="section")
         axes.set(xlim=(low[x], high[x]), ylim=(low[y], high[y]))
-    axes.set_xlabel(state_label(datasets[0], x))
-    axes.set_ylabel(state_label(datasets[0], y))
+    axes.set(xlabel=state_label(datasets[0], x), ylabel=state_label(datasets[0], y))
     handles = [handle for handle in axes.get_legend_handles_labels()[0] if plane is None]
     handles += _draw(axes, datasets, (x, y))
     if plane is not None:

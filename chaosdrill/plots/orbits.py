@@ -448,7 +448,6 @@ def cascade(dataset: Dataset) -> Figure:
     lower.set_ylabel("Feigenbaum ratio")
     lower.margins(y=0.35)
     lower.set_xticks(number, [f"{period} → {2 * period}" for period in periods])
-    lower.set_xlabel("period doubling")
-    lower.set_xlim(-0.5, len(values) - 0.5)
+    lower.set(xlabel="period doubling", xlim=(-0.5, len(values) - 0.5))
     warn(figure, [dataset])
     return figure

@@ -69,10 +69,9 @@ def shares(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
         handles.append(
             Line2D([], [], marker=marker, color="white", markeredgecolor="black", linestyle="none", label=words)
         )
-    axes.set_xlim(edges[0], edges[-1])
-    axes.set_ylim(0, 1)
-    axes.set_xlabel(axis_label(dataset, name))
-    axes.set_ylabel(label(dataset["fraction"]))
+    axes.set(
+        xlim=(edges[0], edges[-1]), ylim=(0, 1), xlabel=axis_label(dataset, name), ylabel=label(dataset["fraction"])
+    )
     legend_outside(figure, handles, ax=ax, ncols=3)
     return figure
 
@@ -144,15 +143,13 @@ def uncertain_fraction(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
         middle = np.exp(np.log(part[seen]).mean() - power * np.log(distance[seen]).mean())
         text = f"exponent {uncertain(power, spread)}"
         axes.plot(distance[seen], middle * distance[seen] ** power, color=PALETTE[1], label=text)
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log")
     axes.set_xticks(distance[seen], [str(one) for one in distance[seen].tolist()])
     axes.xaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.yaxis.set_minor_locator(NullLocator())
-    axes.set_xlabel("distance of starts (cells)")
-    axes.set_ylabel(label(dataset["uncertain_fraction"]))
+    axes.set(xlabel="distance of starts (cells)", ylabel=label(dataset["uncertain_fraction"]))
     names = {"basin_entropy": "basin entropy", "boundary_entropy": "of the boundary"}
     told = [
         f"{words} {uncertain(float(dataset[name]), float(dataset[f'{name}_error']))}"
@@ -183,8 +180,7 @@ def basin_shares(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
         axes.errorbar(share, place, xerr=2 * error, fmt="none", ecolor="0.2", elinewidth=0.8, capsize=2)
     axes.set_yticks(range(len(bars)), [category.name for category, _, _ in bars])
     axes.invert_yaxis()
-    axes.set_xlim(0, 1)
-    axes.set_xlabel(label(dataset["fraction"]))
+    axes.set(xlim=(0, 1), xlabel=label(dataset["fraction"]))
     return figure
 
 

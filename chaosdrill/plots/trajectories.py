@@ -215,8 +215,7 @@ def phase_portrait(dataset: Dataset, *, ax: Axes | None = None, state: States = 
             (None if is_map(dataset) else "flow", "jump", strobe_words(dataset)),
         )
     _walls(axes, [run for _, run in runs], (across, up))
-    axes.set_xlabel(state_label(dataset, across))
-    axes.set_ylabel(state_label(dataset, up))
+    axes.set(xlabel=state_label(dataset, across), ylabel=state_label(dataset, up))
     if is_joined(dataset):
         axes.set_title(runs_left_out(dataset))
         legend_outside(figure, axes.get_legend_handles_labels()[0], ax=ax)
