@@ -1,15 +1,14 @@
 """Accuracy: convergence of exponents with the length of the run, and of errors with the tolerance and its cost."""
 
 from textwrap import fill
-from typing import Any
 
 import numpy as np
 
 from chaosdrill.analysis.precision_advice import MANY, NAMES, cheapest, shown_quantities
 from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.plots._types import Axes, Dataset, Figure
-from chaosdrill.plots.figures import is_narrow, legend_outside, new_figure
-from chaosdrill.plots.labels import period_words, subscript, uncertain
+from chaosdrill.plots.figures import is_narrow, legend_outside, new_figure, note
+from chaosdrill.plots.labels import subscript, time_unit, uncertain
 from chaosdrill.plots.markers import tell
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
@@ -33,17 +32,14 @@ def convergence(dataset: Dataset) -> Figure:
     finite = every[: TUNING.most_panels]
     figure = new_figure(1.2 + 1.5 * max(len(finite), 1))
     panels = np.atleast_1d(figure.subplots(max(len(finite), 1), 1, sharex=True))
-    time = dataset["block_time"].values
-    unit = "length of the run (units of time)"
-    if "forcing_period" in dataset.variables:
-        time = time / float(dataset["forcing_period"])
-        unit = f"length of the run ({period_words(dataset)[1]})"
+    unit, _, units = time_unit(dataset)
+    time = dataset["block_time"].values / unit
     for panel, i in zip(panels, finite, strict=False):
         history = dataset["lyapunov_history"].values[:, i]
         _panel(panel, time, history, float(values[i]), float(errors[i]))
         panel.set_ylabel(subscript("λ", i + 1))
         panel.set_title(f"{subscript('λ', i + 1)} = {uncertain(float(values[i]), float(errors[i]))}")
-    panels[-1].set_xlabel(unit)
+    panels[-1].set_xlabel(f"length of the run ({units})")
     figure.align_ylabels(list(panels))
     if len(finite):
         handles, _ = panels[0].get_legend_handles_labels()
@@ -164,8 +160,7 @@ def _ring(panel: Axes, dataset: Dataset, quantity: str) -> None:
         error = float(dataset["error"].sel({"quantity": quantity, "method": method, "tolerance": tolerance}))
         digits = min(-np.log10(max(error, 1e-300)), TUNING.most_digits)
         panel.plot([digits], [1e6 * time], "o", markersize=11, markerfacecolor="none", markeredgecolor="black")
-        above: dict[str, Any] = {"xytext": (0, 7), "textcoords": "offset points", "ha": "center"}
-        panel.annotate(_power(tolerance), (digits, 1e6 * time), fontsize="small", **above)
+        note(panel, _power(tolerance), (digits, 1e6 * time), (0, 7), ha="center")
 
 
 def _limit(panel: Axes, dataset: Dataset, quantity: str) -> None:
@@ -179,12 +174,11 @@ def _limit(panel: Axes, dataset: Dataset, quantity: str) -> None:
 
 
 def _horizon(panel: Axes, dataset: Dataset) -> None:
-    unit = float(dataset["forcing_period"]) if "forcing_period" in dataset.variables else 1.0
+    unit, _, units = time_unit(dataset)
     for i in range(dataset.sizes["method"]):
         times = dataset["horizon"].values[i] / unit
         _line(panel, dataset, i, np.where(np.isfinite(times), times, np.nan))
-    what = "forcing periods" if "forcing_period" in dataset.variables else "units of time"
-    panel.set_xlabel(f"{what} within 1e-6 of the truth")
+    panel.set_xlabel(f"{units} within 1e-6 of the truth")
     panel.set_title("One trajectory in chaos\nbeyond this time only averages are meaningful", fontsize="small")
 
 

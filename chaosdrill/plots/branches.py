@@ -17,11 +17,11 @@ from chaosdrill.plots.markers import (
     bar,
     end_label,
     ends,
-    hard,
     mark,
     named_once,
     period_categories,
     room,
+    soft_and_hard,
     special_name,
     specials,
     warn,
@@ -196,13 +196,7 @@ def _marks(axes: Axes, datasets: tuple[Dataset, ...], name: str, index: int) -> 
     places, sizes = [np.zeros((0, 2))], [np.zeros(0)]
     for dataset in datasets:
         x, section = dataset[name].values, dataset["section"].values[..., index]
-        jumps = hard(dataset)
-        groups = [
-            (kind, off, points[np.isin(points, jumps) == off])
-            for kind, points in specials(dataset)
-            for off in (False, True)
-        ]
-        for kind, off, points in groups:
+        for kind, off, points in soft_and_hard(dataset):
             for here, size in _sizes(section, points):
                 shown = section[here]
                 known = np.isfinite(shown)

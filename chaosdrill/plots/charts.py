@@ -84,9 +84,8 @@ def _scale(values: np.ndarray) -> tuple[Normalize, str]:
     high = float(np.percentile(above, TUNING.exponents_covered)) if above.size else 0.0
     # a sign that does not occur has the scale of the other
     low, high = low or high or 1.0, high or low or 1.0
-    ends = (bool((below > low).any()), bool((above > high).any()))
-    extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[ends]
-    return TwoSlopeNorm(0.0, -low, high), extend
+    beyond = int((below > low).any()) + 2 * int((above > high).any())
+    return TwoSlopeNorm(0.0, -low, high), ("neither", "min", "max", "both")[beyond]
 
 
 @picture("parameter-chart", "progression-chart", "mean progression rate", needs="progression_rate")
@@ -181,20 +180,17 @@ def attractor_cells(dataset: Dataset) -> tuple[Integers, list[Category]]:
         (reached == number, attractor_category(place, _describe(dataset.isel(attractor_number=place), number)))
         for place, number in enumerate(numbers[: TUNING.told_attractors])
     ]
-    table.append((np.isin(reached, numbers[TUNING.told_attractors :]), FURTHER))
+    others = [(np.isin(reached, numbers[TUNING.told_attractors :]), FURTHER)]
     lost = reached == 0
-    ended, others = by_outcome(dataset)
-    for code, category in enumerate(others):
+    ended, categories = by_outcome(dataset)
+    for code, category in enumerate(categories):
         if category.name not in ATTRACTED:
-            table.append((lost & (ended == code), category))
+            others.append((lost & (ended == code), category))
             lost &= ended != code
-    table.append((lost, UNRECOGNISED))
-    for place, (mask, category) in enumerate(
-        table[len(numbers[: TUNING.told_attractors]) :], start=len(numbers[: TUNING.told_attractors])
-    ):
+    for mask, category in (*others, (lost, UNRECOGNISED)):
         part = float(mask.mean())
-        error = float(np.sqrt(part * (1 - part) / mask.size))
-        table[place] = mask, replace(category, name=f"{category.name}; {_percent(part, error)}")
+        share = _percent(part, float(np.sqrt(part * (1 - part) / mask.size)))
+        table.append((mask, replace(category, name=f"{category.name}; {share}")))
     return classify(table)
 
 
@@ -241,19 +237,9 @@ def mark_attractors(axes: Axes, dataset: Dataset, across: str, up: str) -> list[
     for place in np.flatnonzero(inside).tolist():
         x, y = points[place, names.index(across)], points[place, names.index(up)]
         category, layer = attractor_category(place, ""), 10 + place
-        marks += axes.plot(
-            x,
-            y,
-            "o",
-            markersize=12,
-            color=category.colour,
-            markeredgecolor="black",
-            markeredgewidth=1.2,
-            path_effects=[withStroke(linewidth=3.0, foreground="white")],
-            linestyle="none",
-            label="points of attractors",
-            zorder=layer,
-        )
+        look: dict[str, Any] = {"color": category.colour, "markeredgecolor": "black", "markeredgewidth": 1.2}
+        look |= {"path_effects": [withStroke(linewidth=3.0, foreground="white")], "linestyle": "none"}
+        marks += axes.plot(x, y, "o", markersize=12, label="points of attractors", zorder=layer, **look)
         # the number within distinguishes them without colours
         text: dict[str, Any] = {"ha": "center", "va": "center_baseline", "fontsize": "small", "color": category.ink}
         axes.annotate(category.short, (x, y), zorder=layer, **text)

@@ -8,9 +8,9 @@ import numpy as np
 from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.plots._types import Axes, Dataset, Figure, Integers, States
 from chaosdrill.plots.contents import limits, places_of, swept
-from chaosdrill.plots.figures import legend_outside, new_figure, one_panel
+from chaosdrill.plots.figures import legend_outside, new_figure, note, one_panel
 from chaosdrill.plots.labels import axis_label, readable, state_label, wrapped
-from chaosdrill.plots.markers import hard, mark, named_once, specials, tell
+from chaosdrill.plots.markers import mark, named_once, soft_and_hard, tell
 from chaosdrill.plots.palette import BACKGROUND, LINE_COLOURS
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.sections import first_that_varies
@@ -59,12 +59,8 @@ def branches(dataset: Dataset, ax: Axes | None = None, state: States = None) -> 
     for dashes, text, colour in kinds:
         axes.plot([], [], color=colour, linestyle=dashes, linewidth=1.2, label=text)
     _cycles(axes, dataset, index)
-    jumps = hard(dataset)
-    for kind, points in specials(dataset):
-        for off in (False, True):
-            here = points[np.isin(points, jumps) == off]
-            if here.size:
-                mark(axes, x[here], y[here], kind, TUNING.special_mark, jumps=off)
+    for kind, off, points in soft_and_hard(dataset):
+        mark(axes, x[points], y[points], kind, TUNING.special_mark, jumps=off)
     axes.set(xlabel=axis_label(dataset, name), ylabel=state_label(dataset, index))
     legend_outside(figure, named_once(axes), ax=ax, handlelength=2.0)
     if ax is None:
@@ -147,7 +143,7 @@ def equilibria(dataset: Dataset, state: States = None) -> Figure:
         told = (readable(kind), "stable" if stable else "unstable", mode, "virtual" if virtual else "")
         words = ", ".join(filter(None, told))
         left.plot(x[k], y[k], **options, label=f"{k + 1}: {words}")
-        left.annotate(str(k + 1), (x[k], y[k]), xytext=(5, 5), textcoords="offset points", fontsize="small")
+        note(left, str(k + 1), (x[k], y[k]), (5, 5))
         right.plot(spectrum[k].real, spectrum[k].imag, **options)
     left.margins(0.15)
     left.locator_params(nbins=5)

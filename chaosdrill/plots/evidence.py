@@ -6,7 +6,7 @@ import numpy as np
 
 from chaosdrill.plots._types import Axes, DataArray, Dataset, Figure
 from chaosdrill.plots.figures import legend_above, legend_inside, legend_outside, new_figure, one_panel
-from chaosdrill.plots.labels import axis_label, label, period_words, shorten, state_label, subscript, uncertain
+from chaosdrill.plots.labels import axis_label, label, shorten, state_label, subscript, time_unit, uncertain
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.plane import bounds
@@ -112,12 +112,10 @@ def finite_times(dataset: Dataset) -> Figure:
     shown = np.flatnonzero(np.isfinite(means)).tolist()[: TUNING.most_panels]
     figure = new_figure(1.1 + TUNING.evidence_panel * max(len(shown), 1))
     panels = np.atleast_1d(figure.subplots(max(len(shown), 1), 1))
-    unit = float(dataset["forcing_period"]) if "forcing_period" in dataset.variables else 1.0
-    forced = "forcing_period" in dataset.variables
+    unit, one, many = time_unit(dataset)
 
     def told(time: float) -> str:
         number = shorten(time / unit)
-        one, many = period_words(dataset) if forced else ("unit of time", "units of time")
         return f"{number} {one if number == '1' else many}"
 
     for panel, e in zip(panels, shown, strict=False):
@@ -175,12 +173,10 @@ def spread(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
 def _limits_of_growth(axes: Axes, *, beside: bool = False) -> None:
     """Mark the values of K for regular motion and chaos; the words stand inside the axes, or beside them."""
     where: dict[str, Any] = {"xytext": (4, 0), "va": "center"} if beside else {"xytext": (-3, 3), "ha": "right"}
+    where |= {"xycoords": ("axes fraction", "data"), "textcoords": "offset points", "color": "0.35"}
     for height, name in ((0.0, "regular"), (1.0, "chaos")):
         axes.axhline(height, color="0.6", linewidth=0.8, zorder=1)
-        place = (1.0, height)
-        axes.annotate(
-            name, place, xycoords=("axes fraction", "data"), textcoords="offset points", color="0.35", **where
-        )
+        axes.annotate(name, (1.0, height), **where)
 
 
 def _of_states(axes: Axes, dataset: Dataset, name: str, error: str) -> None:

@@ -79,6 +79,11 @@ def owner(ax: Axes) -> Figure:
     return figure
 
 
+def note(axes: Axes, text: str, place: Any, offset: tuple[float, float], **options: Any) -> None:
+    """Write a small text beside a place of the axes, at an offset in points."""
+    axes.annotate(text, place, xytext=offset, textcoords="offset points", **{"fontsize": "small", **options})
+
+
 def legend_outside(
     figure: Figure,
     handles: Sequence[Artist],

@@ -117,6 +117,13 @@ def period_words(dataset: Dataset) -> tuple[str, str]:
     return ("iterate", "iterates") if is_map(dataset) else ("forcing period", "forcing periods")
 
 
+def time_unit(dataset: Dataset) -> tuple[float, str, str]:
+    """Return the unit in which lengths of time are told, the period of the strobe if there is one, and its names."""
+    if "forcing_period" in dataset.variables:
+        return float(dataset["forcing_period"]), *period_words(dataset)
+    return 1.0, "unit of time", "units of time"
+
+
 def state_label(dataset: Dataset, index: int) -> str:
     """Return the axis label of state number ``index``, as `axis_label`."""
     name = str(dataset["state"].values[index])

@@ -104,14 +104,19 @@ def specials(dataset: Dataset) -> list[tuple[str, Integers]]:
     return [(name, index[kinds == code]) for code, name in names.items() if (kinds == code).any()]
 
 
-def hard(dataset: Dataset) -> Integers:
-    """Return the numbers of points at which the new motion repels and others jump away. None in older archives."""
-    if "special_criticality" not in dataset:
-        return np.zeros(0, dtype=np.int64)
-    names = flag_names(dataset["special_criticality"])
-    subcritical = [code for code, name in names.items() if name == "subcritical"]
-    found: Integers = dataset["special_index"].values.astype(np.int64)
-    return found[np.isin(dataset["special_criticality"].values, subcritical)]
+def soft_and_hard(dataset: Dataset) -> list[tuple[str, bool, Integers]]:
+    """Return the same, apart for points at which the new motion repels and others jump away, as far as it is told."""
+    jumps = np.zeros(0, dtype=np.int64)
+    if "special_criticality" in dataset:
+        names = flag_names(dataset["special_criticality"])
+        subcritical = [code for code, name in names.items() if name == "subcritical"]
+        jumps = dataset["special_index"].values[np.isin(dataset["special_criticality"].values, subcritical)]
+    groups = [
+        (kind, off, points[np.isin(points, jumps) == off])
+        for kind, points in specials(dataset)
+        for off in (False, True)
+    ]
+    return [group for group in groups if group[2].size]
 
 
 def mark(axes: Axes, x: ArrayLike, y: ArrayLike, name: str, size: float, jumps: bool = False, **options: Any) -> None:
@@ -127,7 +132,7 @@ def mark(axes: Axes, x: ArrayLike, y: ArrayLike, name: str, size: float, jumps: 
     size : float
         Width of the marks in points.
     jumps : bool
-        Whether they are hard, as from `hard`.
+        Whether they are hard, as from `soft_and_hard`.
     **options
         Further options of ``Axes.plot``.
     """

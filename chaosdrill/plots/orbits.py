@@ -8,7 +8,7 @@ from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.plots._types import Axes, Complexes, Dataset, Figure, Floats, States
 from chaosdrill.plots.contents import places_of, swept
 from chaosdrill.plots.curve import pieces
-from chaosdrill.plots.figures import is_narrow, legend_above, legend_inside, legend_outside, new_figure, owner
+from chaosdrill.plots.figures import is_narrow, legend_above, legend_inside, legend_outside, new_figure, note, owner
 from chaosdrill.plots.labels import (
     axis_label,
     readable,
@@ -127,7 +127,7 @@ def _points(axes: Axes, dataset: Dataset, states: tuple[int, ...], owns: bool = 
     axes.plot(*section.T, "o", color=_SECTION, markersize=5, markeredgewidth=0, zorder=4, label=_where(dataset))
     if 1 < len(section) <= 16:
         for number, (x, y) in enumerate(section, start=1):
-            axes.annotate(str(number), (x, y), xytext=(5, 4), textcoords="offset points", fontsize="small", zorder=5)
+            note(axes, str(number), (x, y), (5, 4), zorder=5)
     axes.set_xlabel(state_label(dataset, states[0]) if plane else "time since the start of the period")
     axes.set_ylabel(state_label(dataset, states[-1]))
     axes.margins(0.12)
@@ -189,25 +189,9 @@ def _newton(axes: Axes, dataset: Dataset) -> None:
         np.arange(len(residual)), np.maximum(residual, TUNING.least_residual), "o-", color=PALETTE[0], markersize=4
     )
     for step in np.flatnonzero(residual == 0):
-        axes.annotate(
-            "0",
-            (step, TUNING.least_residual),
-            xytext=(-7, 0),
-            textcoords="offset points",
-            ha="center",
-            va="center",
-            fontsize="small",
-        )
+        note(axes, "0", (step, TUNING.least_residual), (-7, 0), ha="center", va="center")
     axes.axhline(np.finfo(float).eps, color="0.6", linewidth=0.8, linestyle="--", zorder=1)
-    axes.annotate(
-        "ε",
-        (1, np.finfo(float).eps),
-        xycoords=("axes fraction", "data"),
-        xytext=(2, 0),
-        textcoords="offset points",
-        va="center",
-        fontsize="small",
-    )
+    note(axes, "ε", (1, np.finfo(float).eps), (2, 0), xycoords=("axes fraction", "data"), va="center")
     # orbits near an attractor start where others end
     axes.set_ylim(0.3 * TUNING.least_residual, max(1e-12, 3 * residual.max(initial=0.0)))
     axes.set(xlabel="step of Newton's method", ylabel="residual")
@@ -423,28 +407,13 @@ def cascade(dataset: Dataset) -> Figure:
     legend_outside(figure, upper.get_legend_handles_labels()[0])
 
     lower.axhline(FEIGENBAUM, color="0.6", linewidth=0.9, zorder=1)
-    lower.annotate(
-        "4.6692",
-        (1, FEIGENBAUM),
-        xycoords=("axes fraction", "data"),
-        xytext=(3, 0),
-        textcoords="offset points",
-        va="center",
-        fontsize="small",
-    )
+    note(lower, "4.6692", (1, FEIGENBAUM), (3, 0), xycoords=("axes fraction", "data"), va="center")
     lower.plot(number, ratios, "o", color=PALETTE[1], markersize=5)
     for place, ratio in zip(number, ratios, strict=True):
         if np.isfinite(ratio):
             # away from the line
-            side = {"xytext": (0, 6), "va": "bottom"} if ratio > FEIGENBAUM else {"xytext": (0, -6), "va": "top"}
-            lower.annotate(
-                f"{ratio:.4f}".replace("-", "−"),
-                (place, ratio),
-                textcoords="offset points",
-                ha="center",
-                fontsize="small",
-                **side,
-            )
+            offset, va = ((0, 6), "bottom") if ratio > FEIGENBAUM else ((0, -6), "top")
+            note(lower, f"{ratio:.4f}".replace("-", "−"), (place, ratio), offset, ha="center", va=va)
     lower.set_ylabel("Feigenbaum ratio")
     lower.margins(y=0.35)
     lower.set_xticks(number, [f"{period} → {2 * period}" for period in periods])

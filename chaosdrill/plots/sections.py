@@ -192,7 +192,6 @@ def _periods(panel: Axes, dataset: Dataset, sweep: str, edges: Floats, height: f
     codes, categories = by_period(dataset.transpose("seed", sweep, ...))
     names = seed_names(dataset)
     size = (size_of(height)[0] - TUNING.beside, height)
-    size = (size_of(height)[0] - TUNING.beside, height)
     draw_cells(panel, edges, np.arange(len(names) + 1.0), codes, categories, size, names=False)
     panel.invert_yaxis()
     panel.spines["left"].set_visible(False)

@@ -12,6 +12,7 @@ from chaosdrill.plots.figures import legend_inside, legend_outside, one_panel
 from chaosdrill.plots.labels import axis_label, label, readable, uncertain
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
+from chaosdrill.plots.plane import bounds
 from chaosdrill.plots.tuning import TUNING
 
 _NONE = Category("no attractor", "#FFFFFF", "xx")
@@ -39,7 +40,7 @@ def shares(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     ordered = dataset.isel({name: order}).transpose(name, "attractor", ...)
     values, numbers = ordered[name].values.astype(float), ordered["attractor"].values
     part, error = ordered["fraction"].values, ordered["fraction_error"].values
-    edges = _edges(values)
+    edges = bounds(values)
     bands = [(attractor_category(k, _told(ordered.isel(attractor=k), int(numbers[k]))), part[:, k], error[:, k])
              for k in range(min(len(numbers), TUNING.banded_attractors))]  # fmt: skip
     rest = part[:, TUNING.banded_attractors :].sum(axis=1)
@@ -74,14 +75,6 @@ def shares(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     )
     legend_outside(figure, handles, ax=ax, ncols=3)
     return figure
-
-
-def _edges(values: Floats) -> Floats:
-    """Limits between which a value represents the parameter: half-way to its neighbours."""
-    if len(values) == 1:
-        return values[0] + np.array([-0.5, 0.5]) * (abs(values[0]) or 1.0)
-    middles = (values[1:] + values[:-1]) / 2
-    return np.concatenate([[2 * values[0] - middles[0]], middles, [2 * values[-1] - middles[-1]]])
 
 
 def _told(attractor: Dataset, number: int) -> str:
