@@ -119,15 +119,8 @@ def _section(panel: Axes, dataset: Dataset, sweep: str, section: Floats, edges: 
         turn = known & (behind <= np.where(cycle, period[:, seed], section.shape[2])[:, None])
         for mask, size in ((cycle, max(1.2, cloud, few) + 0.9 * step), (~cycle, cloud)):
             shown = turn & mask[:, None]
-            panel.plot(
-                x[shown],
-                section[:, seed][shown],
-                "o",
-                markersize=size,
-                markeredgewidth=0,
-                color=colour,
-                rasterized=True,
-            )
+            look: dict[str, Any] = {"markeredgewidth": 0, "rasterized": True}
+            panel.plot(x[shown], section[:, seed][shown], "o", markersize=size, color=colour, **look)
         if name:
             panel.plot([], [], "o", markersize=3 + step, markeredgewidth=0, color=colour, label=name)
 

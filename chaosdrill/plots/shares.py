@@ -101,16 +101,8 @@ def _mark_ends(
                 continue
             found.append(kind)
             at = int(np.argmin(np.abs(values - float(ordered[place][k]))))
-            axes.plot(
-                values[at],
-                middle[at],
-                marker=_ENDS[kind][0],
-                markersize=7,
-                color=bands[k][0].colour,
-                markeredgecolor="black",
-                clip_on=False,
-                zorder=5,
-            )
+            look: dict[str, Any] = {"markersize": 7, "markeredgecolor": "black", "clip_on": False, "zorder": 5}
+            axes.plot(values[at], middle[at], marker=_ENDS[kind][0], color=bands[k][0].colour, **look)
     return [kind for kind in _ENDS if kind in found]
 
 

@@ -244,16 +244,8 @@ def _draw(
     if points.size:
         points = points[:, plane]
         size = 26 if len(np.unique(np.round(points, 6), axis=0)) < 30 else 7
-        axes.scatter(
-            points[:, 0],
-            points[:, 1],
-            s=size,
-            color=colours[1],
-            edgecolor="white",
-            linewidth=0.4,
-            zorder=3,
-            label=labels[2],
-        )
+        look: dict[str, Any] = {"edgecolor": "white", "linewidth": 0.4, "zorder": 3}
+        axes.scatter(points[:, 0], points[:, 1], s=size, color=colours[1], label=labels[2], **look)
     return bool(jumps.size)
 
 
@@ -271,11 +263,5 @@ def _walls(axes: Axes, runs: Sequence[Dataset], plane: tuple[int, int]) -> None:
         walls = list(dict.fromkeys((name, round(value, 12)) for run in runs for name, value in stops(run, index)))
         for level in sorted({value for _, value in walls}):
             kinds = ", ".join(readable(name) for name, value in walls if value == level)
-            line(
-                level,
-                color="0.25",
-                linewidth=0.9,
-                linestyle="--",
-                zorder=1,
-                label=f"{kinds} at {symbol} = {shorten(level)}",
-            )
+            look: dict[str, Any] = {"color": "0.25", "linewidth": 0.9, "linestyle": "--", "zorder": 1}
+            line(level, label=f"{kinds} at {symbol} = {shorten(level)}", **look)
