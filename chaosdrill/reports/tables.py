@@ -26,22 +26,14 @@ def single_numbers(dataset: "xr.Dataset") -> Markup:
     """All scalar variables, with error and unit."""
     rows = []
     for name, variable in dataset.variables.items():
-        if (
-            name == "outcome"
-            or variable.ndim
-            or variable.dtype.kind not in "iuf"
-            or (str(name).endswith("_error") and _owner(dataset, name))
-        ):
+        is_error = str(name).endswith("_error") and _owner(dataset, name)
+        if name == "outcome" or variable.ndim or variable.dtype.kind not in "iuf" or is_error:
             continue
-        error = next(
-            (dataset[key].values for key in _errors(str(name)) if key in dataset and not dataset[key].ndim), None
-        )
+        errors = [dataset[key].values for key in _errors(str(name)) if key in dataset and not dataset[key].ndim]
         if "flag_meanings" in variable.attrs:
             shown: Any = meaning(variable.values, variable)
-        elif error is not None:
-            shown = Quantity(uncertain(variable.values, error))
         else:
-            shown = Quantity(number(variable.values))
+            shown = Quantity(uncertain(variable.values, errors[0])) if errors else variable.values
         rows.append((long_name(dataset, name), shown, unit(variable.attrs), str(variable.attrs.get("comment", ""))))
     return table("Numbers", ("quantity", "value", "unit", "note"), rows)
 
@@ -51,9 +43,7 @@ def exponents(dataset: "xr.Dataset") -> Markup:
     if "lyapunov_exponent" not in dataset or dataset["lyapunov_exponent"].dims != ("exponent",):
         return NOTHING
     values, errors = dataset["lyapunov_exponent"].values, dataset["lyapunov_error"].values
-    rows = [
-        (i, Quantity(number(v)), Quantity(number(e, 2))) for i, (v, e) in enumerate(zip(values, errors, strict=True), 1)
-    ]
+    rows = [(i, v, _error(e)) for i, (v, e) in enumerate(zip(values, errors, strict=True), 1)]
     note = part("paragraph", "Per unit of model time. −∞ stands for a direction that is lost at events.", "note")
     return table("Lyapunov exponents", ("number", "exponent", "standard error"), rows) + note
 
@@ -62,8 +52,7 @@ def multipliers(dataset: "xr.Dataset") -> Markup:
     """Multipliers of the cycle of one run."""
     if "multiplier_real" not in dataset or dataset["multiplier_real"].ndim != 1:
         return NOTHING
-    pairs = zip(dataset["multiplier_real"].values, dataset["multiplier_imag"].values, strict=True)
-    rows = [(i, real, imag, abs(complex(real, imag))) for i, (real, imag) in enumerate(pairs, 1) if real == real]
+    rows = [(i, one.real, one.imag, abs(one)) for i, one in enumerate(_multipliers(dataset), 1) if one == one]
     return table("Multipliers of the cycle", ("number", "real part", "imaginary part", "modulus"), rows)
 
 
@@ -104,17 +93,18 @@ def outcomes(dataset: "xr.Dataset") -> Markup:
     advice = {outcome.meaning: outcome.advice for outcome in Outcome}
     total = dataset["outcome"].size
     counts = count_outcomes(dataset["outcome"].values)
-    rows = [
-        (name.replace("_", " "), n, Quantity(f"{100 * n / total:.3g} %"), advice.get(name, ""))
-        for name, n in counts.items()
-    ]
+    rows = [(_words(name), n, Quantity(f"{100 * n / total:.3g} %"), advice.get(name, "")) for name, n in counts.items()]
     shown = table("Outcomes", ("outcome", "runs", "share", "what it means, and what to try"), rows)
-    words = [
-        part("paragraph", str(dataset.attrs[key]), "fault")
-        for key in ("message", "disagreement")
-        if dataset.attrs.get(key)
-    ]
-    return joined([shown, *words])
+    told = filter(None, (dataset.attrs.get(key) for key in ("message", "disagreement")))
+    return joined([shown, *(part("paragraph", str(text), "fault") for text in told)])
+
+
+def _precise(value: Any) -> Quantity:
+    return Quantity(number(value, _DIGITS))
+
+
+def _error(value: Any) -> Quantity:
+    return Quantity(number(value, 2))
 
 
 def meaning(code: Any, variable: "xr.DataArray | xr.Variable") -> str:
@@ -151,15 +141,10 @@ def motions(dataset: "xr.Dataset") -> Markup:
     rows = []
     for name in dict.fromkeys(sorted(names, key=_rank)):
         here = names == name
-        span = (number(largest.ravel()[here].min()), number(largest.ravel()[here].max())) if largest is not None else ()
-        rows.append((name, int(here.sum()), Quantity(f"{100 * here.mean():.3g} %"), *map(Quantity, span)))
-    head = [
-        "motion",
-        "points",
-        "share",
-        *(["least largest exponent", "greatest largest exponent"] if largest is not None else []),
-    ]
-    return table("Cycles and other motions", head, rows)
+        span = (largest.ravel()[here].min(), largest.ravel()[here].max()) if largest is not None else ()
+        rows.append((name, int(here.sum()), Quantity(f"{100 * here.mean():.3g} %"), *span))
+    ends = ("least largest exponent", "greatest largest exponent") if largest is not None else ()
+    return table("Cycles and other motions", ("motion", "points", "share", *ends), rows)
 
 
 def without_results(dataset: "xr.Dataset") -> Markup:
@@ -188,15 +173,8 @@ def intervals(dataset: "xr.Dataset") -> Markup:
     ends = np.r_[starts[1:], len(names)]
     rows = []
     for start, end in zip(starts, ends, strict=True):
-        row: list[Any] = [
-            Quantity(number(values[start])),
-            Quantity(number(values[end - 1])),
-            names[start],
-            int(end - start),
-        ]
-        if largest is not None:
-            row.append(Quantity(number(largest[start:end].max())))
-        rows.append(row)
+        most = () if largest is None else (largest[start:end].max(),)
+        rows.append((values[start], values[end - 1], names[start], int(end - start), *most))
     head = [f"from {parameter}", "to", "motion", "points", *(["greatest exponent"] if largest is not None else [])]
     of = " of the first seed" if dataset.sizes["seed"] > 1 else ""
     return table(f"Motions along {long_name(dataset, parameter)} {parameter}{of}", head, rows, MOST_INTERVALS)
@@ -239,7 +217,7 @@ def _followed(dataset: "xr.Dataset") -> Markup:
     for i, place in enumerate(dataset["attractor"].values):
         one = dataset.isel(attractor=i)
         most = one["fraction"].isel({parameter: int(one["fraction"].values.argmax())})
-        row: list[Any] = [int(place), *(Quantity(number(float(one[f"{end}_value"]))) for end in ("first", "last"))]
+        row: list[Any] = [int(place), *(float(one[f"{end}_value"]) for end in ("first", "last"))]
         row.append(Quantity(uncertain(most, one["fraction_error"].sel({parameter: most[parameter]}))))
         rows.append([*row, *(_words(names.get(int(one[f"end_{side}"]), "")) for side, names in ends.items())])
     head = ["attractor", f"from {parameter}", "to", "largest part of the starts", "end below", "end above"]
@@ -290,8 +268,8 @@ def orbits(dataset: "xr.Dataset") -> Markup:
         name = str(int(one["orbit"])) if "orbit" in one.coords else "requested"
         length = [int(one["period"]), float(one["period_time"])]
         stable = "stable" if int(one["stable"]) else "unstable"
-        state = [Quantity(number(value, _DIGITS)) for value in one["orbit_state"].values]
-        points.append((name, *length, stable, *state, Quantity(_complex(one))))
+        state = [_precise(value) for value in one["orbit_state"].values]
+        points.append((name, *length, stable, *state, Quantity(_list(_multipliers(one)))))
         differences = [float(one[f"{key}_difference"]) for key in ("exponent", "determinant", "recurrence")]
         agrees = "yes" if int(one["consistent"]) else "no"
         checks.append(
@@ -299,13 +277,9 @@ def orbits(dataset: "xr.Dataset") -> Markup:
         )
     head = ("orbit", "period", "duration", "stability", *(f"{name} at phase 0" for name in states), "multipliers")
     checked = ("orbit", "residual", "exponents against multipliers", "sum rule", "recurrence", "agrees with itself")
-    return joined(
-        [
-            table("Orbits", head, points),
-            table("Accuracy of the orbits", (*checked, "events", "smallest normal speed"), checks),
-            _events(dataset) if "orbit" not in dataset.dims else NOTHING,
-        ]
-    )
+    accuracy = table("Accuracy of the orbits", (*checked, "events", "smallest normal speed"), checks)
+    events = _events(dataset) if "orbit" not in dataset.dims else NOTHING
+    return joined([table("Orbits", head, points), accuracy, events])
 
 
 def derivatives(dataset: "xr.Dataset") -> Markup:
@@ -328,7 +302,7 @@ def derivatives(dataset: "xr.Dataset") -> Markup:
     # one that is 0 by structure says nothing
     shares.append(next((one for one in exponents if (one != 0).any() and (one == one).all()), exponents[0]))
     rows = [
-        (str(parameter), *(Quantity(number(float(one[i]), 5)) for one in (values, *shares)))
+        (str(parameter), *(Quantity(number(one[i], 5)) for one in (values, *shares)))
         for i, parameter in enumerate(dataset["parameter"].values)
     ]
     head = ("parameter", "value", *(f"{long_name(dataset, name)}, %" for name in names), "largest exponent")
@@ -371,7 +345,7 @@ def equilibria(dataset: "xr.Dataset") -> Markup:
     for i in range(dataset.sizes["point"]):
         one = dataset.isel(point=i)
         words = [meaning(one[name].values, dataset[name]) for name in ("mode", "admissible", "type")]
-        values = [Quantity(number(value, _DIGITS)) for value in one["equilibrium_state"].values]
+        values = [_precise(value) for value in one["equilibrium_state"].values]
         free = int(one["free"])
         found = one["eigenvalue_real"].values[:free] + 1j * one["eigenvalue_imag"].values[:free]
         error = max(one["eigenvalue_error"].values[:free], default=float("nan"))
@@ -408,8 +382,8 @@ def _special(dataset: "xr.Dataset", parameters: list[str]) -> Markup:
     values = [dataset[name].values for name in ("special_value", "special_value_2")[: len(parameters)]]
     rows = []
     for i, place in enumerate(dataset["special_index"].values):
-        at = [Quantity(number(column[i], _DIGITS)) for column in values]
-        error = Quantity(number(dataset["special_error"].values[i], 2))
+        at = [_precise(column[i]) for column in values]
+        error = _error(dataset["special_error"].values[i])
         kind, words = meaning(kinds.values[i], kinds), str(dataset["special_text"].values[i])
         rows.append((kind, *at, error, int(owner[place]), *_coefficient(dataset, i), *_onset(dataset, i), words))
     coefficient = "first Lyapunov coefficient" if "special_frequency" in dataset else "cubic coefficient"
@@ -438,9 +412,7 @@ def _cascade(dataset: "xr.Dataset") -> Markup:
     if "doubling_value" not in dataset:
         return NOTHING
     columns = [dataset[name].values for name in ("doubling_period", "doubling_value", "feigenbaum_ratio")]
-    rows = [
-        (int(period), Quantity(number(at, _DIGITS)), float(ratio)) for period, at, ratio in zip(*columns, strict=True)
-    ]
+    rows = [(int(period), _precise(at), float(ratio)) for period, at, ratio in zip(*columns, strict=True)]
     note = "The ratios tend to Feigenbaum's 4.6692 where one smooth direction doubles."
     shown = table("Period doublings", ("period that doubles", "at", "ratio of distances"), rows)
     return shown + part("paragraph", note, "note") if rows else shown
@@ -458,8 +430,8 @@ def _events(orbit: "xr.Dataset") -> Markup:
     return table("Events of the orbit", head, rows)
 
 
-def _complex(orbit: Any) -> str:
-    return _list(orbit["multiplier_real"].values + 1j * orbit["multiplier_imag"].values)
+def _multipliers(orbit: Any) -> Any:
+    return orbit["multiplier_real"].values + 1j * orbit["multiplier_imag"].values
 
 
 def _list(values: Any) -> str:
@@ -500,45 +472,38 @@ def work_precision(dataset: "xr.Dataset") -> Markup:
             cell = dataset.isel(method=method, tolerance=place)
             fixed = int(cell["steps_per_period"])
             asked = f"{fixed} steps" if fixed else number(cell["tolerance"].values, 3)
-            errors = [Quantity(number(value, 2)) for value in cell["error"].values]
+            errors = [_error(value) for value in cell["error"].values]
             cost = [Quantity(seconds(cell["wall_time"])), float(cell["steps"]), float(cell["evaluations"])]
-            rows.append(
-                [str(cell["method"].values), Quantity(asked), *errors, *cost, meaning(cell["outcome"], cell["outcome"])]
-            )
-    head = ["method", "asked", *(f"error: {name.replace('_', ' ')}" for name in quantities)]
-    shown = table(
-        "Work and precision", [*head, "time a period", "steps a period", "evaluations a period", "outcome"], rows
-    )
+            ended = meaning(cell["outcome"], cell["outcome"])
+            rows.append([str(cell["method"].values), Quantity(asked), *errors, *cost, ended])
+    head = ["method", "asked", *(f"error: {_words(name)}" for name in quantities)]
+    head += ["time a period", "steps a period", "evaluations a period", "outcome"]
+    shown = table("Work and precision", head, rows)
     advice = [line for line in str(dataset.attrs.get("recommendation", "")).splitlines() if line.strip()]
     return part("bullets", advice) + shown if advice else shown
 
 
-def _largest_error(dataset: "xr.Dataset") -> Quantity:
+def _finite(dataset: "xr.Dataset", *names: str) -> Any:
+    """The finite values of the first of some variables that a dataset has."""
     import numpy as np
 
-    errors = dataset["lyapunov_error"].values if "lyapunov_error" in dataset else np.empty(0)
-    known = errors[np.isfinite(errors)]
-    return Quantity(number(known.max(), 2) if known.size else MISSING)
+    values = next((dataset[name].values for name in names if name in dataset), np.empty(0))
+    return values[np.isfinite(values)]
+
+
+def _largest_error(dataset: "xr.Dataset") -> Quantity:
+    known = _finite(dataset, "lyapunov_error")
+    return _error(known.max()) if known.size else Quantity(MISSING)
 
 
 def _grazing(dataset: "xr.Dataset") -> Quantity:
-    import numpy as np
-
-    name = next((key for key in ("closest_grazing", "smallest_speed") if key in dataset), None)
-    speeds = np.empty(0) if name is None else dataset[name].values
-    known = speeds[np.isfinite(speeds)]
+    known = _finite(dataset, "closest_grazing", "smallest_speed")
     return Quantity(number(known.min(), 3) if known.size else MISSING)
 
 
 def _horizon(dataset: "xr.Dataset") -> str:
     """Time up to which the most chaotic motion of the dataset is predictable."""
-    import numpy as np
-
-    tolerance = float(dataset.attrs.get("tolerance", 0.0))
-    if "lyapunov_exponent" not in dataset or not 0 < tolerance < TRUSTED:
-        return MISSING
-    exponents = dataset["lyapunov_exponent"].values
-    known = exponents[np.isfinite(exponents)]
-    if not known.size or known.max() <= 0:
+    tolerance, known = float(dataset.attrs.get("tolerance", 0.0)), _finite(dataset, "lyapunov_exponent")
+    if not 0 < tolerance < TRUSTED or not known.size or known.max() <= 0:
         return MISSING
     return f"t = {number(log(TRUSTED / tolerance) / float(known.max()), 3)}"
