@@ -8,7 +8,8 @@ import click
 
 from chaosdrill.cli.streams import changes_option, emit, json_option, say, tell
 from chaosdrill.dataset.branches import Special, count_special_points
-from chaosdrill.dataset.outcomes import Outcome, count_outcomes
+from chaosdrill.dataset.equilibria import SpecialEquilibrium
+from chaosdrill.dataset.outcomes import Outcome, count_outcomes, flag_names
 from chaosdrill.errors import StartWarning
 from chaosdrill.progress import Display
 
@@ -82,7 +83,7 @@ def describe(dataset: "xr.Dataset") -> dict[str, Any]:
     if "outcome" in dataset:
         described["outcomes"] = count_outcomes(dataset["outcome"].values)
     if "special_kind" in dataset:
-        described["special_points"] = count_special_points(dataset["special_kind"].values)
+        described["special_points"] = count_special_points(dataset["special_kind"])
     return {**described, "values": values, "advice": advice(dataset)}
 
 
@@ -155,24 +156,23 @@ def _orbit(orbit: "xr.Dataset") -> str:
 
 
 def _branch(dataset: "xr.Dataset", number: int) -> list[str]:
-    """A branch from its start to its end, with its special points between."""
+    """A branch of orbits or of equilibria from its start to its end, with its special points between."""
     own = dataset["branch"].values == number
     parameters = list(json.loads(dataset.attrs["settings"])["sweep"])
     first = dataset.isel(branch_number=number)
-    lines = [
-        f"branch {number}: period {int(first['branch_period'])}, {int(own.sum())} points, "
-        f"{int(dataset['stable'].values[own].sum())} of them stable; {first['branch_start'].item()}"
-    ]
-    for i, point in enumerate(dataset["special_index"].values):
-        if dataset["branch"].values[point] == number:
-            there = [dataset[name].values[i] for name in ("special_value", "special_value_2")[: len(parameters)]]
-            place = ", ".join(f"{name} = {value:.12g}" for name, value in zip(parameters, there, strict=True))
-            error = f"(error {dataset['special_error'].values[i]:.1g})"
-            kind = Special(int(dataset["special_kind"].values[i]))
-            text = str(dataset["special_text"].values[i])
-            lines.append(
-                f"  {kind.meaning.replace('_', ' ')} at {place} {error}" + (f": {text}" if text != kind.words else "")
-            )
+    if "branch_period" in dataset:
+        kind, usual = f"period {int(first['branch_period'])}", {one.words for one in Special}
+    else:
+        kind, usual = f"mode {_meaning(dataset['mode'][own.argmax()])}", {one.words for one in SpecialEquilibrium}
+    stable = int(dataset["stable"].values[own].sum())
+    lines = [f"branch {number}: {kind}, {own.sum()} points, {stable} of them stable; {first['branch_start'].item()}"]
+    names = flag_names(dataset["special_kind"])
+    for i in own[dataset["special_index"].values].nonzero()[0].tolist():
+        there = [dataset[name].values[i] for name in ("special_value", "special_value_2")[: len(parameters)]]
+        place = ", ".join(f"{name} = {value:.12g}" for name, value in zip(parameters, there, strict=True))
+        special, text = names[int(dataset["special_kind"].values[i])], str(dataset["special_text"].values[i])
+        error = f"(error {dataset['special_error'].values[i]:.1g})"
+        lines.append(f"  {special.replace('_', ' ')} at {place} {error}" + (f": {text}" if text not in usual else ""))
     return [*lines, f"  end: {first['branch_end_text'].item()}"]
 
 

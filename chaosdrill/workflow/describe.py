@@ -126,7 +126,7 @@ def _group(group: "xr.Dataset", scene: bool) -> dict[str, Any]:
     if "outcome" in group:
         described["outcomes"] = count_outcomes(group["outcome"].values)
     if "special_kind" in group:
-        described["special_points"] = count_special_points(group["special_kind"].values)
+        described["special_points"] = count_special_points(group["special_kind"])
     return described
 
 

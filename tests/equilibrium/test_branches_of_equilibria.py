@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
+from chaosdrill.cli.run import orbit_lines
+from chaosdrill.dataset.branches import count_special_points
 
 
 def flow(name, rates, parameters, **initial):
@@ -84,6 +86,19 @@ def test_lorenz_has_a_pitchfork_and_two_subcritical_hopf_points(lorenz):
     assert born[kinds == "hopf"].tolist() == ["subcritical"] * 2
     omega = np.sqrt(8 / 3 * (10 + hopf))
     assert np.abs(found["special_frequency"].values[kinds == "hopf"] - omega).max() < 1e-12
+
+
+def test_special_points_of_equilibria_are_not_named_as_those_of_orbits(lorenz):
+    """By the command line, which has 2 and 3 for a period doubling and a Neimark-Sacker point of an orbit."""
+    _, found = lorenz
+    assert count_special_points(found["special_kind"]) == {"branch_point": 2, "hopf": 2}
+    lines = orbit_lines(found)
+    hopf = 10 * (10 + 8 / 3 + 3) / (10 - 8 / 3 - 1)
+    assert sum(line.startswith(f"  hopf at r = {hopf:.8g}") for line in lines) == 2
+    assert sum(line.startswith("  branch point at r = ") for line in lines) == 2
+    counts = [line for line in lines if line.startswith("branch ")]
+    assert len(counts) == found.sizes["branch_number"]
+    assert all("mode flow, " in line for line in counts)
 
 
 def test_the_unstable_cycle_of_lorenz_is_followed_from_its_hopf_point_and_back(lorenz):
