@@ -19,6 +19,7 @@ from chaosdrill.analysis.arguments import (
     misfits_of_section,
 )
 from chaosdrill.analysis.starts import told_of_starts
+from chaosdrill.annotations import Dataset as Dataset
 from chaosdrill.dataset.references import SPECTRA
 from chaosdrill.dataset.schema import Table, rate_clash
 from chaosdrill.declared import ANALYSES, METHODS, unfit
@@ -30,13 +31,11 @@ from chaosdrill.settings import LONGEST, Amount, Faults, Number, Settings, Whole
 from chaosdrill.typed import LISTENER, PATH, known_names, not_too_many, refuse
 
 if TYPE_CHECKING:
-    from xarray import Dataset as Dataset
-
     from chaosdrill.engine.numerics import Numerics
     from chaosdrill.model import HybridSystem as HybridSystem
 else:
-    # in annotations of analyses alone, which must not import these
-    Dataset = HybridSystem = Any
+    # in annotations of analyses alone, which must not import it
+    HybridSystem = Any
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,13 +12,11 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import Any, BinaryIO
 
+from chaosdrill.annotations import Dataset, DataTree, Variable
 from chaosdrill.archive.tuning import TUNING
 from chaosdrill.errors import ArchiveError, ChaosdrillError
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 DIGESTS = "digests"
 """Attribute of a group: JSON of the digest of each of its variables, and of its attributes under the empty name."""
@@ -29,20 +27,20 @@ _MARK = b"\nchaosdrill sha256 "
 LENGTH = len(_MARK) + 64 + 1
 
 
-def with_digests(ds: "xr.Dataset") -> "xr.Dataset":
+def with_digests(ds: Dataset) -> Dataset:
     """The dataset with its digests as an attribute, in place of earlier ones."""
     attributes = {name: value for name, value in ds.attrs.items() if name != DIGESTS}
     return ds.assign_attrs({**attributes, DIGESTS: json.dumps(digests(ds))})
 
 
-def digests(ds: "xr.Dataset") -> dict[str, str]:
+def digests(ds: Dataset) -> dict[str, str]:
     """Digest of each variable (values, type, dimensions and attributes), and of the dataset's own attributes."""
     found = {str(name): _of_variable(variable) for name, variable in sorted(ds.variables.items(), key=str)}
     found[""] = sha256(_text(ds.attrs)).hexdigest()[:32]
     return found
 
 
-def altered(ds: "xr.Dataset") -> list[str] | None:
+def altered(ds: Dataset) -> list[str] | None:
     """Names of the variables that are not as they were written.
 
     ":" stands for attributes of the group, ":scene" for a scene, and ":digests" for digests that are damaged.
@@ -66,7 +64,7 @@ def altered(ds: "xr.Dataset") -> list[str] | None:
     return [name or ":" for name in names if stored.get(name) != now.get(name)] + scene
 
 
-def unsealed(tree: "xr.DataTree") -> str:
+def unsealed(tree: DataTree) -> str:
     """Warning about an archive with groups without digests; empty if all have them."""
     bare = [node.path for node in tree.subtree if "kind" in node.attrs and DIGESTS not in node.attrs]
     if not bare:
@@ -78,7 +76,7 @@ def unsealed(tree: "xr.DataTree") -> str:
 
 
 @contextmanager
-def error_context(path: str | os.PathLike[str], datasets: "Iterable[xr.Dataset]", what: str) -> Iterator[None]:
+def error_context(path: str | os.PathLike[str], datasets: Iterable[Dataset], what: str) -> Iterator[None]:
     """Turn any exception in the block into an error of the archive, if one of its groups was altered.
 
     ``path``: the archive. ``datasets``: the groups that the block uses. ``what``: what the block does, such as "drawn".
@@ -99,7 +97,7 @@ def error_context(path: str | os.PathLike[str], datasets: "Iterable[xr.Dataset]"
         raise ArchiveError(f"{path}: cannot be {what} ({fault}); it is {told}") from fault
 
 
-def _of_variable(variable: "xr.Variable") -> str:
+def _of_variable(variable: Variable) -> str:
     import numpy as np
 
     values = np.asarray(variable.values)

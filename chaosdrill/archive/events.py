@@ -1,19 +1,17 @@
 """Cut and join trajectories together with their events, which plain xarray does not relate to times."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from chaosdrill.annotations import Dataset
 from chaosdrill.dataset.dates import DATES
 from chaosdrill.dataset.provenance import DERIVED, now, signature
 from chaosdrill.errors import ArchiveError
 from chaosdrill.names import shown
 from chaosdrill.settings import real
 
-if TYPE_CHECKING:
-    import xarray as xr
 
-
-def cut(ds: "xr.Dataset", start: float, stop: float) -> "xr.Dataset":
+def cut(ds: "Dataset", start: float, stop: float) -> "Dataset":
     """The part of a trajectory between two times, with the events of that part.
 
     Parameters
@@ -56,7 +54,7 @@ def cut(ds: "xr.Dataset", start: float, stop: float) -> "xr.Dataset":
     return _told(part, f"cut to times {shown(start):.60} to {shown(stop):.60}")
 
 
-def join(runs: "Mapping[str, xr.Dataset]") -> "xr.Dataset":
+def join(runs: "Mapping[str, Dataset]") -> "Dataset":
     """Several trajectories as one dataset: samples side by side, events one run after the other.
 
     Parameters
@@ -111,7 +109,7 @@ def join(runs: "Mapping[str, xr.Dataset]") -> "xr.Dataset":
     return _told(joined, f"join of {len(runs)} runs: {', '.join(runs)}")
 
 
-def _check_trajectory(argument: str, ds: "xr.Dataset") -> None:
+def _check_trajectory(argument: str, ds: Dataset) -> None:
     import xarray as xr
 
     if not isinstance(ds, xr.Dataset):
@@ -127,7 +125,7 @@ def _check_trajectory(argument: str, ds: "xr.Dataset") -> None:
         )
 
 
-def _told(ds: "xr.Dataset", action: str) -> "xr.Dataset":
+def _told(ds: Dataset, action: str) -> Dataset:
     history = str(ds.attrs.get("history", ""))
     told = "; ".join((*([str(ds.attrs[DERIVED])] if DERIVED in ds.attrs else []), action))
     return ds.assign_attrs({DERIVED: told}, history=f"{history}\n{now()} {signature()}: {action}".lstrip("\n"))

@@ -5,16 +5,14 @@ import warnings
 from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from chaosdrill.annotations import Dataset, DataTree
 from chaosdrill.archive.trial import TruncatedError, borrowed
 from chaosdrill.dataset.provenance import FORMAT
 from chaosdrill.errors import ArchiveError
 from chaosdrill.files import open_target
 from chaosdrill.typed import PATH, expecting
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 REMEDY = "copy or download it once more, or compute it again"
 """For a file whose bytes are not those that were written."""
@@ -23,7 +21,7 @@ _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
 @expecting(ArchiveError, path=PATH)
-def open_archive(path: str | os.PathLike[str]) -> "xr.DataTree":
+def open_archive(path: str | os.PathLike[str]) -> "DataTree":
     """Read a whole archive into memory, and close the file.
 
     Parameters
@@ -87,7 +85,7 @@ def format_of(attributes: Mapping[Any, Any]) -> int:
         return 1
 
 
-def _lists(ds: "xr.Dataset") -> "xr.Dataset":
+def _lists(ds: Dataset) -> Dataset:
     """The same with codes in a list, of which NetCDF gives back a single one as a number, and plain numbers beside."""
     import numpy as np
 

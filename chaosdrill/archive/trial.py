@@ -12,14 +12,12 @@ from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from math import prod
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
+from chaosdrill.annotations import Dataset
 from chaosdrill.archive import inside
 from chaosdrill.archive.tuning import TUNING
 from chaosdrill.errors import ArchiveError
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 class DamagedError(ArchiveError):
@@ -128,7 +126,7 @@ class Reader:
             # nobody else waits for it
             process.returncode = process.returncode or 0
 
-    def read(self, file: Path, *, decoded: bool) -> "dict[str, xr.Dataset]":
+    def read(self, file: Path, *, decoded: bool) -> dict[str, Dataset]:
         """The groups of a file, by path.
 
         ``file``: an ordinary file. ``decoded``: whether missing values become NaN, and scales are applied.
@@ -298,7 +296,7 @@ def _attributes(told: list[list[Any]]) -> dict[str, Any]:
     return found
 
 
-def _dataset(variables: dict[str, Any], attributes: dict[str, Any], *, decoded: bool) -> "xr.Dataset":
+def _dataset(variables: dict[str, Any], attributes: dict[str, Any], *, decoded: bool) -> Dataset:
     import xarray as xr
 
     # numbers shall not become spans of time

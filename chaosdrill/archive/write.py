@@ -4,8 +4,9 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from chaosdrill.annotations import Dataset, DataTree
 from chaosdrill.archive.digest import append_checksum, with_digests
 from chaosdrill.archive.tuning import TUNING
 from chaosdrill.dataset.label import without_lost_codes
@@ -22,9 +23,6 @@ from chaosdrill.files import (
 )
 from chaosdrill.names import brief
 from chaosdrill.typed import PATH, RESULT, expecting
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _OTHER_FORMATS = {
     **dict.fromkeys((".csv", ".tsv", ".txt", ".dat"), "or write a table by ds.to_dataframe().to_csv(path)"),
@@ -43,7 +41,7 @@ COMPRESSION = {"zlib": True, "complevel": TUNING.level, "shuffle": True}
 
 
 @expecting(ArchiveError, tree=RESULT, path=PATH)
-def save(tree: "xr.DataTree | xr.Dataset", path: str | os.PathLike[str]) -> Path:
+def save(tree: "DataTree | Dataset", path: str | os.PathLike[str]) -> Path:
     """Write an archive.
 
     The file is written beside its target, flushed to the disk and only then moved into place, so that a full disk or an
@@ -184,7 +182,7 @@ def check_writable(path: str | os.PathLike[str], ending: str = ".nc", *, named: 
         ) from fault
 
 
-def _encoding(tree: "xr.DataTree") -> dict[str, dict[str, dict[str, Any]]]:
+def _encoding(tree: DataTree) -> dict[str, dict[str, dict[str, Any]]]:
     encoding: dict[str, dict[str, dict[str, Any]]] = {}
     for node in tree.subtree:
         dataset = node.to_dataset(inherit=False)

@@ -1,20 +1,18 @@
 """``chaosdrill run``: every analysis of a scene, into one archive."""
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from warnings import catch_warnings
 
 import click
 
+from chaosdrill.annotations import DataArray, Dataset
 from chaosdrill.cli.streams import changes_option, emit, json_option, say, tell
 from chaosdrill.dataset.branches import Special, count_special_points
 from chaosdrill.dataset.equilibria import SpecialEquilibrium
 from chaosdrill.dataset.outcomes import Outcome, count_outcomes, flag_names
 from chaosdrill.errors import StartWarning
 from chaosdrill.progress import Display
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # of the larger variables these are short enough for a line
 _SHORT = {"exponent", "multiplier"}
@@ -74,7 +72,7 @@ def run(
     say(output)
 
 
-def describe(dataset: "xr.Dataset") -> dict[str, Any]:
+def describe(dataset: Dataset) -> dict[str, Any]:
     """A result for scripts: its kind, the counts by outcome, the numbers that `summary` prints, and advice."""
     values = {}
     for name, variable in short_variables(dataset).items():
@@ -87,7 +85,7 @@ def describe(dataset: "xr.Dataset") -> dict[str, Any]:
     return {**described, "values": values, "advice": advice(dataset)}
 
 
-def short_variables(dataset: "xr.Dataset") -> "dict[str, xr.DataArray]":
+def short_variables(dataset: Dataset) -> dict[str, DataArray]:
     """The numbers of a result, and its lists of a few numbers."""
     found = {}
     for name, variable in dataset.data_vars.items():
@@ -97,7 +95,7 @@ def short_variables(dataset: "xr.Dataset") -> "dict[str, xr.DataArray]":
     return found
 
 
-def _meaning(code: "xr.DataArray") -> str:
+def _meaning(code: DataArray) -> str:
     # a negative code stands for none of them
     if code < 0:
         return "none"
@@ -105,7 +103,7 @@ def _meaning(code: "xr.DataArray") -> str:
     return str(meanings[int(code)]) if code < len(meanings) else f"code {int(code)}"
 
 
-def summary(dataset: "xr.Dataset") -> list[str]:
+def summary(dataset: Dataset) -> list[str]:
     """The numbers of a result that fit on a line each."""
     lines = []
     for name, variable in short_variables(dataset).items():
@@ -120,7 +118,7 @@ def summary(dataset: "xr.Dataset") -> list[str]:
     return lines
 
 
-def advice(dataset: "xr.Dataset") -> list[str]:
+def advice(dataset: Dataset) -> list[str]:
     """Advice on points without a result, and on results that need a remark."""
     lines = dataset.attrs.get("message", "").splitlines()
     lines += [f"consistency check failed: {line}" for line in dataset.attrs.get("disagreement", "").splitlines()]
@@ -131,7 +129,7 @@ def advice(dataset: "xr.Dataset") -> list[str]:
     return lines
 
 
-def orbit_lines(dataset: "xr.Dataset") -> list[str]:
+def orbit_lines(dataset: Dataset) -> list[str]:
     """One line per orbit of a search; for a continuation its branches, their special points and the cascade."""
     lines: list[str] = []
     if "orbit" in dataset.sizes:
@@ -143,7 +141,7 @@ def orbit_lines(dataset: "xr.Dataset") -> list[str]:
     return lines if more <= 0 else [*lines[:MOST_LINES], f"and {more} more lines; see the archive"]
 
 
-def _orbit(orbit: "xr.Dataset") -> str:
+def _orbit(orbit: Dataset) -> str:
     multipliers = ", ".join(
         f"{real:.6g}{imag:+.6g}i" if imag else f"{real:.6g}"
         for real, imag in zip(orbit["multiplier_real"].values, orbit["multiplier_imag"].values, strict=True)
@@ -155,7 +153,7 @@ def _orbit(orbit: "xr.Dataset") -> str:
     return f"orbit {int(orbit['orbit'])}: {length}, {stable}, ({state}), multipliers {multipliers}"
 
 
-def _branch(dataset: "xr.Dataset", number: int) -> list[str]:
+def _branch(dataset: Dataset, number: int) -> list[str]:
     """A branch of orbits or of equilibria from its start to its end, with its special points between."""
     own = dataset["branch"].values == number
     parameters = list(json.loads(dataset.attrs["settings"])["sweep"])
@@ -176,7 +174,7 @@ def _branch(dataset: "xr.Dataset", number: int) -> list[str]:
     return [*lines, f"  end: {first['branch_end_text'].item()}"]
 
 
-def _cascade(dataset: "xr.Dataset") -> list[str]:
+def _cascade(dataset: Dataset) -> list[str]:
     if "doubling_value" not in dataset:
         return []
     rows = zip(*(dataset[n].values for n in ("doubling_period", "doubling_value", "feigenbaum_ratio")), strict=True)

@@ -1,12 +1,8 @@
 """Special points of branches of periodic orbits, and the ways in which branches and attractors can end."""
 
-from typing import TYPE_CHECKING
-
+from chaosdrill.annotations import DataArray
 from chaosdrill.dataset.codes import Code
 from chaosdrill.dataset.outcomes import flag_names
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 class Special(Code):
@@ -106,7 +102,7 @@ class AttractorEnd(Code):
     LOST = 4, "Beyond, the motion leads to no recognised attractor; it may have run away."
 
 
-def count_special_points(kinds: "xr.DataArray") -> dict[str, int]:
+def count_special_points(kinds: DataArray) -> dict[str, int]:
     """Number of special points of each kind, of orbits or of equilibria, by the meanings that the variable has."""
     found = kinds.values.tolist()
     return {name: found.count(code) for code, name in flag_names(kinds).items() if code in found}

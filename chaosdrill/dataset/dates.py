@@ -1,15 +1,12 @@
 """Dates that a user has given to a result, as numbers for pictures and tables."""
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    import xarray as xr
+from chaosdrill.annotations import Dataset
 
 DATES = frozenset("mM")
 """Kinds of numpy's types of dates and spans of time."""
 
 
-def undated(ds: "xr.Dataset") -> "xr.Dataset":
+def undated(ds: Dataset) -> Dataset:
     """The dataset with seconds in place of dates, counted from the first one, and in place of spans of time."""
     import numpy as np
 

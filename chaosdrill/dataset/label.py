@@ -6,8 +6,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from importlib import import_module
 from numbers import Real
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from chaosdrill.annotations import Dataset
 from chaosdrill.dataset.branches import AttractorEnd, BranchEnd, Criticality, Onset, Special
 from chaosdrill.dataset.codes import Code
 from chaosdrill.dataset.curves import CurveBreak, CurveEnd
@@ -16,9 +17,6 @@ from chaosdrill.dataset.outcomes import Outcome, holds_codes
 from chaosdrill.dataset.provenance import provenance
 from chaosdrill.dataset.schema import ORBIT, PENETRATION, QUADRATURE, RUN, SCHEMA, STARTS_OF_RUNS, SWEEP, Variable
 from chaosdrill.errors import ChaosdrillError
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 NUMBERS = ("format_version", "tolerance", "random_seed", "wall_time_s")
 """Attributes of a labelled dataset that are not text."""
@@ -40,7 +38,7 @@ _CODES: dict[str, type[Code]] = {
 """By the ``flags`` of variables."""
 
 
-def label(ds: "xr.Dataset", kind: str, *, system: Any, settings: Mapping[str, Any]) -> "xr.Dataset":
+def label(ds: Dataset, kind: str, *, system: Any, settings: Mapping[str, Any]) -> Dataset:
     """Check a raw dataset against the table and add its attributes and provenance.
 
     Parameters
@@ -87,7 +85,7 @@ def axes_of(settings: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(str(name) for name in settings.get("sweep") or grid or ())
 
 
-def describe(ds: "xr.Dataset", kind: str, *, system: Any, sweep: Iterable[str] = ()) -> "xr.Dataset":
+def describe(ds: Dataset, kind: str, *, system: Any, sweep: Iterable[str] = ()) -> Dataset:
     """Check the variables of ``ds`` and give each its dtype, attributes and encoding; ``ds.attrs`` stay as they are.
 
     The long names of the states are added to their names.
@@ -119,7 +117,7 @@ def describe(ds: "xr.Dataset", kind: str, *, system: Any, sweep: Iterable[str] =
     return found
 
 
-def described_again(ds: "xr.Dataset", kind: str, *, system: Any) -> "xr.Dataset | None":
+def described_again(ds: Dataset, kind: str, *, system: Any) -> Dataset | None:
     """A labelled dataset read from a file, with the attributes of its variables from the table.
 
     Returns: None if its variables are not those of the table, or an attribute is of another type than `label` gives it.
@@ -137,7 +135,7 @@ def described_again(ds: "xr.Dataset", kind: str, *, system: Any) -> "xr.Dataset 
         return None
 
 
-def without_lost_codes(ds: "xr.Dataset") -> "xr.Dataset":
+def without_lost_codes(ds: Dataset) -> Dataset:
     """The same, where variables computed from codes are no longer labelled as codes."""
     declared = SCHEMA.get(str(ds.attrs.get("kind")), {})
     lost = [

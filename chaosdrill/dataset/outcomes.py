@@ -1,12 +1,10 @@
 """Outcomes of the computation of one point."""
 
 from collections import Counter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from chaosdrill.annotations import DataArray, Variable
 from chaosdrill.dataset.codes import Code
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 class Outcome(Code):
@@ -149,7 +147,7 @@ def count_outcomes(codes: Any) -> dict[str, int]:
     return {meanings.get(code, f"code {code}"): counts[code] for code in sorted(counts)}
 
 
-def holds_codes(variable: "xr.DataArray | xr.Variable") -> bool:
+def holds_codes(variable: DataArray | Variable) -> bool:
     """Whether the values are still codes of an analysis or a file, possibly selected or joined, but not computed with.
 
     Arithmetic keeps the attributes of a variable, and a difference of codes may itself be a code; but it drops the
@@ -158,7 +156,7 @@ def holds_codes(variable: "xr.DataArray | xr.Variable") -> bool:
     return "flag_values" in variable.attrs and getattr(variable.encoding.get("dtype"), "kind", "") in set("iu")
 
 
-def flag_names(variable: "xr.DataArray | xr.Variable") -> dict[int, str]:
+def flag_names(variable: DataArray | Variable) -> dict[int, str]:
     """Names of the values of a code variable, from its CF attributes ``flag_values`` and ``flag_meanings``."""
     import numpy as np
 

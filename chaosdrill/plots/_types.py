@@ -1,10 +1,14 @@
-"""Types in the annotations of pictures; those of matplotlib and xarray are any at run time, so that nothing waits."""
+"""Types in the annotations of pictures: those of matplotlib are any at run time, as those of xarray."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from chaosdrill.annotations import DataArray as DataArray
+from chaosdrill.annotations import Dataset as Dataset
+from chaosdrill.annotations import Variable as Variable
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist as Artist
@@ -16,12 +20,8 @@ if TYPE_CHECKING:
     from matplotlib.legend import Legend as Legend
     from matplotlib.lines import Line2D as Line2D
     from matplotlib.patches import Patch as Patch
-    from xarray import DataArray as DataArray
-    from xarray import Dataset as Dataset
-    from xarray import Variable as Variable
 else:
     Artist = Axes = Colormap = Normalize = Figure = FontProperties = Legend = Line2D = Patch = Any
-    DataArray = Dataset = Variable = Any
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

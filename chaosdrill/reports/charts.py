@@ -1,19 +1,17 @@
 """Embedded pictures, and interactive charts that show the motion at a selected parameter."""
 
 from base64 import b64encode
+from collections.abc import Mapping, Sequence
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
+from chaosdrill.annotations import Dataset
 from chaosdrill.reports.html import NOTHING, count, part, render
 from chaosdrill.reports.tables import unit
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    import xarray as xr
-
     from chaosdrill.plots import Picture
 
 MOST_SVG = 500_000
@@ -25,7 +23,7 @@ GRID_BYTES = 6_000_000
 """Largest numbers of bytes in one chart, for its sections and for everything else."""
 
 
-def figure(picture: "Picture", names: "Sequence[str]", groups: "Mapping[str, xr.Dataset]") -> Markup:
+def figure(picture: "Picture", names: Sequence[str], groups: Mapping[str, Dataset]) -> Markup:
     """Draw a picture of one group, or of several groups that belong together.
 
     ``names``: groups that it shows. ``groups``: all groups of the archive, one of which may be the background.
@@ -69,7 +67,7 @@ def is_said(name: str, picture: "Picture") -> bool:
     return set(name.lower().replace("_", "-").split("-")) <= said
 
 
-def explorer(dataset: "xr.Dataset", name: str, number: int, share: float = 1.0) -> Markup:
+def explorer(dataset: Dataset, name: str, number: int, share: float = 1.0) -> Markup:
     """The frame and data of a chart, which the script of the page draws.
 
     Parameters
@@ -95,7 +93,7 @@ def explorer(dataset: "xr.Dataset", name: str, number: int, share: float = 1.0) 
     )
 
 
-def explorer_data(dataset: "xr.Dataset", share: float = 1.0) -> tuple[dict[str, Any], list[str]]:
+def explorer_data(dataset: Dataset, share: float = 1.0) -> tuple[dict[str, Any], list[str]]:
     """Contents of the chart, ready for JSON, and a note on omitted points.
 
     Numbers are 32-bit floats in base64, axes 64-bit. Larger grids are thinned evenly in every direction, and the last
@@ -148,7 +146,7 @@ def explorer_data(dataset: "xr.Dataset", share: float = 1.0) -> tuple[dict[str, 
     return data, left_out
 
 
-def _quantities(dataset: "xr.Dataset", axes: list[str]) -> list[str]:
+def _quantities(dataset: Dataset, axes: list[str]) -> list[str]:
     """Variables with a number for every point, the exponents among them."""
     grid = {*axes, "seed"}
     kept = ["lyapunov_exponent", "lyapunov_error"]
@@ -158,7 +156,7 @@ def _quantities(dataset: "xr.Dataset", axes: list[str]) -> list[str]:
     return [name for name in kept if name in dataset]
 
 
-def _quantity(dataset: "xr.Dataset", name: str) -> dict[str, Any]:
+def _quantity(dataset: Dataset, name: str) -> dict[str, Any]:
     import numpy as np
 
     variable = dataset[name]
@@ -174,7 +172,7 @@ def _quantity(dataset: "xr.Dataset", name: str) -> dict[str, Any]:
     }
 
 
-def _outcomes(dataset: "xr.Dataset") -> list[dict[str, Any]]:
+def _outcomes(dataset: Dataset) -> list[dict[str, Any]]:
     from chaosdrill.dataset.outcomes import Outcome, flag_names
     from chaosdrill.plots.labels import readable
     from chaosdrill.plots.palette import outcome_colour
@@ -204,7 +202,7 @@ def _base64(values: Any, dtype: str) -> str:
         return b64encode(np.ascontiguousarray(values, dtype=dtype).tobytes()).decode()
 
 
-def summary(dataset: "xr.Dataset") -> Markup:
+def summary(dataset: Dataset) -> Markup:
     """One sentence: the number of points and the parameters."""
     axes = [str(name) for name in dataset["outcome"].dims if name != "seed"] if "outcome" in dataset else []
     if dataset.attrs.get("kind") not in KINDS:

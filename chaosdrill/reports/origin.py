@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
+from chaosdrill.annotations import Dataset, DataTree
 from chaosdrill.archive.digest import altered, unsealed
 from chaosdrill.dataset.provenance import drawn
 from chaosdrill.dataset.references import mapping
@@ -21,8 +22,6 @@ from chaosdrill.model.grammar import PLAIN_NAME
 from chaosdrill.reports.html import GREEK, NOTHING, Quantity, joined, number, part, render, shown, table
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from chaosdrill.model import HybridSystem
     from chaosdrill.scene import Scene
 
@@ -60,7 +59,7 @@ _IN_MATHEMATICS = str.maketrans(
 _CROSSES = {1: r"\nearrow 0", -1: r"\searrow 0", 0: r"= 0"}
 
 
-def scene_section(tree: "xr.DataTree") -> Markup:
+def scene_section(tree: DataTree) -> Markup:
     """The complete scene, or the definitions of an archive without one."""
     text = tree.attrs.get("scene")
     if not isinstance(text, str):
@@ -123,9 +122,9 @@ def system_part(
     )
 
 
-def _defined(tree: "xr.DataTree") -> Markup:
+def _defined(tree: DataTree) -> Markup:
     """The systems of an archive without a scene, from the definitions in its groups."""
-    found: dict[str, dict[str, xr.Dataset]] = {}
+    found: dict[str, dict[str, Dataset]] = {}
     for node in tree.subtree:
         if "definition" in node.attrs:
             group = node.path.strip("/") or "result"
@@ -152,7 +151,7 @@ def _defined(tree: "xr.DataTree") -> Markup:
     return joined(parts)
 
 
-def _with_numbers(groups: "Mapping[str, xr.Dataset]") -> Markup:
+def _with_numbers(groups: Mapping[str, Dataset]) -> Markup:
     """A system with the numbers of its first analysis, and those of others that differ."""
     from chaosdrill.workflow.run_scene import system_of
 
@@ -171,7 +170,7 @@ def _with_numbers(groups: "Mapping[str, xr.Dataset]") -> Markup:
     return shown + part("heading", "Other numbers") + table("Other numbers", ("group", "of", "value"), changed)
 
 
-def _known(tree: "xr.DataTree") -> Markup:
+def _known(tree: DataTree) -> Markup:
     """Parameters with which the groups were made."""
     rows = []
     for node in tree.subtree:
@@ -180,7 +179,7 @@ def _known(tree: "xr.DataTree") -> Markup:
     return table("Parameters", ("system", "group", "parameter", "value"), dict.fromkeys(rows))
 
 
-def origin_section(tree: "xr.DataTree", path: Path) -> Markup:
+def origin_section(tree: DataTree, path: Path) -> Markup:
     """The file, the versions, and the attributes of the root and of every group."""
     with path.open("rb") as stream:
         digest = hashlib.file_digest(stream, "sha256").hexdigest()
@@ -199,7 +198,7 @@ def origin_section(tree: "xr.DataTree", path: Path) -> Markup:
     return joined(parts)
 
 
-def citations_section(tree: "xr.DataTree") -> Markup:
+def citations_section(tree: DataTree) -> Markup:
     """What to cite for the contents of the archive."""
     from chaosdrill.workflow.describe import references_in
 
@@ -212,16 +211,16 @@ def citations_section(tree: "xr.DataTree") -> Markup:
     )
 
 
-def altered_parts(tree: "xr.DataTree") -> list[str]:
+def altered_parts(tree: DataTree) -> list[str]:
     """Attributes of the archive, and variables and attributes of its groups, altered after they were written."""
     return [f"{group} {name}".strip() for group, names in _altered(tree).items() for name in names or ()]
 
 
-def _altered(tree: "xr.DataTree") -> dict[str, list[str] | None]:
+def _altered(tree: DataTree) -> dict[str, list[str] | None]:
     return {node.path.strip("/"): altered(node.to_dataset(inherit=False)) for node in tree.subtree}
 
 
-def _integrity(tree: "xr.DataTree") -> str:
+def _integrity(tree: DataTree) -> str:
     """Whether all groups are as they were written, by their digests."""
     if changed := altered_parts(tree):
         return f"altered since they were written: {', '.join(changed)}"
@@ -232,14 +231,14 @@ def _words(value: Any) -> str:
     return str(value.tolist() if hasattr(value, "tolist") else value)
 
 
-def system_html(system: HybridSystem) -> str | None:
+def system_html(system: "HybridSystem") -> str | None:
     """The system as HTML with its equations in MathML, which loads nothing; None if it is too large."""
     if _equations(system) > MOST_EQUATIONS:
         return None
     return str(Markup('<div class="chaosdrill-system">{}{}</div>').format(_STYLE, system_part(system)))
 
 
-def system_latex(system: HybridSystem) -> str | None:
+def system_latex(system: "HybridSystem") -> str | None:
     """The equations of the modes and the events in LaTeX, one display; None if it is too large.
 
     An event is its guard, with an arrow for the direction in which it passes zero, the condition of its outcome, and
@@ -270,7 +269,7 @@ def system_latex(system: HybridSystem) -> str | None:
     return "$$\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}$$"
 
 
-def _equations(system: HybridSystem) -> int:
+def _equations(system: "HybridSystem") -> int:
     fields = len(system.modes) * len(system.state_names)
     return fields + sum(1 + len(event.reset) for event in system.transitions) + len(system.quadratures)
 

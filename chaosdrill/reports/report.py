@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
+from chaosdrill.annotations import Dataset, DataTree
 from chaosdrill.archive.digest import unsealed
 from chaosdrill.dataset.dates import undated
 from chaosdrill.errors import ArchiveError, ChaosdrillError, SettingsError
@@ -21,8 +22,6 @@ from chaosdrill.typed import PATH, expecting
 from chaosdrill.version import __version__
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from chaosdrill.plots import Picture
 
 SUFFIXES = (".html", ".htm")
@@ -37,7 +36,7 @@ _LEADS_AWAY = re.compile(r"<\s*/?\s*(meta|base|link|iframe|frame|object|embed|fo
 _SCRIPTS = ("read.js", "scale.js", "draw.js", "tell.js", "explore.js")
 
 # in the order in which they stand on the page; each gives nothing where a dataset has nothing of it
-_TABLES: tuple[Callable[["xr.Dataset"], Markup], ...] = (
+_TABLES: tuple[Callable[[Dataset], Markup], ...] = (
     tables.outcomes,
     tables.exponents,
     tables.multipliers,
@@ -153,7 +152,7 @@ def report(path: str | os.PathLike[str], output: str | os.PathLike[str] | None =
 class _Writer:
     """Makes the sections and counts their contents."""
 
-    def __init__(self, tree: "xr.DataTree", path: Path) -> None:
+    def __init__(self, tree: DataTree, path: Path) -> None:
         self.tree, self.path = tree, path
         results = (node for node in tree.subtree if "kind" in node.attrs)
         self.groups = {node.path.strip("/") or "result": undated(node.to_dataset()) for node in results}
@@ -226,7 +225,7 @@ class _Writer:
         self.pictures += 1
         return made
 
-    def _explorer(self, dataset: "xr.Dataset", name: str) -> Markup:
+    def _explorer(self, dataset: Dataset, name: str) -> Markup:
         many = sum(one.attrs["kind"] in charts.KINDS for one in self.groups.values())
         made = charts.explorer(dataset, name, self.charts, min(1.0, WHOLE_CHARTS / max(many, 1)))
         self.charts += bool(made)

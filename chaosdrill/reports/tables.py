@@ -1,18 +1,15 @@
 """Tables of results, each from one dataset; empty if the dataset lacks the variables."""
 
+from collections.abc import Mapping
 from math import log
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from markupsafe import Markup
 
+from chaosdrill.annotations import DataArray, Dataset, Variable
 from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.dataset.references import mapping
 from chaosdrill.reports.html import MISSING, NOTHING, Quantity, count, joined, number, part, seconds, table, uncertain
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    import xarray as xr
 
 MOST_INTERVALS = 60
 _PERIODIC = ("ok", "periodic")
@@ -22,7 +19,7 @@ TRUSTED = 1e-6
 """Error up to which a chaotic trajectory counts as known."""
 
 
-def single_numbers(dataset: "xr.Dataset") -> Markup:
+def single_numbers(dataset: Dataset) -> Markup:
     """All scalar variables, with error and unit."""
     rows = []
     for name, variable in dataset.variables.items():
@@ -38,7 +35,7 @@ def single_numbers(dataset: "xr.Dataset") -> Markup:
     return table("Numbers", ("quantity", "value", "unit", "note"), rows)
 
 
-def exponents(dataset: "xr.Dataset") -> Markup:
+def exponents(dataset: Dataset) -> Markup:
     """Exponents of one run, largest first, with their standard errors."""
     if "lyapunov_exponent" not in dataset or dataset["lyapunov_exponent"].dims != ("exponent",):
         return NOTHING
@@ -48,7 +45,7 @@ def exponents(dataset: "xr.Dataset") -> Markup:
     return table("Lyapunov exponents", ("number", "exponent", "standard error"), rows) + note
 
 
-def multipliers(dataset: "xr.Dataset") -> Markup:
+def multipliers(dataset: Dataset) -> Markup:
     """Multipliers of the cycle of one run."""
     if "multiplier_real" not in dataset or dataset["multiplier_real"].ndim != 1:
         return NOTHING
@@ -56,7 +53,7 @@ def multipliers(dataset: "xr.Dataset") -> Markup:
     return table("Multipliers of the cycle", ("number", "real part", "imaginary part", "modulus"), rows)
 
 
-def event_counts(dataset: "xr.Dataset") -> Markup:
+def event_counts(dataset: Dataset) -> Markup:
     """Number of times that each transition was taken in a run."""
     if "event_count" in dataset and "transition" in dataset.coords:
         counted = zip(map(str, dataset["transition"].values), dataset["event_count"].values, strict=True)
@@ -75,7 +72,7 @@ def event_counts(dataset: "xr.Dataset") -> Markup:
     return table("Events on the way", head, rows)
 
 
-def _runs(dataset: "xr.Dataset") -> dict[str, slice]:
+def _runs(dataset: Dataset) -> dict[str, slice]:
     """Events of each of joined runs; all events if it is one."""
     if "run" not in dataset.dims:
         return {"": slice(None)}
@@ -84,7 +81,7 @@ def _runs(dataset: "xr.Dataset") -> dict[str, slice]:
     return {str(n): slice(a, b) for n, a, b in zip(dataset["run"].values, starts, ends, strict=True)}
 
 
-def outcomes(dataset: "xr.Dataset") -> Markup:
+def outcomes(dataset: Dataset) -> Markup:
     """Number of runs for each outcome, with advice."""
     if "outcome" not in dataset:
         return NOTHING
@@ -107,12 +104,12 @@ def _error(value: Any) -> Quantity:
     return Quantity(number(value, 2))
 
 
-def meaning(code: Any, variable: "xr.DataArray | xr.Variable") -> str:
+def meaning(code: Any, variable: DataArray | Variable) -> str:
     """Name of a code, in words."""
     return flag_names(variable).get(int(code), f"code {int(code)}").replace("_", " ")
 
 
-def long_name(dataset: "xr.Dataset", name: Any) -> str:
+def long_name(dataset: Dataset, name: Any) -> str:
     """Long name of a variable."""
     return str(dataset[name].attrs.get("long_name", name))
 
@@ -127,12 +124,12 @@ def _errors(name: str) -> tuple[str, str]:
     return f"{name}_error", f"{name.rsplit('_', 1)[0]}_error"
 
 
-def _owner(dataset: "xr.Dataset", error: Any) -> bool:
+def _owner(dataset: Dataset, error: Any) -> bool:
     """Whether the dataset contains the value to which an error belongs."""
     return any(str(error) in _errors(str(name)) for name in dataset.variables if name != error)
 
 
-def motions(dataset: "xr.Dataset") -> Markup:
+def motions(dataset: Dataset) -> Markup:
     """Number of points of each period and of each other kind of motion."""
     if "seed" not in dataset.dims or "period" not in dataset:
         return NOTHING
@@ -147,7 +144,7 @@ def motions(dataset: "xr.Dataset") -> Markup:
     return table("Cycles and other motions", ("motion", "points", "share", *ends), rows)
 
 
-def without_results(dataset: "xr.Dataset") -> Markup:
+def without_results(dataset: Dataset) -> Markup:
     """Number of points without an exponent."""
     import numpy as np
 
@@ -160,7 +157,7 @@ def without_results(dataset: "xr.Dataset") -> Markup:
     return part("paragraph", f"{missing} of {count(largest.size, 'point')} have no exponent.", "note")
 
 
-def intervals(dataset: "xr.Dataset") -> Markup:
+def intervals(dataset: Dataset) -> Markup:
     """Intervals of one parameter in which the first seed has the same kind of motion."""
     import numpy as np
 
@@ -180,7 +177,7 @@ def intervals(dataset: "xr.Dataset") -> Markup:
     return table(f"Motions along {long_name(dataset, parameter)} {parameter}{of}", head, rows, MOST_INTERVALS)
 
 
-def attractors(dataset: "xr.Dataset") -> Markup:
+def attractors(dataset: Dataset) -> Markup:
     """Attractors found from the grid of initial states, or along a parameter."""
     if "end_below" in dataset:
         return _followed(dataset)
@@ -209,7 +206,7 @@ def attractors(dataset: "xr.Dataset") -> Markup:
     return table("Attractors", head, rows)
 
 
-def _followed(dataset: "xr.Dataset") -> Markup:
+def _followed(dataset: Dataset) -> Markup:
     """Attractors along a parameter: their ranges, and what becomes of them at the ends."""
     parameter = str(dataset["outcome"].dims[0])
     ends = {side: flag_names(dataset[f"end_{side}"]) for side in ("below", "above")}
@@ -224,7 +221,7 @@ def _followed(dataset: "xr.Dataset") -> Markup:
     return table(f"Attractors along {long_name(dataset, parameter)} {parameter}", head, rows, MOST_INTERVALS)
 
 
-def _kinds(dataset: "xr.Dataset") -> Any:
+def _kinds(dataset: Dataset) -> Any:
     """Name of the motion of every point."""
     import numpy as np
 
@@ -242,7 +239,7 @@ def _kinds(dataset: "xr.Dataset") -> Any:
     return kinds
 
 
-def _largest(dataset: "xr.Dataset") -> Any:
+def _largest(dataset: Dataset) -> Any:
     return dataset["lyapunov_exponent"].isel(exponent=0).values if "lyapunov_exponent" in dataset else None
 
 
@@ -256,7 +253,7 @@ def _words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def orbits(dataset: "xr.Dataset") -> Markup:
+def orbits(dataset: Dataset) -> Markup:
     """Every orbit found, with a point, its multipliers and its checks."""
     if dataset.attrs.get("kind") != "periodic-orbit":
         return NOTHING
@@ -282,7 +279,7 @@ def orbits(dataset: "xr.Dataset") -> Markup:
     return joined([table("Orbits", head, points), accuracy, events])
 
 
-def derivatives(dataset: "xr.Dataset") -> Markup:
+def derivatives(dataset: Dataset) -> Markup:
     """Effect of one percent of each parameter on the period and mean rates of an orbit, in percent."""
     if "period_time_derivative" not in dataset or dataset["period_time_derivative"].dims != ("parameter",):
         return NOTHING
@@ -311,7 +308,7 @@ def derivatives(dataset: "xr.Dataset") -> Markup:
     return table("What moves the orbit", head, rows) + part("paragraph", note + told, "note")
 
 
-def branches(dataset: "xr.Dataset") -> Markup:
+def branches(dataset: Dataset) -> Markup:
     """Branches of orbits with their starts and ends, their special points, and the cascade."""
     import numpy as np
 
@@ -336,7 +333,7 @@ def branches(dataset: "xr.Dataset") -> Markup:
     return joined([table("Branches", head, rows), _special(dataset, parameters), _cascade(dataset)])
 
 
-def equilibria(dataset: "xr.Dataset") -> Markup:
+def equilibria(dataset: Dataset) -> Markup:
     """Every equilibrium with its mode, type and eigenvalues."""
     if dataset.attrs.get("kind") != "equilibria" or "branch" in dataset:
         return NOTHING
@@ -355,7 +352,7 @@ def equilibria(dataset: "xr.Dataset") -> Markup:
     return joined([table("Equilibria", head, rows), _note(dataset)])
 
 
-def _branches_of_equilibria(dataset: "xr.Dataset") -> Markup:
+def _branches_of_equilibria(dataset: Dataset) -> Markup:
     """Branches of equilibria with their starts and ends, and their special points."""
     parameters = [str(name) for name in mapping(dataset.attrs.get("settings")).get("sweep", {})]
     owner, rows = dataset["branch"].values, list[tuple[Any, ...]]()
@@ -371,12 +368,12 @@ def _branches_of_equilibria(dataset: "xr.Dataset") -> Markup:
     return joined([table("Branches of equilibria", head, rows), _special(dataset, parameters), _note(dataset)])
 
 
-def _note(dataset: "xr.Dataset") -> Markup:
+def _note(dataset: Dataset) -> Markup:
     message = str(dataset.attrs.get("message", ""))
     return part("paragraph", message, "note") if message else NOTHING
 
 
-def _special(dataset: "xr.Dataset", parameters: list[str]) -> Markup:
+def _special(dataset: Dataset, parameters: list[str]) -> Markup:
     kinds = dataset["special_kind"]
     owner = dataset["branch"].values
     values = [dataset[name].values for name in ("special_value", "special_value_2")[: len(parameters)]]
@@ -392,7 +389,7 @@ def _special(dataset: "xr.Dataset", parameters: list[str]) -> Markup:
     return table("Special points", ("kind", *parameters, "error", "branch", *born, *follows, "what happens"), rows)
 
 
-def _onset(dataset: "xr.Dataset", i: int) -> tuple[Any, ...]:
+def _onset(dataset: Dataset, i: int) -> tuple[Any, ...]:
     """What follows where an orbit grazes; nothing in older archives."""
     if "special_onset" not in dataset:
         return ()
@@ -400,7 +397,7 @@ def _onset(dataset: "xr.Dataset", i: int) -> tuple[Any, ...]:
     return (meaning(codes.values[i], codes) if int(codes.values[i]) else "–",)
 
 
-def _coefficient(dataset: "xr.Dataset", i: int) -> tuple[Any, ...]:
+def _coefficient(dataset: Dataset, i: int) -> tuple[Any, ...]:
     """The normal form's coefficient at a special point with its error; nothing in older archives."""
     if "special_coefficient" not in dataset:
         return ()
@@ -408,7 +405,7 @@ def _coefficient(dataset: "xr.Dataset", i: int) -> tuple[Any, ...]:
     return (Quantity(f"{number(value, 4)} ± {number(error, 2)}" if value == value else "–"),)
 
 
-def _cascade(dataset: "xr.Dataset") -> Markup:
+def _cascade(dataset: Dataset) -> Markup:
     if "doubling_value" not in dataset:
         return NOTHING
     columns = [dataset[name].values for name in ("doubling_period", "doubling_value", "feigenbaum_ratio")]
@@ -418,7 +415,7 @@ def _cascade(dataset: "xr.Dataset") -> Markup:
     return shown + part("paragraph", note, "note") if rows else shown
 
 
-def _events(orbit: "xr.Dataset") -> Markup:
+def _events(orbit: Dataset) -> Markup:
     kinds, names = orbit["event_kind"], flag_names(orbit["event_kind"])
     states = [str(name) for name in orbit["state"].values]
     rows = []
@@ -440,7 +437,7 @@ def _list(values: Any) -> str:
     return ", ".join(number(a) + (f"{'+' if b > 0 else '−'}{number(abs(b))}i" if b else "") for a, b in pairs)
 
 
-def accuracy_section(groups: "Mapping[str, xr.Dataset]") -> Markup:
+def accuracy_section(groups: Mapping[str, Dataset]) -> Markup:
     """One table over all analyses."""
     rows = []
     for name, dataset in groups.items():
@@ -461,7 +458,7 @@ def accuracy_section(groups: "Mapping[str, xr.Dataset]") -> Markup:
     return table("Accuracy and cost", head, rows) + part("paragraph", note, "note")
 
 
-def work_precision(dataset: "xr.Dataset") -> Markup:
+def work_precision(dataset: Dataset) -> Markup:
     """Errors, times and steps of every method at every tolerance, with a recommendation."""
     if dataset.attrs.get("kind") != "work-precision":
         return NOTHING
@@ -483,7 +480,7 @@ def work_precision(dataset: "xr.Dataset") -> Markup:
     return part("bullets", advice) + shown if advice else shown
 
 
-def _finite(dataset: "xr.Dataset", *names: str) -> Any:
+def _finite(dataset: Dataset, *names: str) -> Any:
     """The finite values of the first of some variables that a dataset has."""
     import numpy as np
 
@@ -491,17 +488,17 @@ def _finite(dataset: "xr.Dataset", *names: str) -> Any:
     return values[np.isfinite(values)]
 
 
-def _largest_error(dataset: "xr.Dataset") -> Quantity:
+def _largest_error(dataset: Dataset) -> Quantity:
     known = _finite(dataset, "lyapunov_error")
     return _error(known.max()) if known.size else Quantity(MISSING)
 
 
-def _grazing(dataset: "xr.Dataset") -> Quantity:
+def _grazing(dataset: Dataset) -> Quantity:
     known = _finite(dataset, "closest_grazing", "smallest_speed")
     return Quantity(number(known.min(), 3) if known.size else MISSING)
 
 
-def _horizon(dataset: "xr.Dataset") -> str:
+def _horizon(dataset: Dataset) -> str:
     """Time up to which the most chaotic motion of the dataset is predictable."""
     tolerance, known = float(dataset.attrs.get("tolerance", 0.0)), _finite(dataset, "lyapunov_exponent")
     if not 0 < tolerance < TRUSTED or not known.size or known.max() <= 0:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from chaosdrill.analysis.arguments import Start
 from chaosdrill.analysis.base import Analysis, NumericsSettings
 from chaosdrill.analysis.registry import analyses, function
+from chaosdrill.annotations import Dataset
 from chaosdrill.errors import ChaosdrillError, ModelError
 from chaosdrill.names import remedy
 from chaosdrill.scene.defined import Made, checked_before, sliding, sliding_before
@@ -19,8 +20,6 @@ from chaosdrill.systems.drill.effects import LIMITS
 from chaosdrill.systems.drill.si import IN_SI, ReadSI, read_si
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from chaosdrill.model import HybridSystem
 
 _GROUP = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
@@ -452,14 +451,14 @@ class Asked:
         scheduler: str | None = None,
         store: File | None = None,
         progress: Callable[..., None] | None = None,
-    ) -> "xr.Dataset":
+    ) -> Dataset:
         """Run the analysis, with at most as many workers as points; ``store`` keeps finished chunks."""
         keywords = self.keywords()
         if self.parallel:
             keywords |= {"workers": workers, "scheduler": scheduler, "store": store}
         if not self.entry.settings.own_numerics:
             keywords |= numerics
-        result: xr.Dataset = function(self.entry.function)(system, **keywords, progress=progress)
+        result: Dataset = function(self.entry.function)(system, **keywords, progress=progress)
         return result
 
 

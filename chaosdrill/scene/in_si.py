@@ -4,19 +4,18 @@ import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from chaosdrill.annotations import Dataset, Variable
 from chaosdrill.dataset import SCHEMA, describe
 from chaosdrill.dataset.label import axes_of
 from chaosdrill.systems.drill.si import MADE, QUANTITIES, STATE_UNITS, UNITS, ReadSI, metres_per_hour
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from chaosdrill.model import HybridSystem
 
 SUFFIX = "_si"
 
 
-def in_si(result: "xr.Dataset", kind: str, system: "HybridSystem", scales: Mapping[str, float]) -> "xr.Dataset":
+def in_si(result: Dataset, kind: str, system: "HybridSystem", scales: Mapping[str, float]) -> Dataset:
     """Add the variables in SI units that the table of variables declares to a result.
 
     Parameters
@@ -63,11 +62,11 @@ def in_si(result: "xr.Dataset", kind: str, system: "HybridSystem", scales: Mappi
     return describe(result.assign(added), kind, system=system, sweep=axes_of(settings))
 
 
-def _force(result: "xr.Dataset", system: "HybridSystem") -> "xr.Variable":
+def _force(result: Dataset, system: "HybridSystem") -> Variable:
     """Force of spring and damper, y + 2 xi (u - w), over the static friction; a rock that is fixed has no speed."""
     state = {name: result["states"].sel(state=name).variable for name in system.state_names}
     speed = state["u"] - state["w"] if "w" in state else state["u"]
-    force: xr.Variable = state["y"] + 2 * system.parameters["xi"] * speed
+    force: Variable = state["y"] + 2 * system.parameters["xi"] * speed
     return force
 
 

@@ -11,8 +11,9 @@ import warnings
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Self
 
+from chaosdrill.annotations import Dataset
 from chaosdrill.archive.digest import append_checksum, has_checksum
 from chaosdrill.archive.trial import DamagedError, borrowed
 from chaosdrill.errors import ArchiveError, SceneError, SettingsError
@@ -33,9 +34,6 @@ from chaosdrill.files import (
 from chaosdrill.sweep.fingerprint import changes, plain
 from chaosdrill.sweep.store import kept_points, told
 from chaosdrill.sweep.tuning import TUNING
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # no analysis can have a name that begins like this
 _LOCK, _SCENE = "_lock", "_scene.json"
@@ -69,7 +67,7 @@ class Parts:
         self.scene = plain(scene)
         self.resume = resume
 
-    def __enter__(self) -> "Parts":
+    def __enter__(self) -> Self:
         self._refuse_link(self.folder)
         with told(self.folder, "cannot be used for finished parts"):
             remove_drafts(self.folder)
@@ -113,7 +111,7 @@ class Parts:
         self._refuse_link(self.folder / group)
         return self.folder / group
 
-    def finished(self, group: str) -> "xr.Dataset | None":
+    def finished(self, group: str) -> Dataset | None:
         """The stored dataset of an analysis; None if it is missing or, with a warning, if it is damaged."""
         path = self.folder / group / _DATASET
         if not path.exists():
@@ -141,7 +139,7 @@ class Parts:
         """Warn that the stored dataset of an analysis is of no use, and why."""
         warnings.warn(f"{self.folder / group / _DATASET} {told}; {group} is recomputed", stacklevel=3)
 
-    def keep(self, group: str, dataset: "xr.Dataset") -> None:
+    def keep(self, group: str, dataset: Dataset) -> None:
         """Store the dataset of a finished analysis."""
         folder = self.store(group)
         with told(self.folder, f"cannot keep the result of {group}"):

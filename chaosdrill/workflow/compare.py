@@ -7,6 +7,7 @@ within the error of the method; in chaos two runs diverge, and only averages agr
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from chaosdrill.annotations import DataArray, Dataset, DataTree, Variable
 from chaosdrill.archive.digest import DIGESTS
 from chaosdrill.dataset.outcomes import Outcome
 from chaosdrill.dataset.references import mapping
@@ -15,7 +16,6 @@ from chaosdrill.workflow.tuning import TUNING
 
 if TYPE_CHECKING:
     import numpy as np
-    import xarray as xr
 
 PASSING = frozenset({"history", "date_created", "wall_time_s", "versions", "platform", "recommendation", DIGESTS})
 """Attributes that a second run on another day or machine may change."""
@@ -87,7 +87,7 @@ class Check:
     agrees: bool
 
 
-def compare(first: "xr.DataTree", second: "xr.DataTree") -> list[Difference]:
+def compare(first: DataTree, second: DataTree) -> list[Difference]:
     """All differences between two archives, except wall time, history, versions, platform and measured times.
 
     Numbers are compared bit for bit.
@@ -100,7 +100,7 @@ def compare(first: "xr.DataTree", second: "xr.DataTree") -> list[Difference]:
 
 
 def examine(
-    first: "xr.DataTree", second: "xr.DataTree", *, exact: bool = True, older: bool = False
+    first: DataTree, second: DataTree, *, exact: bool = True, older: bool = False
 ) -> tuple[list[Difference], list[Check]]:
     """The differences between two archives, and how each variable was compared.
 
@@ -122,7 +122,7 @@ def examine(
 
 
 def _group(
-    path: str, first: "xr.Dataset", second: "xr.Dataset", exact: bool, passing: frozenset[str], checks: list[Check]
+    path: str, first: Dataset, second: Dataset, exact: bool, passing: frozenset[str], checks: list[Check]
 ) -> list[Difference]:
     found = _attributes(path, "", first.attrs, second.attrs, passing)
     clocked = {v.name for v in SCHEMA.get(str(second.attrs.get("kind")), {}).values() if v.clocked}
@@ -147,7 +147,7 @@ def _group(
     return found
 
 
-def _shared_events(first: "xr.Dataset", second: "xr.Dataset") -> "tuple[xr.Dataset, xr.Dataset]":
+def _shared_events(first: Dataset, second: Dataset) -> tuple[Dataset, Dataset]:
     """Both datasets cut to the shorter list of events, since runs that have diverged may differ in number."""
     if second.attrs.get("kind") != "trajectory":
         return first, second
@@ -157,7 +157,7 @@ def _shared_events(first: "xr.Dataset", second: "xr.Dataset") -> "tuple[xr.Datas
     return tuple(ds.isel(event=slice(count), missing_dims="ignore") for ds in (first, second))  # type: ignore[return-value]
 
 
-def _shared_events_of_runs(first: "xr.Dataset", second: "xr.Dataset") -> "tuple[xr.Dataset, xr.Dataset]":
+def _shared_events_of_runs(first: Dataset, second: Dataset) -> tuple[Dataset, Dataset]:
     """The same run by run, where the events of all runs are concatenated."""
     import numpy as np
 
@@ -193,9 +193,7 @@ def _attributes(
     ]
 
 
-def _compared(
-    path: str, name: str, first: "xr.Dataset", second: "xr.Dataset", exact: bool
-) -> tuple[list[Difference], str]:
+def _compared(path: str, name: str, first: Dataset, second: Dataset, exact: bool) -> tuple[list[Difference], str]:
     """The differences between one variable of both, and how it was compared."""
     import numpy as np
 
@@ -230,7 +228,7 @@ def _largest(one: Any, other: Any, differs: Any) -> float:
     return float(np.where(np.isnan(apart), np.inf, apart).max())
 
 
-def agreement(name: str, first: "xr.Dataset", second: "xr.Dataset") -> tuple[str, "np.ndarray"]:
+def agreement(name: str, first: Dataset, second: Dataset) -> "tuple[str, np.ndarray]":
     """How one variable of two runs is compared, and where it disagrees.
 
     Parameters
@@ -291,7 +289,7 @@ def agreement(name: str, first: "xr.Dataset", second: "xr.Dataset") -> tuple[str
     return "exactly" if whole else f"within {bound:.0e}", wrong
 
 
-def _least(name: str, *both: "xr.Dataset") -> Any:
+def _least(name: str, *both: Dataset) -> Any:
     """Smallest scale of the differences of a variable: 1, or less for states and times that stay below.
 
     The scale of a state that is zero except for round-off is that of the other records in the archive.
@@ -311,12 +309,12 @@ def _least(name: str, *both: "xr.Dataset") -> Any:
     return 1.0
 
 
-def _holds_states(name: Any, variable: "xr.DataArray") -> bool:
+def _holds_states(name: Any, variable: DataArray) -> bool:
     """Whether a variable holds states; tangents have their own sizes."""
     return variable.dims[-1:] == ("state",) and variable.dtype.kind == "f" and "tangent" not in str(name)
 
 
-def _stated(ds: "xr.Dataset") -> float:
+def _stated(ds: Dataset) -> float:
     try:
         tolerance = float(ds.attrs["tolerance"])
     except (KeyError, TypeError, ValueError):
@@ -324,7 +322,7 @@ def _stated(ds: "xr.Dataset") -> float:
     return max(TUNING.stated, TUNING.per_tolerance * tolerance)
 
 
-def _in_both(name: str, first: "xr.Dataset", second: "xr.Dataset") -> bool:
+def _in_both(name: str, first: Dataset, second: Dataset) -> bool:
     """Whether both have numbers of that name and the same shape, which an altered archive may lack."""
     if name not in first or name not in second:
         return False
@@ -332,7 +330,7 @@ def _in_both(name: str, first: "xr.Dataset", second: "xr.Dataset") -> bool:
     return one.sizes == other.sizes and one.dims == other.dims and {one.dtype.kind, other.dtype.kind} <= set("iufb")
 
 
-def _settled(first: "xr.Dataset", second: "xr.Dataset", variable: "xr.Variable") -> Any:
+def _settled(first: Dataset, second: Dataset, variable: Variable) -> Any:
     """Where both runs are known to be regular, in the shape of a variable as far as its dimensions go."""
     import numpy as np
 
@@ -348,7 +346,7 @@ def _settled(first: "xr.Dataset", second: "xr.Dataset", variable: "xr.Variable")
     return np.asarray(outcome.copy(data=regular).set_dims(dict(variable.sizes)).transpose(*variable.dims).values)
 
 
-def _spread(name: str, first: "xr.Dataset", second: "xr.Dataset", variable: "xr.Variable") -> "np.ndarray":
+def _spread(name: str, first: Dataset, second: Dataset, variable: Variable) -> "np.ndarray":
     """Standard error of the difference of two estimates, in the shape of the estimates."""
     import numpy as np
 
@@ -363,7 +361,7 @@ def _spread(name: str, first: "xr.Dataset", second: "xr.Dataset", variable: "xr.
     return np.asarray(wide.values * np.sqrt(count / np.arange(1, count + 1)).reshape(shape))
 
 
-def _parting(dim: str, first: "xr.Dataset", second: "xr.Dataset", bound: float) -> tuple[Any, Any]:
+def _parting(dim: str, first: Dataset, second: Dataset, bound: float) -> tuple[Any, Any]:
     """Row from which two recorded runs have diverged, and where they did so by a jump instead of gradually."""
     import numpy as np
 
@@ -388,8 +386,8 @@ def _parting(dim: str, first: "xr.Dataset", second: "xr.Dataset", bound: float) 
 
 
 def _recorded(
-    name: str, first: "xr.Dataset", second: "xr.Dataset", wrong: "np.ndarray", loose: "np.ndarray", bound: float
-) -> tuple[str, "np.ndarray"]:
+    name: str, first: Dataset, second: Dataset, wrong: "np.ndarray", loose: "np.ndarray", bound: float
+) -> "tuple[str, np.ndarray]":
     """Records of runs that may be chaotic agree until they diverge gradually, and in their range thereafter."""
     import numpy as np
 

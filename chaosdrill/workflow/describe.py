@@ -4,8 +4,9 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from chaosdrill.annotations import Dataset, DataTree
 from chaosdrill.archive.digest import DIGESTS, altered, unsealed
 from chaosdrill.archive.read import open_archive
 from chaosdrill.dataset.branches import count_special_points
@@ -15,9 +16,6 @@ from chaosdrill.dataset.references import Reference, package, references
 from chaosdrill.errors import ArchiveError
 from chaosdrill.typed import PATH, expecting
 from chaosdrill.workflow.run_scene import hindrance
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _ORIGIN = (
     "title",
@@ -91,7 +89,7 @@ def stored_versions(attributes: Mapping[Any, Any]) -> dict[str, str]:
         return {}
 
 
-def _versions_of_groups(tree: "xr.DataTree") -> dict[str, str]:
+def _versions_of_groups(tree: DataTree) -> dict[str, str]:
     """Versions named by the groups; several of a library if their origins differ."""
     found: dict[str, list[str]] = {}
     for node in tree.subtree:
@@ -101,7 +99,7 @@ def _versions_of_groups(tree: "xr.DataTree") -> dict[str, str]:
     return {name: " and ".join(versions) for name, versions in found.items()}
 
 
-def _group(group: "xr.Dataset", scene: bool) -> dict[str, Any]:
+def _group(group: Dataset, scene: bool) -> dict[str, Any]:
     kept = ("kind", "system", "method", "tolerance", "wall_time_s")
     described = {name: _plain(group.attrs[name]) for name in kept if name in group.attrs}
     described["dimensions"] = {str(name): size for name, size in group.sizes.items()}
@@ -130,7 +128,7 @@ def _group(group: "xr.Dataset", scene: bool) -> dict[str, Any]:
     return described
 
 
-def _noise(group: "xr.Dataset") -> dict[str, str]:
+def _noise(group: Dataset) -> dict[str, str]:
     """How the parameters of a system are drawn, by the definition that a group holds."""
     try:
         return drawn(json.loads(group.attrs["definition"]).get("noise", {}))
@@ -164,7 +162,7 @@ def cite(path: str | os.PathLike[str]) -> list[Reference]:
     return references_in(open_archive(path))
 
 
-def references_in(tree: "xr.DataTree") -> list[Reference]:
+def references_in(tree: DataTree) -> list[Reference]:
     """The references of an archive that is open."""
     found = [package()]
     for node in tree.subtree:

@@ -3,19 +3,18 @@
 import os
 from typing import TYPE_CHECKING, Any
 
+from chaosdrill.annotations import Dataset, DataTree
 from chaosdrill.errors import ArchiveError, ChaosdrillError
 from chaosdrill.systems import REGISTRY
 from chaosdrill.workflow.run_scene import system_of
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from chaosdrill.model import HybridSystem
 
 _TOLD_BY = ("definition", "parameters", "initial")
 
 
-def system(result: "xr.Dataset | xr.DataTree | str | os.PathLike[str]") -> "HybridSystem":
+def system(result: "Dataset | DataTree | str | os.PathLike[str]") -> "HybridSystem":
     """The system of a dataset or an archive, with its parameters and its initial state.
 
     Parameters
@@ -60,7 +59,7 @@ def system(result: "xr.Dataset | xr.DataTree | str | os.PathLike[str]") -> "Hybr
     return _built(groups[0].to_dataset(), groups[0].path)
 
 
-def _built(ds: "xr.Dataset", what: str) -> "HybridSystem":
+def _built(ds: Dataset, what: str) -> "HybridSystem":
     if "definition" not in ds.attrs:
         reason = str(ds.attrs.get("definition_missing", "its attributes, which contain the system, are missing"))
         raise ArchiveError(f"{what} has no system: {reason:.500}")

@@ -11,14 +11,13 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.analysis.registry import analyses, function
+from chaosdrill.annotations import Dataset, DataTree
 from chaosdrill.archive.write import check_writable, save
 from chaosdrill.dataset.provenance import DERIVED
 from chaosdrill.errors import ArchiveError, SceneError, SettingsError
 from chaosdrill.typed import COUNT, FUNCTION, PATH, SWITCH, TABLE, expecting, refuse
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from chaosdrill.model import HybridSystem
     from chaosdrill.progress import Progress
     from chaosdrill.scene import Scene
@@ -38,7 +37,7 @@ def run(
     resume: bool = False,
     report: "Callable[[str], Progress] | None" = None,
     tell: Callable[[str], None] | None = None,
-) -> "xr.DataTree":
+) -> "DataTree":
     """Run every analysis of a scene and write one archive, whole or not at all, as ``chaosdrill run`` does.
 
     Parameters
@@ -134,7 +133,7 @@ def compute(
     parts: "Parts | None" = None,
     report: "Callable[[str], Progress] | None" = None,
     command: str | None = None,
-) -> "xr.DataTree":
+) -> DataTree:
     """Run every analysis of a scene that has been read.
 
     Parameters
@@ -204,7 +203,7 @@ def compute(
     return xr.DataTree.from_dict({"/": xr.Dataset(si_table(scene.si, system), attrs=root), **groups})
 
 
-def hindrance(ds: "xr.Dataset") -> str | None:
+def hindrance(ds: Dataset) -> str | None:
     """Why a dataset cannot be recomputed from its own contents; None if it can."""
     kind = ds.attrs.get("kind")
     if not isinstance(kind, str) or kind not in analyses():
@@ -223,7 +222,7 @@ def hindrance(ds: "xr.Dataset") -> str | None:
     return None
 
 
-def system_of(ds: "xr.Dataset") -> "HybridSystem":
+def system_of(ds: Dataset) -> "HybridSystem":
     """The system of a dataset, from its definition.
 
     Raises `ChaosdrillError` if the definition, the parameters or the initial state cannot be read.
@@ -234,7 +233,7 @@ def system_of(ds: "xr.Dataset") -> "HybridSystem":
     return build_defined(definition, parameters, initial)
 
 
-def rerun(ds: "xr.Dataset", *, workers: int = 1, progress: Callable[..., None] | None = None) -> "xr.Dataset":
+def rerun(ds: Dataset, *, workers: int = 1, progress: Callable[..., None] | None = None) -> Dataset:
     """Repeat the analysis of a dataset.
 
     ``ds``: one without `hindrance`. ``workers``: points computed at a time, where the analysis has several.
@@ -255,11 +254,11 @@ def rerun(ds: "xr.Dataset", *, workers: int = 1, progress: Callable[..., None] |
     ]
     if missing:
         raise ArchiveError(f"settings: lack {missing[0]!r}, which {entry.function} needs")
-    result: xr.Dataset = function(entry.function)(system_of(ds), **keywords, progress=progress)
+    result: Dataset = function(entry.function)(system_of(ds), **keywords, progress=progress)
     return result
 
 
-def _table(ds: "xr.Dataset", name: str) -> dict[str, Any]:
+def _table(ds: Dataset, name: str) -> dict[str, Any]:
     try:
         found = json.loads(ds.attrs[name])
     except (TypeError, ValueError, RecursionError) as fault:

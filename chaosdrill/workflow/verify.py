@@ -4,8 +4,9 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from chaosdrill.annotations import Dataset, DataTree
 from chaosdrill.archive.digest import altered, error_context, unsealed
 from chaosdrill.archive.read import format_of, open_archive
 from chaosdrill.dataset.provenance import FORMAT, library_versions
@@ -14,9 +15,6 @@ from chaosdrill.typed import COUNT, FUNCTION, PATH, expecting
 from chaosdrill.workflow.compare import CLOCKED, Check, Difference, examine
 from chaosdrill.workflow.describe import stored_versions
 from chaosdrill.workflow.run_scene import compute, hindrance, rerun
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -131,7 +129,7 @@ Compared = tuple[list[Difference], list[Check], list[str]]
 
 
 def _from_scene(
-    path: str | os.PathLike[str], tree: "xr.DataTree", text: str, workers: int, report: Callable[[str], Any] | None
+    path: str | os.PathLike[str], tree: DataTree, text: str, workers: int, report: Callable[[str], Any] | None
 ) -> Compared:
     import xarray as xr
 
@@ -152,7 +150,7 @@ def _from_scene(
 
 
 def _from_definitions(
-    path: str | os.PathLike[str], tree: "xr.DataTree", workers: int, report: Callable[[str], Any] | None
+    path: str | os.PathLike[str], tree: DataTree, workers: int, report: Callable[[str], Any] | None
 ) -> Compared:
     """Every group by itself, each with the versions that wrote it."""
     import xarray as xr
@@ -184,8 +182,8 @@ def _from_definitions(
 
 
 def _computed(
-    path: str | os.PathLike[str], ds: "xr.Dataset", workers: int, progress: Callable[..., None] | None
-) -> "xr.Dataset | str":
+    path: str | os.PathLike[str], ds: Dataset, workers: int, progress: Callable[..., None] | None
+) -> Dataset | str:
     """The recomputed group, or why it cannot be recomputed."""
     if (reason := hindrance(ds)) is not None:
         return reason
@@ -196,7 +194,7 @@ def _computed(
         return str(fault)
 
 
-def _only_known_attributes(ds: "xr.Dataset", again: "xr.Dataset") -> "xr.Dataset":
+def _only_known_attributes(ds: Dataset, again: Dataset) -> Dataset:
     """The dataset without attributes that were added to the result of its analysis."""
     ds = ds.copy()
     ds.attrs = {name: value for name, value in ds.attrs.items() if name in again.attrs}
@@ -216,7 +214,7 @@ def _is_older(attributes: Mapping[Any, Any]) -> bool:
 
 
 def _with_digests(
-    tree: "xr.DataTree", differences: list[Difference], checks: list[Check]
+    tree: DataTree, differences: list[Difference], checks: list[Check]
 ) -> tuple[list[Difference], list[Check]]:
     """Differences and checks, completed by variables that only the archive's digests show to be altered."""
     named = {(item.group, item.variable.split(":")[0]) for item in differences}
