@@ -7,25 +7,14 @@ from sys import float_info
 
 @dataclass(frozen=True)
 class Limit:
-    """Allowed range of a parameter, and the quantity in the reader's words.
-
-    Parameters
-    ----------
-    low, high : float
-        Both allowed, if finite.
-    open_below : bool
-        Whether ``low`` itself is not allowed.
-    quantity : str
-        As in ``"the damping ratio"``; what a system leaves empty is the parameter's label.
-    whole : bool
-        Whether only whole numbers are allowed.
-    """
+    """Allowed range of a parameter, and the quantity in the reader's words."""
 
     low: float = 0.0
     high: float = inf
-    open_below: bool = False
-    quantity: str = ""
-    whole: bool = False
+    """Both allowed, if finite."""
+    open_below: bool = False  # whether ``low`` itself is not allowed
+    quantity: str = ""  # as in ``"the damping ratio"``; what a system leaves empty is the parameter's label
+    whole: bool = False  # whether only whole numbers are allowed
 
     def refuses(self, value: object) -> str | None:
         """The message for a value outside of the range; None for one inside, and for anything but a finite number."""

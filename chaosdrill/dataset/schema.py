@@ -32,53 +32,33 @@ _QUALITY = re.compile(r"(^|_)(error|residual|difference)(_|$)")
 
 @dataclass(frozen=True)
 class Variable:
-    """Declaration of one variable.
-
-    Parameters
-    ----------
-    name : str
-        Name in the dataset, or ``SWEEP`` / ``QUADRATURE`` for one that the system or the sweep names. ``QUADRATURE``
-        within a name stands for each quadrature but ``PENETRATION``.
-    dims : tuple of str
-        Dimensions in order; ``SWEEP`` stands for all swept parameters, or states of a grid, in order, and ``ORBIT`` for
-        the dimension ``orbit`` where there may be many.
-    dtype : str
-        NumPy code that is stored; ``"str"`` for text.
-    units : str
-        UDUNITS text; ``"1"`` for dimensionless, which model time is too.
-    long_name, doc : str
-        Name for axes, and one sentence of explanation (stored as the attribute ``comment``).
-    flags : {"", "outcome", "mode", "transition", "special", "criticality", "branch_end", "attractor_end", "truth"}
-        Names for which the codes stand; of grazing ``"onset"``; of equilibria ``"equilibrium"``, ``"admissibility"``,
-        ``"special_equilibrium"``, ``"beyond"``; of manifolds ``"curve_end"``, ``"curve_break"``.
-    coordinate : bool
-        Whether it is stored as a coordinate.
-    required : bool
-        Whether every dataset of the kind has it.
-    clocked : bool
-        Whether it is a measured time, which differs in a second run and cannot be compared.
-    rule : {"", "average", "sampled", "magnitude"}
-        How two runs of a chaotic motion are compared: an average without its own error bar; a quantity that depends on
-        the visited part of the attractor; an error, of which only the order of magnitude is meaningful.
-    bar : str
-        Variable that is the standard error of this one.
-    sample : str
-        Dimension whose entries it counts (the attribute ``sample_dimension`` of CF).
-    """
+    """Declaration of one variable."""
 
     name: str
+    """Name in the dataset, or ``SWEEP`` / ``QUADRATURE`` for one that the system or the sweep names. ``QUADRATURE``
+    within a name stands for each quadrature but ``PENETRATION``."""
     dims: tuple[str, ...]
+    """Dimensions in order; ``SWEEP`` stands for all swept parameters, or states of a grid, in order, and ``ORBIT``
+    for the dimension ``orbit`` where there may be many."""
     dtype: str
+    """NumPy code that is stored; ``"str"`` for text."""
     units: str
+    """UDUNITS text; ``"1"`` for dimensionless, which model time is too."""
     long_name: str
     doc: str
+    """Name for axes, and one sentence of explanation (stored as the attribute ``comment``)."""
     flags: str = ""
-    coordinate: bool = False
-    required: bool = False
-    clocked: bool = False
+    """What its codes stand for, by a name in `chaosdrill.dataset.label`, where words of the system are ``"mode"`` and
+    ``"transition"``, and no and yes ``"truth"``; empty for none."""
+    coordinate: bool = False  # whether it is stored as a coordinate
+    required: bool = False  # whether every dataset of the kind has it
+    clocked: bool = False  # whether it is a measured time, which differs in a second run and cannot be compared
     rule: str = ""
-    bar: str = ""
-    sample: str = ""
+    """How two runs of a chaotic motion are compared: an average without its own error bar; a quantity that depends
+    on the visited part of the attractor; an error, of which only the order of magnitude is meaningful. One of {"",
+    "average", "sampled", "magnitude"}."""
+    bar: str = ""  # variable that is the standard error of this one
+    sample: str = ""  # dimension whose entries it counts (the attribute ``sample_dimension`` of CF)
 
     @property
     def content(self) -> str:

@@ -37,24 +37,12 @@ _OUTCOME_HATCHES = {
 
 @dataclass(frozen=True)
 class Category:
-    """How cells of one category are drawn and named.
+    """How cells of one category are drawn and named."""
 
-    Parameters
-    ----------
-    name : str
-        Entry of the legend.
-    colour : str
-        Colour of the cells.
-    hatch : str, default ""
-        Hatching over them, in matplotlib's letters.
-    short : str, default ""
-        Text to write into large regions; none if empty.
-    """
-
-    name: str
-    colour: str
-    hatch: str = ""
-    short: str = ""
+    name: str  # entry of the legend
+    colour: str  # colour of the cells
+    hatch: str = ""  # hatching over them, in matplotlib's letters
+    short: str = ""  # text to write into large regions; none if empty
 
     @property
     def ink(self) -> str:

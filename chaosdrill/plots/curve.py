@@ -24,21 +24,11 @@ _REMEDY = "join runs by chaosdrill.join, which says how many events belong to ea
 
 @dataclass(frozen=True)
 class Curve:
-    """Samples and both sides of every event, in chronological order.
+    """Samples and both sides of every event, in chronological order."""
 
-    Parameters
-    ----------
-    time : ndarray, shape (m,)
-        Times, in the archive's own unit.
-    state : ndarray, shape (m, n)
-        States; the two sides of an event are adjacent entries with the same time.
-    mode : ndarray, shape (m,)
-        Mode codes.
-    """
-
-    time: Floats
-    state: Floats
-    mode: Integers
+    time: Floats  # shape (m,): Times, in the archive's own unit
+    state: Floats  # shape (m, n): States; the two sides of an event are adjacent entries with the same time
+    mode: Integers  # shape (m,): Mode codes
 
     def bands(self) -> list[tuple[float, float, int]]:
         """Return ``(start, end, mode)`` of every stretch of time spent in one mode."""

@@ -28,49 +28,27 @@ F = TypeVar("F", bound="Callable[..., Figure]")
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture that can be drawn of one kind of dataset.
+    """A picture that can be drawn of one kind of dataset."""
 
-    Parameters
-    ----------
-    kind : str
-        Kind of analysis that it shows.
-    name : str
-        Its name, part of the file's name.
-    summary : str
-        What it shows, in a few words.
-    function : callable
-        It takes the dataset and returns a matplotlib figure. That of a picture with ``over`` takes all datasets that
-        belong together, and what they lie over as ``over``.
-    states, seeds : int, default 1
-        How many states the system, and how many seeds the dataset, must have for it.
-    needs : str, default ""
-        Variable of which the dataset must contain a finite value.
-    parameters : int, default 0
-        How many parameters the analysis ran through; 0 if that does not matter.
-    sweeps : bool, optional
-        Whether it shows a sweep or a single run; default: either.
-    listed : bool, optional
-        Whether it shows a list of runs, with the dimension ``run``, or others; default: either.
-    values : int, default 0
-        How many values of them there must be; 0 if that does not matter.
-    over : str, default ""
-        Kinds of datasets used as background, separated by blanks: the first that the archive holds of the same system
-        over the same parameters. All groups over these parameters, and over the same range of a single one, go into one
-        picture.
-    """
-
-    kind: str
-    name: str
-    summary: str
+    kind: str  # kind of analysis that it shows
+    name: str  # its name, part of the file's name
+    summary: str  # what it shows, in a few words
     function: Callable[..., Any]
+    """It takes the dataset and returns a matplotlib figure. That of a picture with ``over`` takes all datasets that
+    belong together, and what they lie over as ``over``."""
     states: int = 1
     seeds: int = 1
-    needs: str = ""
-    parameters: int = 0
-    sweeps: bool | None = None
+    """How many states the system, and how many seeds the dataset, must have for it."""
+    needs: str = ""  # variable of which the dataset must contain a finite value
+    parameters: int = 0  # how many parameters the analysis ran through; 0 if that does not matter
+    sweeps: bool | None = None  # whether it shows a sweep or a single run; default: either
     listed: bool | None = None
-    values: int = 0
+    """Whether it shows a list of runs, with the dimension ``run``, or others; default: either."""
+    values: int = 0  # how many values of them there must be; 0 if that does not matter
     over: str = ""
+    """Kinds of datasets used as background, separated by blanks: the first that the archive holds of the same
+    system over the same parameters. All groups over these parameters, and over the same range of a single one, go
+    into one picture."""
 
     @property
     def shows_states(self) -> bool:

@@ -1,7 +1,8 @@
 """A scene that has been read and validated."""
 
 import shlex
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from hashlib import sha256
@@ -119,32 +120,31 @@ class Scene:
         from chaosdrill import systems
 
         initial = {name: value for name, value in self.initial.items() if name != "mode"}
-        try:
+        with self._placed():
             if self.definition is not None:
                 system = build(self.definition, self.parameters, initial, kept=not self.drives)
             else:
                 effects = self.effects if systems.REGISTRY[self.model].effects else None
                 system = systems.build(self.model, parameters=self.parameters, effects=effects, initial=initial)
-        except ChaosdrillError as fault:
-            raise InvalidSceneError(self.name, [Problem(("system",), str(fault))], self.lines) from fault
         if "mode" in self.initial:
             if problems := self._unknown_modes(system, {("system", "initial", "mode"): self.initial["mode"]}):
                 raise InvalidSceneError(self.name, problems, self.lines)
             system = system.with_initial(mode=self.initial["mode"])
-        try:
+        with self._placed("drives"):
             system = driven_system(system, self.drives)
-        except DriveFault as fault:
-            raise InvalidSceneError(
-                self.name, [Problem(("system", "drives", fault.drive), str(fault))], self.lines
-            ) from fault
-        try:
+        with self._placed("noise"):
             system = noisy_system(system, self.noise)
-        except ChaosdrillError as fault:
-            raise InvalidSceneError(self.name, [Problem(("system", "noise"), str(fault))], self.lines) from fault
-        try:
+        with self._placed("symmetry"):
             return halved_system(system, self.symmetry)
+
+    @contextmanager
+    def _placed(self, *table: str) -> Iterator[None]:
+        """Give a fault of the block the line of a table of the system, or of the drive that it names."""
+        try:
+            yield
         except ChaosdrillError as fault:
-            raise InvalidSceneError(self.name, [Problem(("system", "symmetry"), str(fault))], self.lines) from fault
+            path = ("system", *table, *([fault.drive] if isinstance(fault, DriveFault) else []))
+            raise InvalidSceneError(self.name, [Problem(path, str(fault))], self.lines) from fault
 
     def check_period(self) -> None:
         """Refuse a scene whose parameters make the forcing period infinite, zero or negative, before anything is run.
