@@ -10,7 +10,6 @@ from unicodedata import is_normalized
 MOST_BYTES = 200
 """Bytes of a name, of which NetCDF takes 256."""
 
-
 # one for all, since those who look up analyses look up methods meanwhile; a process that is forked then would find it
 # held for ever, and some of the entries
 _completing = RLock()

@@ -26,9 +26,7 @@ R = TypeVar("R")
 Progress = Callable[[int, int, dict[str, int] | None], None]
 """Called with (done, total, counts by outcome so far)."""
 
-
 BAR = "{{desc}}: {{percentage:3.0f}} %|{}| {{n_fmt}}/{{total_fmt}}{{postfix}}"
-
 
 COLD = (
     "chaosdrill: the engine is compiled for this machine, once, which takes about a minute ('chaosdrill warm' does it "

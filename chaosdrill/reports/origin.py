@@ -30,10 +30,8 @@ LONGEST_ARGUMENT = 200
 
 _APART = ("scene", "versions")
 
-
 MOST_EQUATIONS = 200
 """Number of equations above which a system is not written out: a notebook stores them for every such cell."""
-
 
 _STYLE = Markup(
     "<style>.chaosdrill-system .equations {list-style: none; padding: 0; margin: 0}"
@@ -43,7 +41,6 @@ _STYLE = Markup(
     ".chaosdrill-system dd {display: inline; margin: 0}"
     ".chaosdrill-system dt {display: inline; opacity: 0.7} .chaosdrill-system dt::after {content: ': '}</style>"
 )
-
 
 _IN_MATHEMATICS = str.maketrans(
     {

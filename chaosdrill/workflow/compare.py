@@ -29,7 +29,6 @@ DESCRIPTIVE = frozenset(
 
 CLOCKED = "not compared: measured time"
 
-
 LEADERS = {"time": "states", "iterate": "section", "event": "event_state_before"}
 """Dimensions along which a run is recorded, and the variable that shows where two runs diverge."""
 
