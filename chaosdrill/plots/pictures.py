@@ -11,12 +11,13 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from chaosdrill.dataset.dates import undated
-from chaosdrill.dataset.schema import RUN, table_of
-from chaosdrill.errors import ArchiveError, SettingsError
+from chaosdrill.dataset.label import axes_of
+from chaosdrill.dataset.schema import RUN, STARTS_OF_RUNS, SWEEP, table_of
+from chaosdrill.errors import ArchiveError, ChaosdrillError, SettingsError
 from chaosdrill.names import brief, visible
 from chaosdrill.plots._types import Axes, Dataset, Figure, States
 from chaosdrill.plots.animation import MOVING, animate
-from chaosdrill.plots.contents import SINGLE, fits, in_si, limits, swept
+from chaosdrill.plots.contents import SINGLE, fits, in_si, limits, settings, swept
 from chaosdrill.typed import AXES, NAMED, PATH, SWITCH, TEXT, expecting
 
 FORMATS = ("png", "pdf", "svg")
@@ -212,11 +213,32 @@ def plot(
     picture = next(iter(suited.values())) if kind is None else suited[kind]
     if over is not None:
         _check_behind(picture, ds, over)
-    if ax is not None:
-        picture.draw(ds, ax=ax, state=state, over=over)
-        return ax
-    with made_by(pyplot.figure):
-        return picture.draw(ds, state=state, over=over).axes[0]
+    try:
+        if ax is not None:
+            picture.draw(ds, ax=ax, state=state, over=over)
+            return ax
+        with made_by(pyplot.figure):
+            return picture.draw(ds, state=state, over=over).axes[0]
+    except (ChaosdrillError, MemoryError):
+        raise
+    except Exception as fault:
+        # the table of variables is that of all analyses, which a first picture need not wait for
+        if (told := _lacks(ds)) is None:
+            raise
+        raise SettingsError(told) from fault
+
+
+def _lacks(ds: Dataset) -> str | None:
+    """What a part of a result lacks, of which a picture may fail; None for a whole one."""
+    declared, axes = table_of(str(ds.attrs["kind"]), map(str, ds.variables)), axes_of(settings(ds))
+    placeholders = {SWEEP: axes, STARTS_OF_RUNS: () if "run" in ds.coords else axes}
+    for name, variable in ds.variables.items():
+        for dim in declared[str(name)].dims if name in declared else ():
+            for one in placeholders.get(dim, () if dim.startswith("{") else (dim,)):
+                if one not in variable.dims:
+                    return f"ds has one entry of {one!r} alone; select it as a list, as in ds.isel({one}=[0])"
+    empty = [dim for dim, size in ds.sizes.items() if not size]
+    return f"ds has no entry of {empty[0]!r}; select some, as in ds.isel({empty[0]}=[0])" if empty else None
 
 
 def _result_of(value: Any) -> str:

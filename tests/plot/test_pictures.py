@@ -625,3 +625,21 @@ def test_of_many_states_and_exponents_the_first_dozen_are_drawn_and_it_is_said()
         notes = [legend.get_title().get_text() for legend in figure.legends]
         assert told in "".join([figure.axes[0].get_title(loc="left"), *notes])
     assert len(cd.plot(cd.trajectory(ring, duration=1, samples=4), state=("x0", "x39")).figure.axes) == 2
+
+
+@pytest.mark.parametrize(
+    ("result", "part", "told"),
+    [
+        (
+            "spectrum",
+            {"exponent": 0},
+            "one entry of 'exponent' alone; select it as a list, as in ds.isel(exponent=[0])",
+        ),
+        ("diagram", {"iterate": 0}, "one entry of 'iterate' alone"),
+        ("basin", {"v": 0}, "one entry of 'v' alone"),
+        ("diagram", {"exponent": slice(0)}, "no entry of 'exponent'; select some"),
+    ],
+)
+def test_a_part_that_a_picture_cannot_be_drawn_of_is_told(request, result, part, told):
+    with pytest.raises(SettingsError, match=re.escape(told)):
+        cd.plot(request.getfixturevalue(result).isel(part))
