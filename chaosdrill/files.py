@@ -25,6 +25,27 @@ from uuid import getnode, uuid4
 
 from chaosdrill.tuning import TUNING
 
+HDF5 = b"\x89HDF\r\n\x1a\n"
+"""What files of HDF5 begin with, and so of NetCDF-4."""
+
+_BEGINNINGS = {
+    HDF5: "NetCDF-4 or HDF5",
+    b"CDF\x01": "NetCDF-3",
+    b"CDF\x02": "NetCDF-3",
+    b"CDF\x05": "NetCDF-3",
+    b"\x89PNG": "a PNG picture",
+    b"\xff\xd8\xff": "a JPEG picture",
+    b"%PDF": "a PDF document",
+    b"PK\x03\x04": "a zip file, to be unpacked first",
+    b"\x1f\x8b": "compressed by gzip, to be unpacked first",
+    b"BZh": "compressed by bzip2, to be unpacked first",
+    b"\xfd7zXZ": "compressed by xz, to be unpacked first",
+    b"(\xb5/\xfd": "compressed by zstd, to be unpacked first",
+    b"\x93NUMPY": "an array of numpy",
+    b"\xff\xfe": "text in UTF-16",
+    b"\xfe\xff": "text in UTF-16",
+}
+
 netcdf = RLock()
 """Held for every call into the NetCDF library, which threads that call it at once bring down."""
 
@@ -208,6 +229,17 @@ def read_json(path: Path) -> Any:
     raise ValueError(f"{path}: nested too deeply")
 
 
+def format_of_bytes(start: bytes) -> str:
+    """What a file is by its first bytes, in words; empty if they do not tell."""
+    told = next((words for beginning, words in _BEGINNINGS.items() if start.startswith(beginning)), "")
+    if told or not start:
+        return told
+    # a letter may be cut at the end
+    text = start.decode("utf-8", "ignore")
+    plain = len(text.encode()) > len(start) - 4 and all(letter >= " " or letter in "\t\n\r\f" for letter in text)
+    return "text" if plain else ""
+
+
 def open_target(path: Path) -> BufferedReader:
     """An ordinary file that is named, or to which a link of that name leads, open for reading.
 
@@ -218,7 +250,7 @@ def open_target(path: Path) -> BufferedReader:
         os.close(handle)
         folder = stat.S_ISDIR(mode)
         code = errno.EISDIR if folder else errno.EINVAL
-        raise OSError(code, os.strerror(code) if folder else "no ordinary file", str(path))
+        raise OSError(code, os.strerror(code) if folder else "not an ordinary file", str(path))
     return open(handle, "rb")
 
 
@@ -242,7 +274,7 @@ def _checked(path: Path, flags: int, refuse: Callable[[os.stat_result], str]) ->
             raise
         raise OSError(errno.ELOOP, f"{path.name} is a link to another file", str(path)) from None
     found = os.fstat(handle)
-    what = refuse(found) if stat.S_ISREG(found.st_mode) else "no ordinary file"
+    what = refuse(found) if stat.S_ISREG(found.st_mode) else "not an ordinary file"
     if what:
         os.close(handle)
         raise OSError(errno.EINVAL, f"{path.name} is {what}", str(path))

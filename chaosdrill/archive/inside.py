@@ -180,7 +180,7 @@ def read_file(name, output):
     try:
         status = os.fstat(handle)
         if not stat.S_ISREG(status.st_mode):
-            raise Refused("no ordinary file")
+            raise Refused("not an ordinary file")
         # a file may have holes, which take no room
         size = min(status.st_size, 512 * status.st_blocks + 2**16)
         known = b"/dev/fd/%d" % handle

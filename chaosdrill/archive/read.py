@@ -11,13 +11,17 @@ from chaosdrill.annotations import Dataset, DataTree
 from chaosdrill.archive.trial import TruncatedError, borrowed
 from chaosdrill.dataset.provenance import FORMAT
 from chaosdrill.errors import ArchiveError
-from chaosdrill.files import open_target
+from chaosdrill.files import HDF5, format_of_bytes, open_target
 from chaosdrill.typed import PATH, expecting
 
 REMEDY = "copy or download it once more, or compute it again"
 """For a file whose bytes are not those that were written."""
 
-_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+_WAYS = {
+    "text": "run a scene by 'chaosdrill run SCENE.toml -o OUT.nc', and name OUT.nc",
+    "NetCDF-3": "chaosdrill writes NetCDF-4; 'nccopy -k nc4 FILE NEW' turns a converted archive back",
+}
+"""What to do with a file of another kind, by its format."""
 
 
 @expecting(ArchiveError, path=PATH)
@@ -101,11 +105,14 @@ def _lists(ds: Dataset) -> Dataset:
 def _check_signature(file: Path) -> None:
     try:
         with open_target(file) as stream:
-            start = stream.read(len(_SIGNATURE))
+            start = stream.read(512)
     except (OSError, ValueError) as fault:
         reason = fault.strerror if isinstance(fault, OSError) else fault
         raise ArchiveError(f"{file}: cannot read the archive: {reason}") from fault
     if not start:
         raise ArchiveError(f"{file}: is empty; the run that wrote it did not finish: {REMEDY}")
-    if start != _SIGNATURE:
-        raise ArchiveError(f"{file}: not a NetCDF-4 file")
+    if not start.startswith(HDF5):
+        found = format_of_bytes(start)
+        way = _WAYS.get(found, "name an archive, which 'chaosdrill run' or chaosdrill.save has written")
+        what = f", but {found}; {way}" if found else f"; {way}. If this was one, {REMEDY}"
+        raise ArchiveError(f"{file}: not a NetCDF-4 file{what}")

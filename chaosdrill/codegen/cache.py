@@ -145,7 +145,7 @@ def read(path: Path) -> bytes | None:
         return None
     with open(handle, "rb") as file:
         found = os.fstat(handle)
-        if not is_trusted(found.st_uid) or found.st_mode & stat.S_IWOTH:
+        if not is_trusted(found.st_uid) or _is_open(found):
             warnings.warn(f"{path} belongs to another user, or others can write it; it is compiled anew", stacklevel=2)
             return None
         held = file.read()

@@ -7,6 +7,7 @@ from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from typing import Any, cast
 
+from chaosdrill.errors import SettingsError
 from chaosdrill.plots._types import Figure
 from chaosdrill.plots.tuning import TUNING
 
@@ -99,8 +100,13 @@ def _restore(before: dict[str, Any], set_to: dict[str, Any]) -> None:
 
 def _settings() -> MutableMapping[str, Any]:
     """Matplotlib's present settings, by any name."""
-    import matplotlib as mpl
-
+    try:
+        import matplotlib as mpl
+    except UnicodeDecodeError as fault:
+        raise SettingsError(
+            "matplotlib cannot start, since its settings are not text: a file 'matplotlibrc' in the working directory, "
+            f"in $MATPLOTLIBRC or in the user's folder of settings; correct or remove it ({fault})"
+        ) from fault
     return cast("MutableMapping[str, Any]", mpl.rcParams)
 
 

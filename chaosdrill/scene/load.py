@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from chaosdrill.errors import SceneError
-from chaosdrill.files import name_text
+from chaosdrill.files import HDF5, format_of_bytes, name_text
 from chaosdrill.scene.changes import change, toml_value
 from chaosdrill.scene.lines import COMMENT, DOTTED, LONG_STRING, NAME, NO_LINE, InvalidSceneError, Problem, key_lines
 from chaosdrill.scene.lines import Path as KeyPath
@@ -54,6 +54,12 @@ def load_scene(path: str | os.PathLike[str], changes: Mapping[str, Any] | None =
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as fault:
+        found = format_of_bytes(data[:512])
+        if found and "text" not in found:
+            way = "name a small text file, as 'chaosdrill new' prints one"
+            if data.startswith(HDF5):
+                way = "the attribute 'scene' of an archive holds the text, and 'chaosdrill verify' runs it again"
+            raise SceneError(f"{name}: {found}, not a scene; {way}") from None
         line = data.count(b"\n", 0, fault.start) + 1
         raise SceneError(f"{name}:{line}: not UTF-8 text; save the scene as UTF-8") from None
     return parse_scene(text, name, changes)

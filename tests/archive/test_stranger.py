@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from dataclasses import replace
 
@@ -260,8 +261,8 @@ def test_the_library_crashes(tmp_path, sound, monkeypatch):
 
 def test_a_pipe_or_a_device_is_no_archive(tmp_path):
     os.mkfifo(tmp_path / "pipe.nc")
-    assert "no ordinary file" in refusal(tmp_path / "pipe.nc")
-    assert "no ordinary file" in refusal("/dev/zero")
+    assert "not an ordinary file" in refusal(tmp_path / "pipe.nc")
+    assert "not an ordinary file" in refusal("/dev/zero")
 
 
 # Neither the process that asks nor one that it forks ever holds the NetCDF library to read.
@@ -350,3 +351,43 @@ def test_what_may_be_declared():
     assert inside.most_bytes(0) == inside.FREE_BYTES
     assert inside.most_bytes(2 * 10**6) == inside.USUAL_BYTES
     assert inside.most_bytes(10**9) == inside.USUAL_COMPRESSION * 10**9
+
+
+def test_a_file_that_is_exchanged_while_it_is_opened(stranger, sound, tmp_path):
+    # it is the file that was checked that is read, or none
+    secret = tmp_path / "secret.bin"
+    np.full(4, SECRET).tofile(secret)
+    hostile = stranger(lambda file: beside(file, file["a"], "more", (4,), dtype="f8", external=[(str(secret), 0, 32)]))
+    whole, target, begun = tmp_path / "whole.nc", tmp_path / "target.nc", threading.Event()
+    whole.write_bytes(sound)
+    expected = cd.open(whole)
+    os.link(whole, target)
+    stop = threading.Event()
+
+    def exchange():
+        while not stop.is_set():
+            for other in (hostile, whole, secret, whole):
+                os.link(other, tmp_path / "next")
+                os.replace(tmp_path / "next", target)
+                # two names of one file would not replace each other
+                (tmp_path / "next").unlink(missing_ok=True)
+                begun.set()
+                time.sleep(0.002)
+
+    thread = threading.Thread(target=exchange)
+    thread.start()
+    begun.wait()
+    opened = refused = 0
+    end = time.monotonic() + 30
+    try:
+        while min(opened, refused) < 10 and time.monotonic() < end:
+            time.sleep(0.001)
+            try:
+                assert cd.open(target).identical(expected)
+                opened += 1
+            except ArchiveError:
+                refused += 1
+    finally:
+        stop.set()
+        thread.join()
+    assert min(opened, refused) >= 10

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
+from support.archives import diagram
 
 import chaosdrill as cd
 from chaosdrill.archive import save
@@ -56,6 +57,47 @@ def test_missing_archive(call, tmp_path, command):
     answer = call(command, tmp_path / "none.nc")
     assert (answer.code, answer.out) == (1, "")
     assert "No such file or directory" in answer.err
+
+
+PACKED = "to be unpacked first"
+TEXT_FILE = "name a small text file, as 'chaosdrill new' prints one"
+
+
+@pytest.mark.parametrize(
+    ("start", "scene_says", "archive_says"),
+    [
+        (b"\x89HDF\r\n\x1a\n\xff", "NetCDF-4 or HDF5, not a scene; the attribute 'scene'", "truncated or damaged"),
+        (b"CDF\x01\xff", f"NetCDF-3, not a scene; {TEXT_FILE}", "but NetCDF-3; chaosdrill writes NetCDF-4"),
+        (b"\x89PNG\r\n", f"a PNG picture, not a scene; {TEXT_FILE}", "but a PNG picture; name an archive"),
+        (b"PK\x03\x04\xff", PACKED, PACKED),
+        (b"\x1f\x8b\x08\xff", PACKED, PACKED),
+        ("[system]\n".encode("utf-16"), ":1: not UTF-8 text; save the scene as UTF-8", "but text in UTF-16"),
+        ("# Poincaré\n".encode() * 50, "system: missing", "but text; run a scene by 'chaosdrill run"),
+        (bytes(600), "invalid TOML", "not a NetCDF-4 file; name an archive"),
+        (b"\xc3\xff\x00", "not UTF-8 text", "If this was one, copy or download it once more"),
+    ],
+    ids=["hdf5", "netcdf3", "png", "zip", "gzip", "utf-16", "text", "zeros", "noise"],
+)
+def test_a_file_of_another_kind_is_called_by_its_name(call, tmp_path, start, scene_says, archive_says):
+    path = tmp_path / "file"
+    path.write_bytes(start)
+    answer = call("check", path)
+    assert answer.code == 2
+    assert scene_says in answer.err
+    answer = call("info", path)
+    assert answer.code == 1
+    assert archive_says in answer.err
+
+
+def test_settings_of_matplotlib_that_are_no_text_are_told(tmp_path):
+    archive = save(diagram(5), tmp_path / "diagram.nc")
+    (tmp_path / "matplotlibrc").write_bytes(b"\xf4\x00\xff")
+    # matplotlib reads them at its import
+    command = [sys.executable, "-m", "chaosdrill", "plot", archive, "-o", "a.png"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "a file 'matplotlibrc' in the working directory" in done.stderr
+    assert "Traceback" not in done.stderr
 
 
 def test_output_folder_that_does_not_exist_is_told_before_the_run(call, scene, monkeypatch, tmp_path):

@@ -246,7 +246,7 @@ def test_a_folder_around_it_of_another_user_is_not_used(folder, monkeypatch):
         assert not cache.cache_folder().is_relative_to(folder)
 
 
-@pytest.mark.parametrize("way", ["link", "mode", "owner"])
+@pytest.mark.parametrize("way", ["link", "mode", "group", "owner"])
 def test_code_that_another_user_may_have_written_is_not_used(folder, tmp_path, monkeypatch, way):
     path = keep(decay())
     content = kept.read(path)
@@ -257,13 +257,16 @@ def test_code_that_another_user_may_have_written_is_not_used(folder, tmp_path, m
         return
     if way == "mode":
         path.chmod(0o666)
+    elif way == "group":
+        path.chmod(0o660)
+        monkeypatch.setattr(cache, "_is_own_group", lambda number: False)
     elif os.getuid() == 0:
         os.chown(path, 65534, 65534)
     else:
         monkeypatch.setattr(cache, "is_trusted", lambda owner: False)
     with pytest.warns(UserWarning, match="belongs to another user, or others can write it; it is compiled anew"):
         assert kept.read(path) is None
-    if way == "mode":
+    if way in ("mode", "group"):
         path.chmod(0o600)
         assert kept.read(path) == content
 
