@@ -278,7 +278,7 @@ class Orbit(AnalysisSettings):
 
     @classmethod
     def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
-        """A period counted where there are none, or in something else where there are; a section that there is not."""
+        """Lengths in periods without forcing, or in something else with it; a section that does not exist."""
         yield from misfits_of_section(table, system)
         sectioned = table.get("at") not in (None, "strobe")
         if sectioned and system.forced:

@@ -32,7 +32,7 @@ class Blocks:
     ends : ndarray of int, shape (B,)
         Ends of the blocks, in periods from there.
     exponents : int
-        Of so many tangents growth is kept.
+        Number of tangents whose growth is kept.
     all_of : bool
         Whether integrals and states are kept, too.
     """
@@ -88,7 +88,7 @@ class Blocks:
         drain: Callable[[], None] | None = None,
         report: Callable[[], None] | None = None,
     ) -> Outcome:
-        """Go on until so many blocks are done.
+        """Continue until ``last`` blocks are done.
 
         Parameters
         ----------

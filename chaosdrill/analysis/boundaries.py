@@ -312,7 +312,7 @@ def _in_the_grid(
 
 
 def _of_states(system: "HybridSystem", grid: Mapping[str, np.ndarray], parts: np.ndarray) -> np.ndarray:
-    """Numbers of the states of the grid among all states, 0 for the others, and NaN where there are none."""
+    """Numbers of the states of the grid among all states, 0 for the others, and NaN without any."""
     found = np.zeros((len(parts), len(system.state_names)))
     found[np.isnan(parts).all(axis=1)] = np.nan
     found[:, [system.state_names.index(name) for name in grid]] = parts

@@ -306,7 +306,7 @@ def _keep_blocks(go_on, place, samples, events, counts, frames, shares, logs, lo
             for a in range(n):
                 frames[k, state.exponent_of[i], a] = state.vectors[i, a]
         if parts > 1:
-            # the clock of the field begins anew with every forcing period, but every part is one to the run
+            # the clock of the field restarts with every forcing period, but every part is one to the run
             run.origin = ((first + k) % parts) * interval
         settings.target += strobes
         code = go_on(place, 0, samples, events)

@@ -43,7 +43,7 @@ _DIMS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("correlation_time", "correlation_time_error"), ("exponent",)),
     "window_time": ("window",),
 }
-"""Dimensions of what is told of a record."""
+"""Dimensions of the results of a record."""
 
 
 @dataclass(frozen=True)
@@ -244,8 +244,8 @@ def density(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Density in bins over the whole range, or between limits, its standard error, and the middles of the bins.
 
-    The error is that of a mean of correlated blocks, but not less than that of a count of independent values, from
-    which so much is added that an empty bin is told from one with three.
+    The error is that of a mean of correlated blocks, but at least that of a count of independent values, with a
+    margin by which an empty bin differs from one with three.
     """
     low, high = limits or (values.min(), values.max())
     if high - low <= WINDOWS.constant * max(abs(low), abs(high)):

@@ -92,7 +92,7 @@ def quasiperiodic(points: np.ndarray) -> bool:
     order = np.arange(1, ORDER + 1)
     turns = np.outer(frequency[known], order)
     within = SAFE * np.outer(error[known], order)
-    # of so many integers none fits by chance
+    # with this many integers none fits by chance
     fits = (np.abs(turns - np.rint(turns)) <= within) & (within * order <= CHANCE)
     return bool((~fits.any(axis=1)).any())
 

@@ -31,7 +31,7 @@ class Track:
     modes: np.ndarray  # int (m, k + 1)
     counts: np.ndarray  # int (m, k + 1, transitions): events since the segment, to and fro alike
     ok: np.ndarray  # bool (m, k + 1)
-    shown: np.ndarray  # (m, n): the last of them as points of the section are told
+    shown: np.ndarray  # (m, n): the last of them, as points of the section
     error: np.ndarray  # (m,): of the last of them, across the curve, in parts of the scale; NaN while unknown
 
     def of(self, which: np.ndarray) -> "Track":
@@ -255,7 +255,7 @@ class Segment:
         return self.map.loses_rank(image)
 
     def _between(self, places: np.ndarray) -> np.ndarray:
-        """Places at which chords are split: in the middle, or in as many as are run side by side towards a break."""
+        """Places at which chords are split: in the middle, or, towards a break, in as many parts as run side by side."""
         low, high = self.track.sigma[places], self.track.sigma[places + 1]
         middle = (low + high) / 2
         towards = np.array([int(i) in self._located for i in places], dtype=bool)

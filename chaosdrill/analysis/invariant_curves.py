@@ -60,7 +60,7 @@ class Grown:
     curve: Curve | None  # None for one that could not be started
     side: int
     origin: np.ndarray  # (n,)
-    behind: bool  # whether its first segment lies behind an event, before which the section's points are told
+    behind: bool  # whether its first segment lies after an event, before which the section has its points
 
 
 def manifolds_dataset(system: HybridSystem, given: Any, job: "Job") -> "xr.Dataset":

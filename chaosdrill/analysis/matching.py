@@ -129,7 +129,7 @@ def number_attractors(found: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.n
     """Number of the attractor of every run, from 1, and the first run of each; 0 without an attractor.
 
     The run that comes first in the grid stands for its attractor, so that the order of computation is of no account.
-    Attractors are numbered by the number of runs that they have, and those beyond the first ``MOST`` found are none.
+    Attractors are numbered in the order of their number of runs; those beyond the first ``MOST`` get no number.
     """
     numbers = np.zeros(len(found["outcome"]), dtype=np.int64)
     left = np.flatnonzero(np.isin(found["outcome"], ATTRACTING) & np.isfinite(found["moments"]).all(axis=(1, 2)))

@@ -27,9 +27,9 @@ def series_measures(
 
     Exponents are those of the package nolds (``pip install 'chaosdrill[series]'``), from vectors of ``embedding``
     values ``lag`` apart: the largest one by how neighbours part (Rosenstein et al. 1993,
-    doi:10.1016/0167-2789(93)90009-P), and as many as a vector has values by linear maps fitted to neighbours (Eckmann
-    et al. 1986, doi:10.1103/PhysRevA.34.4971). Of these some are spurious where vectors have more values than the
-    motion has dimensions, and may be the largest: twice a true one, for example. The 0-1 test is that of
+    doi:10.1016/0167-2789(93)90009-P), and one for each value of a vector by linear maps fitted to neighbours (Eckmann
+    et al. 1986, doi:10.1103/PhysRevA.34.4971). If vectors have more values than the motion has dimensions, some of these
+    are spurious and may be the largest: twice a true one, for example. The 0-1 test is that of
     `zero_one_test`, and the dimension of the vectors that of `dimensions`. Where equations are known,
     `lyapunov_spectrum` is better.
 
@@ -48,7 +48,7 @@ def series_measures(
     step : float, optional
         Time of a step. Default: that of the times that a DataArray brings along, or else 1.
     followed : int, default 20
-        Steps over which the distance of neighbours is followed: as many as it grows exponentially.
+        Steps over which the distance of neighbours is followed, while it grows exponentially.
 
     Returns
     -------

@@ -1,8 +1,8 @@
-"""Points are measured until it is decided what they are on.
+"""Points are measured until the kind of their motion is decided.
 
-A point that is undecided after its record is not believed. First the cycle to which it seems to lead is looked for
-(`chaosdrill.analysis.cycles`); if there is none it goes on, over records twice as long every time, up to
-``max_extension`` times the length asked for. Only undecided points pay for that.
+A point that is undecided after its record is not final. First the cycle that it seems to approach is sought
+(`chaosdrill.analysis.cycles`). Without one the run continues, and its record doubles each time, up to ``max_extension``
+times the length asked for. Only undecided points pay for that.
 """
 
 from collections.abc import Mapping
@@ -259,9 +259,10 @@ def beside_unstable(states: int) -> np.ndarray:
 def _tell(
     plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, which: np.ndarray, evidence: Evidence
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Outcomes of points whose exponent is not told from zero, by points of the map, and whether these were reached.
+    """Outcomes of points whose exponent cannot be distinguished from zero, by points of the map, and whether these were
+    reached.
 
-    Where there is no map they are told by instants, and by the events that move their states most often.
+    Without a map, instants decide, and the events that move their states most often.
     """
     here = at_points(parameters, which)
     begun = continued(plan, batch, which, here)
@@ -359,7 +360,8 @@ def event_rates(plan: Plan, batch: Batch, which: np.ndarray) -> Arrays:
 def rate_errors(plan: Plan, batch: Batch, which: np.ndarray, cycle: np.ndarray) -> Arrays:
     """Standard errors of the mean rates of quadratures of some points of a batch.
 
-    On a cycle of so many units of lengths, 0: of none, they are those over blocks that are whole cycles, if there are.
+    ``cycle`` is the length of the cycle in units of lengths, 0 without one; on a cycle the blocks are whole cycles, if
+    there are any.
     """
     found = np.full((len(which), len(plan.system.quadratures)), np.nan)
     for length in np.unique(cycle).tolist():

@@ -46,7 +46,7 @@ class Shares(NamedTuple):
 
     logs: np.ndarray  # (R, K): logarithms of the distances, growing with the part
     parts: np.ndarray  # (K,): mean logarithms of the parts, without bias
-    neighbours: np.ndarray  # (K,): of all points, so many neighbours
+    neighbours: np.ndarray  # (K,): number of neighbours, among all points
 
 
 def neighbours(points: np.ndarray, window: int) -> list[Counted]:
@@ -127,7 +127,7 @@ def shares(points: np.ndarray, window: int) -> Shares:
 
 
 def picked(count: int, most: int) -> np.ndarray:
-    """At most so many of ``count`` points in order: one, drawn by a fixed seed, of each few that follow each other.
+    """At most ``most`` of ``count`` points, in order: one, drawn by a fixed seed, from each group of consecutive points.
 
     Evenly spaced points might all lie on one band of an attractor that is visited in turn.
     """

@@ -117,7 +117,7 @@ NOT_OF_CHAOS = (
 def with_derivatives(
     ds: xr.Dataset, system: HybridSystem, names: Sequence[str], found: Sequence[Derived], over: str
 ) -> xr.Dataset:
-    """The dataset with derivatives by parameters of what it tells of orbits.
+    """The dataset with derivatives of its results on orbits by parameters.
 
     Parameters
     ----------
@@ -261,7 +261,7 @@ def branches_dataset(system: HybridSystem, result: BranchResult) -> xr.Dataset:
 
 
 def branches_derived(ds: xr.Dataset, system: HybridSystem, names: Sequence[str], result: BranchResult) -> xr.Dataset:
-    """The dataset of branches with mean rates and derivatives by parameters at every point, NaN where there are none.
+    """The dataset of branches with mean rates and derivatives by parameters at every point, NaN where unknown.
 
     The attribute ``derivatives_message`` says where and why.
     """

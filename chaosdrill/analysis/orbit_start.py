@@ -34,7 +34,7 @@ def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitSt
 
     Where a section is named: in the middle of the first long way between events from a point of it on, so that it is
     beside all of them, and the round has the time that the ``period`` returns from there take. On an attractor it is
-    the point after the transient to which so many returns lead back most nearly; else the first point, or the middle of
+    the point after the transient to which ``period`` returns come back most closely; else the first point, or the middle of
     the way to it, if that is long.
     """
     # a section alone needs no orbits, nor what they import
@@ -59,7 +59,7 @@ def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitSt
         found = passed.of(where.transitions)
     states, times = found.states_after(), found.times
     if len(times) <= period:
-        # what the motion does instead is told by the search
+        # the search says what the motion does instead
         return OrbitStart(system, 1, "attractor", 0)
     problem = Problem(system, (), numerics)
     problem.set_unit(where.unit)

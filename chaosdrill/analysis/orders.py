@@ -286,7 +286,7 @@ def _round(
     """Mode and state, (n,), of the motion from an order after this time, its tangent map, (n, n), and sizes of states.
 
     Events are met up to the middle between the last one before that time and that time itself, from where the mode is
-    followed without them: the guards that are met at its end are none of this motion.
+    followed without them: the guards met at its end do not belong to this motion.
     """
     import numpy as np
 

@@ -65,7 +65,7 @@ def _beside(run: Run, tangents: np.ndarray, numerics: Numerics) -> Run:
     """A run that goes on from where another one stands, with tangents, whose steps thus are not cut."""
     beside = Run(run.system, run.period, numerics, tangents=tangents, orthonormalise=False)
     beside.continue_from(run)
-    # of a forced system the clock begins anew at every strobe
+    # the clock of a forced system restarts at every strobe
     beside.begin_at(origin=float(run.standing["time"]) if run.system.forced else run.elapsed)
     return beside
 

@@ -39,7 +39,7 @@ _table = int64[:, ::1]
 class Recurrence:
     """What the section points of P runs say."""
 
-    period: np.ndarray  # int (P,): smallest number of iterates after which all points come back, 0 if there is none
+    period: np.ndarray  # int (P,): smallest number of iterates after which all points return, 0 without one
     residual: np.ndarray
     """(P,): largest relative distance between a point and the one a period later; infinite without a period."""
     splitting: np.ndarray
@@ -91,8 +91,8 @@ def trend(
     Returns
     -------
     shrinks, grows : ndarray of bool, shape (K,)
-        Without the first no cycle of so many iterates is approached, without the second none is left. Distances that
-        are as small as those of a converged cycle count as shrinking in any case, since round-off is all they have.
+        Where distances do not shrink, no cycle of this many iterates is approached; where they do not grow, none is
+        left. Distances as small as those of a converged cycle always count as shrinking, since they are round-off.
     """
     late, early = np.zeros(len(points)), np.zeros(len(points))
     floors = FLOOR * np.ascontiguousarray(known, dtype=float)

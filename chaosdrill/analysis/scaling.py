@@ -238,7 +238,7 @@ def _fitted(sums: Sums, low: int, high: int) -> Region:
 
 
 def _weights(count: int) -> np.ndarray:
-    """Of values at so many distances in a least-squares slope."""
+    """Weights of values at ``count`` distances in a least-squares slope."""
     place = STEP * (np.arange(count) - (count - 1) / 2)
     return place / (place**2).sum()
 
@@ -249,6 +249,6 @@ def refusal(sums: Sums) -> str:
     if steps < 0:
         return "no points are near each other, or none apart"
     return (
-        f"no scaling region; points tell of distances over a factor of {2 ** (steps / 2):.3g}, and it takes "
+        f"no scaling region; the points resolve distances over a factor of {2 ** (steps / 2):.3g}, and a region needs "
         f"{2 ** (SCALING.shortest / 2):.3g}: record more points, for a factor of 2 more 2^D times as many"
     )

@@ -28,7 +28,7 @@ class Images:
     """Images of P points; those of runs that have ended are NaN."""
 
     states: np.ndarray  # (P, n): where the step after it begins
-    shown: np.ndarray  # (P, n): as the points of a section are told, before its events
+    shown: np.ndarray  # (P, n): as points of a section, before its events
     modes: np.ndarray  # int (P,)
     counts: np.ndarray  # int (P, transitions): how often each was taken on the way
     outcome: np.ndarray  # int (P,)
@@ -104,9 +104,9 @@ class SectionMap:
         return self.at_events and self.transition >= self.where.own
 
     def images(self, states: np.ndarray, modes: np.ndarray, times: int = 1) -> list[Images]:
-        """The first images of P points, shape (P, n), so many of each, by runs side by side; modes may be untold."""
+        """The first ``times`` images of P points, shape (P, n), by runs side by side; modes may be unknown."""
         batch = self._batch(states, modes, after=True)
-        # a section tells points before its events, and motions go on behind them
+        # points of a section lie before its events, and motions continue after them
         before = self._batch(states, modes, after=False) if self.at_events and not self.surface else None
         found = []
         for _ in range(times):
@@ -314,7 +314,7 @@ class SectionMap:
         return found
 
     def undone(self, states: np.ndarray, modes: np.ndarray) -> Images | None:
-        """What the motions to P points come from, shape (P, n), by runs backwards in time; None where there are none.
+        """Preimages of P points, shape (P, n), by runs backwards in time; None if the system cannot be reversed.
 
         Their errors are those of the runs, which are larger than those of the map where that spreads points.
         """

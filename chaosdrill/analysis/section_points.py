@@ -121,8 +121,8 @@ def section(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
 
 @dataclass(frozen=True)
 class _Blocks:
-    """Quadratures, shape (B + 1, q), and times since a record began, when it had so many points of the section; and how
-    far quadratures move per unit of time, up or down, shape (q,)."""
+    """Quadratures, shape (B + 1, q), and times since a record began, at given numbers of section points; and how far
+    quadratures move per unit of time, up or down, shape (q,)."""
 
     points: np.ndarray
     times: np.ndarray

@@ -21,7 +21,7 @@ FACTOR = 1.5
 
 SMALL = 0.08
 """Part of the largest that the first three parts have at most (or the last three), where growth has come to an end
-within the record. A positive exponent that is told from zero takes growth by exp(4)."""
+within the record. A positive exponent that differs significantly from zero needs growth by exp(4)."""
 
 ENDS = 3
 """Parts of these: what is over sooner says little against the rest of the record."""

@@ -177,7 +177,7 @@ def _least_fall(apart: np.ndarray, orders: np.ndarray) -> np.ndarray:
     size = 1
     while len(apart) // size >= _FEWEST_BLOCKS:
         count = len(apart) / size
-        # all runs of so many blocks, overlapping, so that no block is left out and the order may be reversed
+        # all runs of this many blocks, overlapping, so that no block is left out and the order may be reversed
         merged = sums[size:] - sums[:-size]
         products = _total(merged[size:] * merged[:-size]) / (len(merged) - size)
         with np.errstate(invalid="ignore", divide="ignore"):

@@ -91,7 +91,7 @@ STAYS = 0.8
 """Part of that distance that is left in the later half of a record, at least, where no cycle is approached."""
 
 SUCCESSIVE = 32
-"""One part in so many of the instants before and after one is no neighbour of it, but the same passage (Theiler 1986,
+"""One part in this many of the instants before and after one is no neighbour but the same passage (Theiler 1986,
 doi:10.1103/PhysRevA.34.2427)."""
 
 DRIFT = 2.0
@@ -201,7 +201,7 @@ def agreement(windows: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.nd
 def _one_over_extent(windows: np.ndarray, known: np.ndarray) -> np.ndarray:
     """What makes states comparable whatever their units, shape (P, n): 0 for those that do not move, or are unknown."""
     extent = np.ptp(windows, axis=1)
-    # of the smallest numbers there are, which are not normal, one over them is none
+    # the reciprocal of a subnormal number is not finite
     moves = extent > np.maximum(CLOSE * np.maximum(sizes(windows, known), known), np.finfo(float).tiny)
     return np.divide(1.0, extent, out=np.zeros_like(extent), where=moves)
 
@@ -258,7 +258,7 @@ class Regularity:
     curve: np.ndarray  # instants lie on a closed curve along the flow
     line: np.ndarray  # even closely so
     ordered: np.ndarray  # in the order of an angle the points run along a curve
-    returns: np.ndarray  # they come back after so many that no shorter record shows it, or run along a spiral
+    returns: np.ndarray  # they return later than a shorter record shows, or run along a spiral
 
 
 def examine(

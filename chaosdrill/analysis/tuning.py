@@ -107,8 +107,8 @@ class Attractors:
     to either side of it: they tell one that the others have fallen to from one that all have merged into. A merger of
     two equals is missed once in 2**7 times."""
     most_probed: int = 8
-    """States in which these differ from the motion, so many in each: in a neutral one, as the phase of a clock, there
-    is nothing to find."""
+    """States in which these differ from the motion: in a neutral one, as the phase of a clock, there is nothing to
+    find."""
     probed: float = 1e-3
     """How far they do, in parts of the sizes of the states: what two attractors that mirror each other have merged into
     lies on the boundary between them."""
@@ -192,8 +192,8 @@ class Scaling:
     shortest: int = 7
     """Steps of the distance in a scaling region, at least: a factor of 11."""
     nearly: float = 2.0
-    """Times the least error up to which a longer range is taken instead: slopes of sets with gaps swing for ever, those
-    of the Henon map by a tenth, and are level where they turn."""
+    """Times the least error up to which a longer range is taken instead: slopes of sets with gaps oscillate at all
+    scales, those of the Henon map by a tenth, and are level where they turn."""
     blocks: int = 256
     """Parts of a record, in order, from which the error by chance is taken."""
     fewest_pairs: int = 500
@@ -246,7 +246,7 @@ class Ties:
     most: int = 12
     """Events in one instant at most: more are a series that does not end there."""
     same: float = 1e-9
-    """Difference of directions, and of states in parts of their sizes, that is none."""
+    """Difference of directions, and of states relative to their sizes, that counts as zero."""
     back: float = 1e-6
     """Distance, in parts of the states' sizes, within which a motion leads back to where it was."""
     most_on_the_way: int = 4096
@@ -267,12 +267,12 @@ class Curves:
     thin: float = 0.45
     """Part of all bounds up to which a chord may replace two."""
     lanes: int = 8
-    """Parts into which a chord is split on the way to a break: so many runs take no longer than one."""
+    """Parts into which a chord is split on the way to a break: this many runs take no longer than one."""
     beside: float = 100.0
     """Widths of a break's bracket from it at which the curve is looked at again."""
     continuous: float = 3.0
-    """Factor by which a gap, or a speed, must be smaller at a break than so far beside it; a square root gives 10, a
-    jump 1."""
+    """Factor by which a gap, or a speed, must be smaller at a break than at that distance from it; a square root gives
+    10, a jump 1."""
     margin: float = 0.5
     """Width by which the curve is followed around the region, in parts of its sides."""
     halvings: int = 60
@@ -320,7 +320,7 @@ class SectionMap:
     """Of these starts those with the nearest images, which are tried."""
     around: int = 9
     rounds: int = 4
-    """Starts along every axis around each guess, and how often the nearest of them are looked around anew."""
+    """Starts along every axis around each guess, and how often the search is repeated around the nearest of them."""
 
 
 @dataclass(frozen=True)
@@ -344,8 +344,8 @@ class Precision:
     """Ratio of two times within which they count as the same: as far as a busy machine lets one measure."""
     contradicts: float = 1e5
     rounding: float = 1e-11
-    """An error that is so many times the tolerance, or this one if that is tighter, at the tightest that was tried, and
-    has hardly fallen on the way there, is none of accuracy: the method and its reference compute different motions."""
+    """An error at the tightest tolerance that is this multiple of it (or of `rounding`, if the tolerance is tighter), and
+    has hardly fallen on the way there, is no error of accuracy: the method and its reference compute different motions."""
     target: float = 1e-6
     """Distance, in sizes of the states, at which a chaotic trajectory has left the true one."""
     horizon_starts: int = 3

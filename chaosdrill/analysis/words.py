@@ -74,7 +74,7 @@ class Evidence:
     curve: np.ndarray  # bool: instants lie on a closed curve along the flow
     line: np.ndarray  # bool: even closely so
     ordered: np.ndarray  # bool: ordered by an angle that advances evenly, the points run along a curve
-    returns: np.ndarray  # bool: they come back after so many that a part does not show it, or run along a spiral
+    returns: np.ndarray  # bool: they return later than a part shows, or run along a spiral
     cycle_reached: np.ndarray  # bool: the later half comes back to round-off, or its instants lie on a closed curve
     torus_reached: np.ndarray  # bool: the later half is that of a torus by all opinions but that of the exponent
     noisy: np.ndarray  # bool: what the motion is of is drawn at events, so that nothing ever repeats

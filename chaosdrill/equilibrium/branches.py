@@ -1,9 +1,9 @@
 """Branches of equilibria over a parameter with what happens on them, from all equilibria at its own value.
 
-Special points are told by what changes between neighbours: the number of eigenvalues with a positive real part, the
-direction of the parameter, and the sides of guards. A step in which several things happen is divided until they come
-one by one, also where the number is the same at both ends: the rates of the eigenvalues show that they come back. Each
-is located as the zero of what changes there, by Brent's method.
+Special points are recognised by what changes between neighbours: the number of eigenvalues with a positive real part,
+the direction of the parameter, and the sides of guards. A step with several changes is divided until each has its own
+step, also where the number is the same at both ends: the rates of the eigenvalues show that they come back. Each change
+is located as a zero of the quantity that changes, by Brent's method.
 """
 
 from collections.abc import Callable, Sequence
@@ -159,7 +159,7 @@ def _switch(task: Task, found: list[Branch], parent: int, mark: Mark) -> None:
 
 @dataclass(frozen=True)
 class _State:
-    """What is told of a point by which special points are seen; entries that are 0 are undecided."""
+    """Signs at a point by which special points are recognised; entries of 0 are undecided."""
 
     unstable: tuple[int, int]
     way: int

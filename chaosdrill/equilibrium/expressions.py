@@ -30,7 +30,7 @@ class Expressions:
     placed: "HybridSystem"
     mode: str
     free: tuple[int, ...]  # numbers of the m states that are unknowns
-    dropped: dict[int, str]  # why each other state is none
+    dropped: dict[int, str]  # why each other state is not an unknown
     slides: bool  # whether it holds a surface
     whole: tuple[Any, ...]  # the n states as expressions of the free ones
     rates: tuple[Any, ...]  # of the free states

@@ -42,7 +42,7 @@ class Field:
     system: "HybridSystem"
     mode: int
     free: tuple[int, ...]  # numbers of the m states that are unknowns
-    dropped: dict[int, str]  # why each other state is none
+    dropped: dict[int, str]  # why each other state is not an unknown
     slides: bool  # whether it holds a surface
     sides: tuple[Side, ...]
     levels: tuple[tuple[float, ...], ...]  # coefficients of the conserved combinations, n each

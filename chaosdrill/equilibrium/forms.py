@@ -5,8 +5,8 @@ doi:10.1007/978-3-031-22007-4, section 3.5): with A q = i omega q, A^T p = -i om
 
     l1 = Re <p, C(q,q,q*) - 2 B(q, A^-1 B(q,q*)) + B(q*, (2 i omega - A)^-1 B(q,q))> / (2 omega).
 
-What follows at a boundary is told by which modes have an equilibrium there and on which sides of the parameter these
-are admissible (di Bernardo, Nordmark, Olivar 2008, doi:10.1016/j.physd.2007.08.008).
+Which scenario follows at a boundary depends on the modes that have an equilibrium there, and on the sides of the
+parameter on which these are admissible (di Bernardo, Nordmark, Olivar 2008, doi:10.1016/j.physd.2007.08.008).
 """
 
 from dataclasses import dataclass

@@ -19,7 +19,7 @@ class Tuning:
     farthest: float = 1e3
     """Step that leads to nowhere near the start."""
     same: float = 1e-8
-    """Distance at which two equilibria are one: half the digits, as many as are left at a fold."""
+    """Distance at which two equilibria count as one: half the digits, all that is left at a fold."""
     same_errors: float = 100.0
     """Times both errors by which one equilibrium may be found apart from itself."""
 

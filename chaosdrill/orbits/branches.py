@@ -39,7 +39,7 @@ ENDS = {
 }
 
 PILED = (
-    "changes of events pile up there, nearer to each other than orbits are told apart, as on the way to complete "
+    "changes of events pile up there, nearer to each other than orbits can be distinguished, as on the way to complete "
     "chatter; the branch ends"
 )
 
@@ -386,7 +386,7 @@ def branches(
     progress : callable, optional
         Called with the branches done, the branches planned and None.
     columns : Columns, optional
-        What else is told of every orbit.
+        Further results on every orbit.
 
     Returns
     -------

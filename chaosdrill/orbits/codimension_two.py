@@ -67,7 +67,7 @@ def _values(curve: "SpecialCurve", point: "Point") -> np.ndarray:
 
 
 def further(values: np.ndarray, place: float, count: int) -> float:
-    """Function that vanishes where more than ``count`` multipliers are at a place, if so many are there anyway.
+    """Function that vanishes where more than ``count`` multipliers are at a place, if at least ``count`` always are.
 
     A coefficient of the characteristic polynomial about the place, to which no multiplier need be assigned.
     """
@@ -143,7 +143,7 @@ def _folding(curve: "SpecialCurve", points: Sequence["Point"]) -> np.ndarray:
 
 
 def _cubic_term(curve: "SpecialCurve", point: "Point") -> tuple[float, float]:
-    """The cubic coefficient of the normal form and its error; NaN where there is none."""
+    """The cubic coefficient of the normal form and its error; NaN without one."""
     multiplier = -1.0 + 0j
     if curve.kind == Special.NEIMARK_SACKER:
         half = _half(curve, point)

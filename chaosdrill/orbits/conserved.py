@@ -1,4 +1,4 @@
-"""Conserved quantities that nothing in the expressions tells of, found at an orbit: every orbit is one of a family."""
+"""Conserved quantities that the expressions do not show, found at an orbit that belongs to a family."""
 
 from typing import TYPE_CHECKING
 
@@ -16,9 +16,9 @@ def conserved_at(problem: "Problem", orbit: "Orbit", shot: "Shot") -> np.ndarray
 
     A conserved quantity makes the equations of an orbit depend on each other, whatever the parameters do: the map
     around the orbit cannot leave its level (Munoz-Almaraz, Freire, Galan, Doedel and Vanderbauwhede 2003,
-    doi:10.1016/S0167-2789(03)00097-6). The combination of equations that vanishes is its gradient. A fold is none,
-    since its parameter leads away from it; where branches cross the equations are regular on the orbits beside. Here
-    there must be another orbit beside, at the same parameters, whose equations depend on each other as well.
+    doi:10.1016/S0167-2789(03)00097-6). The combination of equations that vanishes is its gradient. A fold does
+    not count, since its parameter leads away from it; where branches cross, the equations are regular on neighbouring
+    orbits. Here a neighbouring orbit must exist at the same parameters whose equations depend on each other as well.
 
     Parameters
     ----------

@@ -329,10 +329,10 @@ class Curve:
         return good, beyond, bad, part
 
     def stay_left(self, before: Point, border: Point) -> float:
-        """How far from a border, in the first parameter, a stay that vanishes there would be none.
+        """How far from a border, in the first parameter, a stay that vanishes there has no effect.
 
-        Beside a touch it lasts as long as the root of the distance, and what it does to the orbit is of a higher power:
-        orbits without it are found before it is none.
+        Near a touch its duration grows as the root of the distance, and its effect on the orbit as a higher power:
+        orbits without it are found before it vanishes.
         """
         lasting, longer = border.orbit.durations, before.orbit.durations
         if len(lasting) != len(longer):

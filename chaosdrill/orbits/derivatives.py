@@ -113,7 +113,7 @@ class Carrier:
         return found
 
     def _together(self, tasks: Sequence[_Task]) -> dict[int, Derived | str]:
-        """The derivatives on orbits of one kind, or the reason why there are none, by the numbers of the orbits."""
+        """The derivatives on orbits of one kind, or the reason why they are missing, by the numbers of the orbits."""
         found: dict[int, Derived | str] = {}
         first, second = _Plain(self, self.problem, tasks), _Plain(self, self.coarse, tasks)
         whole = first.regular & second.regular

@@ -291,9 +291,9 @@ def recounted(problem: Problem, before: Orbit, after: Orbit) -> bool:
 
 
 def reflected(problem: Problem, before: Orbit, after: Orbit) -> bool:
-    """Whether only reflections come elsewhere among the same events, of which nothing becomes but their images.
+    """Whether only reflections change their places among the same events, which at most become their images.
 
-    An event that passes a reflection is its image on the other side, and two reflections in one instant are none.
+    An event that passes a reflection becomes its image, and two reflections in one instant cancel.
     """
     transitions = problem.plain.transitions
     reflects = np.array([t.kind == REFLECTION for t in transitions])
@@ -374,8 +374,8 @@ def _own_ahead(curve: Curve, border: Border) -> Iterator[Orbit]:
 def _other_outcomes(curve: Curve, border: Border) -> Iterator[Orbit]:
     """The orbits a little beyond a border at which an event takes another transition, from mode to mode as before.
 
-    The equations there are those of the other outcome, to which Newton's method may not come from the orbits before:
-    from either side it is thrown back to the other, and so for ever.
+    The equations there are those of the other outcome, which Newton's method may not reach from the orbits before: it
+    would be thrown back and forth between the two sides.
     """
     problem, orbit = curve.problem, border.good
     transitions = problem.plain.transitions

@@ -195,7 +195,7 @@ def find_orbit(
     marks : Marks, optional
         The section on which its points are given; default: the strobe, or where the orbit starts.
     derive : sequence of str
-        Parameters by which what is told of it is derived.
+        Parameters by which the results are differentiated.
     """
     try:
         problem, orbit, shot, residuals, message = starting_orbit(system, (), period, start, transient, numerics)

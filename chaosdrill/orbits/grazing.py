@@ -158,7 +158,7 @@ def _several(problem: "Problem", orbit: "Orbit", instant: float) -> bool:
 
 
 def _shift(place: Place) -> Shift | None:
-    """The discontinuity map: what the event does to a path that meets the guard; None if it is none of those known."""
+    """The discontinuity map: what the event does to a path that meets the guard; None for an unknown kind."""
     problem, mode, guard = place.problem, place.mode, place.touch.guard
     onward, pace = place.onward(mode), place.total / (2 * np.pi)
 

@@ -30,7 +30,7 @@ class Marks:
 
 @dataclass(frozen=True)
 class Columns:
-    """What is told of every orbit of a branch beside its state and multipliers."""
+    """Results on every orbit of a branch in addition to its state and multipliers."""
 
     marks: Marks | None = None  # the section, as for `chaosdrill.orbits.find.find_orbit`
     wanted: "Wanted | None" = None  # functions of the orbit, and what of them makes a point special

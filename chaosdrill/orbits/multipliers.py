@@ -136,7 +136,7 @@ def pair_near(values: np.ndarray, neutral: int, half: float) -> tuple[float, flo
     Returns
     -------
     half, product : float
-        Of the pair; NaN if there is none.
+        Of the pair; NaN without one.
     rest : ndarray of complex, shape (d - 2 - neutral,)
         The other multipliers.
     """

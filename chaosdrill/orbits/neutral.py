@@ -36,7 +36,7 @@ class Neutral:
     def held(self) -> np.ndarray:
         """Combinations of states, shape (m, n), that distinguish orbits of a family: conserved sums, and shifts.
 
-        A shift that changes a conserved sum is told by it.
+        A shift that changes a conserved sum is distinguished by that sum.
         """
         if not self.paired:
             return np.vstack([self.conserved, self.symmetries])

@@ -138,7 +138,7 @@ def _beside(problem: "Problem", record: OrbitRecord) -> Iterator[OrbitRecord]:
 
 
 def _record(problem: "Problem", orbit: "Orbit", pieces: int) -> OrbitRecord:
-    """One round with so many pieces on every segment."""
+    """One round with ``pieces`` pieces on every segment."""
     d, plain = problem.states, problem.plain
     parts = ((np.arange(pieces)[:, np.newaxis] + (_NODES + 1) / 2) / pieces).ravel()
     shares = np.tile(_WEIGHTS, pieces) / (2 * pieces)

@@ -33,7 +33,7 @@ class Pieces:
     extent : ndarray, shape (d,)
         Extent of the motion in every state.
     lasting : int
-        So many of the records, the first ones, are of motions that stay for ever: their pieces come first.
+        Number of records, from the first, of motions that do not escape: their pieces come first.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class Pieces:
                 yield word
 
     def rounds(self, length: int, most: int) -> Iterator[list[tuple[float, tuple[Piece, ...]]]]:
-        """Closed sequences of so many pieces with the sum of their gaps: the best of every word, then the next of each.
+        """Closed sequences of ``length`` pieces with the sum of their gaps: the best of every word, then the next of each.
 
         ``most`` is as for `words`.
         """

@@ -63,7 +63,7 @@ class Shot:
         return not (misses > TUNING.sharp_events * np.abs(self.speeds[met]) * np.abs(orbit.durations[met])).any()
 
     def bare(self) -> "Shot":
-        """Without the derivatives by the unknowns, which are large and soon known anew."""
+        """Without the derivatives by the unknowns, which are large and quickly computed again."""
         return replace(self, equations=np.zeros((0, 0)), sensitivity=np.zeros((0, 0, 0)))
 
 
@@ -198,7 +198,7 @@ class Problem:
 
     @cached_property
     def closes(self) -> np.ndarray:
-        """Which of the equations of closing count, bool of shape (d,): one is given up for every line of shifts."""
+        """Which of the closing equations count, bool of shape (d,): each line of shifts costs one."""
         found = np.ones(self.states, dtype=bool)
         found[self.shifts.firsts] = False
         return found

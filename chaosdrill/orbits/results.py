@@ -34,18 +34,18 @@ class Checks:
 
 @dataclass(frozen=True)
 class Derived:
-    """Derivatives by q parameters of what is told of an orbit with E events; NaN where there are none."""
+    """Derivatives by q parameters of the results on an orbit with E events; NaN where unknown."""
 
     values: dict[str, np.ndarray]
     """By name: ``orbit_state`` (n, q), ``period_time`` (q,), ``event_time`` (E, q), ``rates`` (r, q) of the r
     quadratures, complex ``multiplier`` (n, q), ``lyapunov_exponent`` (n, q)."""
     errors: dict[str, np.ndarray]  # of the same names; complex for both parts of what is complex
     means: np.ndarray  # (r,): the mean rates of the quadratures themselves
-    message: str = ""  # why there are none, or only some; empty if all is well
+    message: str = ""  # why some or all are missing; empty if none is
 
 
 def underived(system: "HybridSystem", count: int, events: int, message: str) -> Derived:
-    """No derivatives by so many parameters, with the reason."""
+    """Missing derivatives by ``count`` parameters, with the reason."""
     n, r = len(system.state_names), len(system.quadratures)
     shapes: dict[str, tuple[int, ...]] = {
         "orbit_state": (n,),
@@ -82,7 +82,7 @@ class FoundOrbit:
     rank: int  # rank of the tangent map
     residual: float
     """Largest difference after one period in a run of the engine, relative to the sizes of the states; where small
-    deviations grow very much over it, after parts of it, from each of which the run begins anew on the orbit."""
+    deviations grow very much over it, the run restarts on the orbit after each part of it."""
     newton: np.ndarray  # (iterations,): residual after each step of Newton's method, the start's first
     event_times: np.ndarray  # (E,): times since the first of the strobes
     event_speeds: np.ndarray  # (E,): rates of the guards as they are met

@@ -44,7 +44,7 @@ def sliding_modes(system: "HybridSystem") -> set[str]:
 
 
 def sliding_between(problem: "Problem", before: "Orbit", after: "Orbit") -> Special | None:
-    """The sliding bifurcation between two orbits; None if it is none of the four, or several different ones."""
+    """The sliding bifurcation between two orbits; None if it is not exactly one of the four."""
     system = problem.plain
     slides = sliding_modes(system)
     shorter, longer = sorted((_stays(system, orbit) for orbit in (before, after)), key=len)

@@ -96,7 +96,7 @@ class Tuning:
 
     # one orbit
     guesses: int = 6
-    """Times that the events of a guess are read anew, at most."""
+    """Times that the events of a guess are read again, at most."""
     reaches: tuple[float, ...] = (0.5, 0.1)
     """Longest corrections by one step with which Newton's method is tried, one after the other."""
     converging: float = 1e-2

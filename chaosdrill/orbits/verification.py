@@ -253,10 +253,10 @@ def exponents_of(problem: "Problem", orbit: "Orbit", moduli: np.ndarray, rank: i
     """Lyapunov exponents of the orbit by the engine's QR, and where groups of nearly equal ones end.
 
     The state is put back onto the orbit after every round, so that an unstable one is not left. Multipliers of nearly
-    the same modulus, as complex pairs, turn about each other for ever; only the mean of their exponents is one round's.
+    the same modulus, as complex pairs, keep rotating about each other; only the mean of their exponents is that of one round.
 
-    A direction that no double can follow around, as a stiff one, is left out if it is the only one: steps that resolve
-    its decay are many.
+    A single direction whose decay no double can represent, as in stiff systems, is left out: resolving it takes many
+    steps.
 
     Returns
     -------
@@ -329,7 +329,7 @@ def describe(
     marks : Marks, optional
         The section on which its points are given; default: the strobe, or where the orbit starts.
     derive : sequence of str
-        Parameters by which what is told of it is derived.
+        Parameters by which the results are differentiated.
     """
     repeated = verify(problem, orbit)
     if repeated.differs:
