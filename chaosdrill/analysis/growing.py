@@ -255,7 +255,7 @@ class Segment:
         return self.map.loses_rank(image)
 
     def _between(self, places: np.ndarray) -> np.ndarray:
-        """Places at which chords are split: in the middle, or, towards a break, in as many parts as run side by side."""
+        """Places at which chords are split: in the middle; towards a break, in as many parts as run side by side."""
         low, high = self.track.sigma[places], self.track.sigma[places + 1]
         middle = (low + high) / 2
         towards = np.array([int(i) in self._located for i in places], dtype=bool)

@@ -28,8 +28,8 @@ def series_measures(
     Exponents are those of the package nolds (``pip install 'chaosdrill[series]'``), from vectors of ``embedding``
     values ``lag`` apart: the largest one by how neighbours part (Rosenstein et al. 1993,
     doi:10.1016/0167-2789(93)90009-P), and one for each value of a vector by linear maps fitted to neighbours (Eckmann
-    et al. 1986, doi:10.1103/PhysRevA.34.4971). If vectors have more values than the motion has dimensions, some of these
-    are spurious and may be the largest: twice a true one, for example. The 0-1 test is that of
+    et al. 1986, doi:10.1103/PhysRevA.34.4971). Where vectors have more values than the motion has dimensions, some of
+    these are spurious and may be the largest: twice a true one, for example. The 0-1 test is that of
     `zero_one_test`, and the dimension of the vectors that of `dimensions`. Where equations are known,
     `lyapunov_spectrum` is better.
 

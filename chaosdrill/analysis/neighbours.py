@@ -127,7 +127,7 @@ def shares(points: np.ndarray, window: int) -> Shares:
 
 
 def picked(count: int, most: int) -> np.ndarray:
-    """At most ``most`` of ``count`` points, in order: one, drawn by a fixed seed, from each group of consecutive points.
+    """At most ``most`` of ``count`` points, in order: one, drawn by a fixed seed, of each few consecutive ones.
 
     Evenly spaced points might all lie on one band of an attractor that is visited in turn.
     """

@@ -34,8 +34,8 @@ def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitSt
 
     Where a section is named: in the middle of the first long way between events from a point of it on, so that it is
     beside all of them, and the round has the time that the ``period`` returns from there take. On an attractor it is
-    the point after the transient to which ``period`` returns come back most closely; else the first point, or the middle of
-    the way to it, if that is long.
+    the point after the transient to which ``period`` returns come back most closely; else the first point, or, if the
+    way to it is long, its middle.
     """
     # a section alone needs no orbits, nor what they import
     from chaosdrill.orbits.marks import Marks

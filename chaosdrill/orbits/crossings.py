@@ -518,7 +518,7 @@ def _together(found: Sequence[tuple[float, int]]) -> list[list[tuple[float, int]
 
 
 def _kinds(values: np.ndarray, count: int) -> Iterator[tuple[Special, int]]:
-    """Kinds of bifurcation where ``count`` multipliers are on the unit circle, and how many of them take part in each."""
+    """Kinds of bifurcation where ``count`` multipliers are on the unit circle, and how many of them take part."""
     critical = values[np.abs(np.abs(values) - 1).argsort(kind="stable")[:count]]
     paired = is_paired(critical)
     for kind, those in (

@@ -253,7 +253,7 @@ def exponents_of(problem: "Problem", orbit: "Orbit", moduli: np.ndarray, rank: i
     """Lyapunov exponents of the orbit by the engine's QR, and where groups of nearly equal ones end.
 
     The state is put back onto the orbit after every round, so that an unstable one is not left. Multipliers of nearly
-    the same modulus, as complex pairs, keep rotating about each other; only the mean of their exponents is that of one round.
+    the same modulus, as complex pairs, rotate about each other; only the mean of their exponents is that of one round.
 
     A single direction whose decay no double can represent, as in stiff systems, is left out: resolving it takes many
     steps.
