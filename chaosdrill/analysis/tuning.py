@@ -344,8 +344,8 @@ class Precision:
     """Ratio of two times within which they count as the same: as far as a busy machine lets one measure."""
     contradicts: float = 1e5
     rounding: float = 1e-11
-    """An error of `contradicts` times the tightest tolerance, or times `rounding` if that tolerance is tighter, that has
-    hardly fallen on the way there is no error of accuracy: the method and its reference compute different motions."""
+    """An error of `contradicts` times the tightest tolerance, or times `rounding` if that is tighter, that has hardly
+    fallen on the way there is no error of accuracy: the method and its reference compute different motions."""
     target: float = 1e-6
     """Distance, in sizes of the states, at which a chaotic trajectory has left the true one."""
     horizon_starts: int = 3
