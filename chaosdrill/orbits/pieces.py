@@ -79,7 +79,7 @@ class Pieces:
                 yield word
 
     def rounds(self, length: int, most: int) -> Iterator[list[tuple[float, tuple[Piece, ...]]]]:
-        """Closed sequences of ``length`` pieces and the sum of their gaps: the best of each word, then the next of each.
+        """Closed sequences of ``length`` pieces and the sum of their gaps: the best of each word, then its next.
 
         ``most`` is as for `words`.
         """
