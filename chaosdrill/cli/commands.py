@@ -18,7 +18,9 @@ from chaosdrill.systems import REGISTRY
 @click.argument("system")
 @json_option
 def new(system: str, as_json: bool) -> None:
-    """Print a scene of SYSTEM, a name of `chaosdrill list systems`, with its parameters, initial state and analyses.
+    """Print a scene of SYSTEM to start from.
+
+    It has the parameters and the initial state of SYSTEM, a name of `chaosdrill list systems`, and two analyses.
 
     For example: chaosdrill new izhikevich > neuron.toml
     """
@@ -62,7 +64,9 @@ def warm(folder: str | None, as_json: bool) -> None:
 @changes_option
 @json_option
 def check(scene: str, changes: dict[str, Any], as_json: bool) -> None:
-    """Validate SCENE without running it, and print its states, modes, events and equations.
+    """Validate SCENE and print its equations; run nothing.
+
+    States, parameters, modes and events are printed, and the effects that the scene leaves out.
 
     SCENE is a TOML file, or - for standard input.
     """
@@ -169,7 +173,10 @@ def _within(text: Any, margin: int) -> str:
 def plot(
     archive: str, output: str | None, group: str | None, state: tuple[str, ...], animate: bool, as_json: bool
 ) -> None:
-    """Draw every plot that suits the contents of OUT.nc, and print the files written."""
+    """Draw every plot that suits OUT.nc.
+
+    The names of the files written are printed.
+    """
     from chaosdrill.plots import plot_archive
 
     named = None if group is None else given_text(group)
@@ -188,12 +195,13 @@ def plot(
 @click.option("-o", "--output", metavar="REPORT.html", help="Page to write. Default: next to the archive.")
 @json_option
 def report(archive: str, output: str | None, as_json: bool) -> int:
-    """Write the contents of OUT.nc to one page, and print its name.
+    """Write OUT.nc as one page for a browser.
 
     The page is one file that loads nothing: scene and equations, plots, charts in which one selects a parameter
     and sees its section and exponents, tables, accuracy and cost, and the provenance of the numbers.
 
-    Exit code 1 if a part could not be shown, for example of an altered archive; the page then says which.
+    The name of the page is printed. Exit code 1 if a part could not be shown, for example of an altered archive; the
+    page then says which.
     """
     from chaosdrill.reports import report as write_report
 
@@ -213,7 +221,7 @@ def report(archive: str, output: str | None, as_json: bool) -> int:
 @click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Points computed at once.")
 @json_option
 def verify(archive: str, workers: int, as_json: bool) -> int:
-    """Run the scene stored in OUT.nc again and compare every variable.
+    """Run the scene in OUT.nc again and compare all results.
 
     An archive saved from Python has no scene: each of its analyses is run again from the stored definition of its
     system and the arguments.
@@ -314,7 +322,10 @@ def altered_line(described: dict[str, Any]) -> list[str]:
 @click.option("--bibtex", is_flag=True, help="Print BibTeX.")
 @json_option
 def cite(archive: str, bibtex: bool, as_json: bool) -> None:
-    """Print what to cite for OUT.nc: this package, and the references of its analyses, methods and systems."""
+    """Print what to cite for OUT.nc.
+
+    That is this package, and the references of the analyses, methods and systems in OUT.nc.
+    """
     from chaosdrill.workflow import cite as references
 
     if bibtex and as_json:
@@ -332,7 +343,11 @@ def cite(archive: str, bibtex: bool, as_json: bool) -> None:
 @click.argument("name", required=False)
 @json_option
 def list_names(topic: str, name: str | None, as_json: bool) -> None:
-    """List the systems, effects, analyses or methods that a scene can name, or the settings of the analysis NAME."""
+    """List the names for scenes, with a line for each.
+
+    These are systems, effects of the drill, analyses or methods. `chaosdrill list analyses NAME` lists the settings
+    of an analysis.
+    """
     found = names_of(topic, name)
     if as_json:
         emit(found)

@@ -25,6 +25,13 @@ def chaosdrill() -> None:
 
     The input is a scene (a TOML file), the output an archive (NetCDF).
 
+    A first result:
+
+    \b
+      chaosdrill new lorenz > scene.toml
+      chaosdrill run scene.toml -o lorenz.nc
+      chaosdrill report lorenz.nc
+
     Exit codes: 0 success, whatever the outcome of the runs; 1 an archive cannot be read or written, memory ran out,
     or a comparison failed; 2 the scene or the command line is invalid; 130 interrupted.
 

@@ -32,9 +32,9 @@ MOST_LINES = 60
 def run(
     scene: str, output: str, changes: dict[str, Any], workers: int, scheduler: str | None, resume: bool, as_json: bool
 ) -> None:
-    """Run every analysis of SCENE and write one archive, completely or not at all.
+    """Run every analysis of SCENE and write one archive.
 
-    SCENE is a TOML file, or - for standard input. Values from --set become part of the scene stored in the archive.
+    The archive is written completely or not at all. SCENE is a TOML file, or - for standard input. Values from --set become part of the scene stored in the archive.
 
     Finished parts are kept in the folder OUT.nc.parts until the archive is written. After an interruption, a kill or
     a full disk the same command with --resume continues from there and writes the same archive, bit for bit, also with
