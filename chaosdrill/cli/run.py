@@ -34,7 +34,8 @@ def run(
 ) -> None:
     """Run every analysis of SCENE and write one archive.
 
-    The archive is written completely or not at all. SCENE is a TOML file, or - for standard input. Values from --set become part of the scene stored in the archive.
+    It is written completely or not at all. SCENE is a TOML file, or - for standard input. Values from --set become part
+    of the scene stored in the archive.
 
     Finished parts are kept in the folder OUT.nc.parts until the archive is written. After an interruption, a kill or
     a full disk the same command with --resume continues from there and writes the same archive, bit for bit, also with
