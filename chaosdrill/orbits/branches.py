@@ -120,8 +120,8 @@ def trace_branch(
         if found is None:
             return _ended_at(branch, curve, part, last, step)
         curve, first = found
-        if last.points[-1].arclength - last.points[0].arclength <= TUNING.meeting and met(
-            curve, first, branch.segments[-2:-1], step
+        if last.points[-1].arclength - last.points[0].arclength <= TUNING.begins and met(
+            curve, first, branch.segments[:-1], step
         ):
             # it turns back among orbits that are not told apart
             branch.segments[-1] = last
@@ -450,7 +450,7 @@ def _partners(curve: Curve, whole: Branch, step: float, most: int) -> list[Branc
         here = points[mark.point]
         beside = [points[max(mark.point - 1, 0)].orbit, points[min(mark.point + 1, len(points) - 1)].orbit]
         for orbit, shot, ahead in crossing(curve, beside[0], here.orbit, beside[1], step):
-            if _passed(curve, found, here, mark.error):
+            if _passed(curve, found, here, mark):
                 continue
             others = [s for one in (whole, *found) for s in one.segments]
             branch = trace_branch(
@@ -461,17 +461,22 @@ def _partners(curve: Curve, whole: Branch, step: float, most: int) -> list[Branc
             branch.parent, branch.born = 0, whole.value(mark)
             branch.start = f"the branch point at {curve.problem.free[0]} = {branch.born:.12g}"
             found.append(branch)
+    for k, branch in enumerate(found):
+        # where branches cross the point stands once, on the first of them
+        before = [whole, *found[:k]]
+        places = [branch.segments[m.segment].points[m.point] for m in branch.marks]
+        branch.marks = [m for m, p in zip(branch.marks, places, strict=True) if not _passed(curve, before, p, m)]
     return found
 
 
-def _passed(curve: Curve, found: list[Branch], point: Point, error: float) -> bool:
-    """Whether a branch that was followed has come through a branch point, from one side to the other."""
-    return any(
-        mark.kind == Special.BRANCH_POINT
-        and abs(branch.value(mark) - float(curve.values(point.orbit)[0])) <= 2 * (mark.error + error)
-        and curve.met(branch.orbit(mark), point.orbit, point.weights, TUNING.meeting**0.5) is not None
+def _passed(curve: Curve, found: list[Branch], point: Point, mark: Mark) -> bool:
+    """Whether one of these branches has come through a branch point, which is marked on another one."""
+    return mark.kind == Special.BRANCH_POINT and any(
+        old.kind == mark.kind
+        and abs(branch.value(old) - float(curve.values(point.orbit)[0])) <= 2 * (old.error + mark.error)
+        and curve.met(branch.orbit(old), point.orbit, point.weights, TUNING.meeting**0.5) is not None
         for branch in found
-        for mark in branch.marks
+        for old in branch.marks
     )
 
 

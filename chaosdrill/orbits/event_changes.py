@@ -95,6 +95,9 @@ def touches(problem: Problem, orbit: Orbit) -> Iterator[tuple[float, Touch, floa
             # orbits without events have segments that end nowhere in particular
             padded = np.pad(heights, 1, mode="wrap") if orbit.eventless else np.pad(heights, 1, constant_values=np.inf)
             tops = (heights >= padded[:-2]) & (heights >= padded[2:])
+            # between two instants a top rises by less than it lies above its neighbours
+            risen = 2 * heights - padded[:-2] - padded[2:] + TUNING.far_touch * np.ptp(values)
+            tops &= np.abs(heights) <= risen
             for k in np.flatnonzero(tops).tolist():
                 touch = Touch(i, j, side)
                 try:
@@ -131,18 +134,26 @@ def slowest_event(problem: Problem, orbit: Orbit, shot: Shot) -> int | None:
     return slowest if parts[slowest] <= TUNING.touching else None
 
 
-def taken(problem: Problem, orbit: Orbit, segment: int, guard: int, after: float) -> int:
-    """Transition that would be taken if a guard were met on a segment, a time after its start; -1 for none."""
+def taken(problem: Problem, orbit: Orbit, segment: int, guard: int, after: float) -> tuple[int, np.ndarray]:
+    """Transition that would be taken if a guard were met on a segment, -1 for none, and the state after it, shape (d,).
+
+    Parameters
+    ----------
+    after : float
+        Time since the start of the segment.
+    """
     system = problem.system
     n, instant = len(system.state_names), float(orbit.durations[:segment].sum()) + after
     x = np.zeros(n)
     x[: problem.states] = problem.at([orbit], np.array([[instant]]))[0][0, 0]
     x[problem.states :] = orbit.starts[0, problem.states :]
-    room = np.zeros(event_places(n).size)
+    places = event_places(n)
+    room = np.zeros(places.size)
     constants = kernels_of(system).constants(system.parameters)
     mode = int(orbit.segments[segment, at.SEGMENT_MODE])
     event_map = kernels_of(system).functions.event_map
-    return int(event_map(mode, guard, orbit.phase + instant, constants, x, 0, np.ones(n), 0.0, room))
+    came = int(event_map(mode, guard, orbit.phase + instant, constants, x, 0, np.ones(n), 0.0, room))
+    return came, room[places.image : places.image + problem.states].copy()
 
 
 def _guard(
@@ -158,8 +169,7 @@ def _guard(
     mode = int(orbit.segments[segment, at.SEGMENT_MODE])
     times, constants = orbit.phase + instants, kernels.constants(system.parameters)
     _guard_along(kernels.functions, mode, guard, times, constants, x, values, gradients, rates)
-    slopes = [gradient[:n] @ rate[:n] + gradient[n] for gradient, rate in zip(gradients, rates, strict=True)]
-    return values, np.array(slopes)
+    return values, np.einsum("ij,ij->i", gradients[:, :n], rates[:, :n]) + gradients[:, n]
 
 
 @compiled(void(functions_type, int64, int64, vector, vector, matrix, vector, matrix, matrix))
@@ -206,7 +216,7 @@ def _met_at(problem: Problem, border: Border) -> Change:
     names = [system.transitions[k].name if k >= 0 else "" for k in orbit.segments[:, at.SEGMENT_OUTCOME]]
     for i, (mode, end, outcome) in enumerate(orbit.segments.tolist()):
         if shot.crossed[i] >= 0:
-            came = taken(problem, orbit, i, int(shot.crossed[i]), float(shot.met[i]))
+            came, _ = taken(problem, orbit, i, int(shot.crossed[i]), float(shot.met[i]))
             first = kernels_of(problem.system).events[mode][shot.crossed[i]].outcomes[0]
             name = system.transitions[came if came >= 0 else first].name
             if shot.crossed[i] == end and shot.met[i] >= (1 - TUNING.end_of_stay) * orbit.durations[i]:
@@ -241,7 +251,10 @@ def _changed(problem: Problem, border: Border, after: Orbit) -> Change:
     # in the order of declaration: where an orbit's sequence begins may be a matter of the last digit
     declared = [t.name for t in system.transitions]
     appeared, vanished = (sorted(changed.elements(), key=declared.index) for changed in (new - old, old - new))
-    if len(before) == len(after) and not before.eventless and not after.eventless:
+    slow = slowness(problem, before, border.shot).min(initial=np.inf)
+    touched = nearest_touch(problem, before) is not None
+    traded = slow <= TUNING.touching and touched
+    if len(before) == len(after) and not before.eventless and not after.eventless and not traded:
         if not appeared and not vanished:
             return Change(Special.EVENT_SWAP, "two events change their order")
         return Change(Special.OUTCOME_SWITCH, f"{' and '.join(vanished)} becomes {' and '.join(appeared)}")
@@ -250,10 +263,8 @@ def _changed(problem: Problem, border: Border, after: Orbit) -> Change:
         counted = [f"{k} {name}" if k > 1 else name for name, k in Counter(names).items()]
         if names:
             parts.append(f"{' and '.join(counted)} {one if len(names) == 1 else many}")
-    touches = (
-        slowness(problem, before, border.shot).min() <= TUNING.tangential or nearest_touch(problem, before) is not None
-    )
-    return Change(Special.GRAZING if touches else Special.BORDER_COLLISION, ", ".join(parts))
+    grazes = slow <= TUNING.tangential or touched
+    return Change(Special.GRAZING if grazes else Special.BORDER_COLLISION, ", ".join(parts))
 
 
 def branch_behind(curve: Curve, border: Border) -> Continuation | None:
@@ -338,6 +349,7 @@ def _guesses(curve: Curve, border: Border) -> Iterator[Orbit]:
     """
     problem = curve.problem
     d = problem.states
+    yield from _all_changed(problem, border)
     yield from _other_outcomes(curve, border)
     yield from switched(problem, border.good)
     yield from unswitched(problem, border.good)
@@ -398,6 +410,40 @@ def _other_outcomes(curve: Curve, border: Border) -> Iterator[Orbit]:
             segments = orbit.segments.copy()
             segments[changed, at.SEGMENT_OUTCOME] = came[changed]
             yield replace(moved, segments=segments)
+
+
+def _all_changed(problem: Problem, border: Border) -> Iterator[Orbit]:
+    """The path without the events that have no speed and with one wherever a guard is touched, if they are several.
+
+    As many branches meet there as there are ways to choose among these events, two of a symmetric orbit and its
+    partners. Each is continued by its opposite, so that a walk takes the same ways whichever of them it comes.
+    """
+    orbit, names = border.good, problem.plain.mode_names
+    slow = slowness(problem, orbit, border.shot) <= TUNING.touching
+    touched = [(touch, when) for value, touch, when in touches(problem, orbit) if value <= TUNING.touching]
+    modes = orbit.segments[:, at.SEGMENT_MODE]
+    if slow.sum() + len(touched) < 2 or (modes != np.roll(modes, -1))[slow].any():
+        return
+    ends, values = orbit.durations.cumsum(), orbit.starts[0, problem.states :]
+    following = np.vstack([orbit.starts[1:], orbit.starts[:1] + orbit.moved_on()])
+    kept = np.flatnonzero((orbit.segments[:, at.SEGMENT_END] >= 0) & ~slow)
+    events = [(float(ends[i]), orbit.segments[i], following[i]) for i in kept]
+    for touch, when in touched:
+        i, mode = touch.segment, int(modes[touch.segment])
+        came, after = taken(problem, orbit, i, touch.guard, when - float(ends[i] - orbit.durations[i]))
+        if came < 0 or problem.plain.transitions[came].target != names[mode]:
+            return
+        events.append((when, np.array([mode, touch.guard, came]), np.concatenate([after, values])))
+    if events:
+        events.sort(key=lambda one: one[0])
+        times = np.array([when for when, _, _ in events])
+        yield replace(
+            orbit,
+            segments=np.roll(np.array([segment for _, segment, _ in events]), -1, axis=0),
+            starts=np.array([after for _, _, after in events]),
+            phase=orbit.phase + times[0],
+            durations=np.diff(times, append=times[0] + float(ends[-1])),
+        )
 
 
 def without_events(problem: Problem, orbit: Orbit) -> Iterator[Orbit]:

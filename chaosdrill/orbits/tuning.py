@@ -265,6 +265,8 @@ class Tuning:
     """Instants of a segment at which guards are looked at."""
     touching: float = 1e-6
     """Greatest value of a guard, and speed at an event, that count as zero at a border: as parts of those before."""
+    far_touch: float = 0.05
+    """Greatest value of a guard, as a part of how much it varies on the segment, beyond which it is no touch."""
     touch_probe: float = 1e-5
     """First difference of two instants, as a part of the orbit, in the search for the greatest value."""
     touch_settled: float = 1e-9

@@ -181,9 +181,9 @@ def test_the_cascades_of_both_partners():
         assert float(whole["special_value"][k]) == pytest.approx(doubling_of_hits(whole, k, 1.4), abs=1e-10)
 
 
-def touch_of_the_last_hit(branch, number, system, omega, e):
-    """The force at which the last of the hits on one wall has no speed, in closed form; a guess is an orbit beside."""
-    point = branch.isel(point=int(branch["special_index"][number]) + 2)
+def touch_of_the_last_hit(branch, number, system, omega, e, beyond=2):
+    """The force at which the last of the hits on one wall has no speed, in closed form; a guess is an orbit beyond."""
+    point = branch.isel(point=int(branch["special_index"][number]) + beyond)
     near = system.with_parameters(f=float(point["f"])).with_initial(list(point["orbit_state"].values[:2]))
     orbit = found(near, start="guess")
     times, before, period = orbit["event_time"].values, orbit["event_state_before"].values, 2 * pi / omega
@@ -203,37 +203,61 @@ def touch_of_the_last_hit(branch, number, system, omega, e):
     return answer[-1]
 
 
-def test_grazings_pile_up_on_the_way_to_complete_chatter():
-    """Each adds a hit; their distances tend to shrink by e, as the speeds of hits do in chatter."""
-    system = WALLS.with_parameters(omega=1.4, e=0.5)
-    begin = cd.halved(system.with_parameters(f=12.5324488).with_initial(x=0.61227655, v=0.04455882), ODD)
-    branch = cd.continue_orbit(begin, {"f": (12.532, 20.0)}, start="guess")
-    assert "pile up" in str(branch["branch_end_text"].values[0])
-    hit = branch["special_kind"].values != Special.FOLD
-    values, errors = branch["special_value"].values[hit], branch["special_error"].values[hit]
-    assert len(values) >= 12
+@pytest.fixture(scope="module")
+def symmetric_walk():
+    return cd.continue_orbit(WALLS.with_parameters(omega=1.4, e=0.5, f=5.0), {"f": (1.0, 13.0)})
+
+
+def once(branch, within=(0.0, np.inf)):
+    """The special points of a branch in order, shape (S, 2): kind and place; none of them stands twice."""
+    values = branch["special_value"].values
+    states = branch["orbit_state"].values[branch["special_index"].values, :2]
+    both = np.column_stack([values, states])
+    apart = np.abs(both[:, np.newaxis] - both).max(axis=2) + np.eye(len(both))
+    assert apart.min(initial=1) > 1e-8
+    inside = (values > within[0]) & (values < within[1])
+    order = np.argsort(values[inside])
+    return np.column_stack([branch["special_kind"].values, values])[inside][order]
+
+
+@pytest.mark.parametrize(("f", "limits", "step"), [(9.8, (2.0, 12.0), 0.1), (5.0, (2.2, 11.0), None)])
+def test_a_walk_along_symmetric_orbits_is_the_same_from_everywhere(symmetric_walk, f, limits, step):
+    """Where both walls are touched at once partners begin as well, which are no part of it."""
+    walk = cd.continue_orbit(WALLS.with_parameters(omega=1.4, e=0.5, f=f), {"f": limits}, step=step)
+    within = (2.2, 11.0)
+    np.testing.assert_allclose(once(walk, within), once(symmetric_walk, within), rtol=1e-9)
+    assert all(one.count("left") == one.count("right") for one in walk["event_sequence"].values)
+
+
+def test_grazings_pile_up_on_the_way_to_complete_chatter(symmetric_walk):
+    """Each adds a hit on either wall; their distances tend to shrink by e, as the speeds of hits do in chatter."""
+    assert "pile up" in str(symmetric_walk["branch_end_text"].values[0])
+    kinds, system = symmetric_walk["special_kind"].values, WALLS.with_parameters(omega=1.4, e=0.5)
+    touched = np.flatnonzero((kinds != Special.FOLD) & (kinds != Special.BRANCH_POINT))
+    values, errors = (symmetric_walk[name].values[touched] for name in ("special_value", "special_error"))
+    assert len(values) >= 20
     assert (np.diff(values) > 0).all()
-    assert np.diff(values)[8] / np.diff(values)[7] == pytest.approx(0.5, abs=0.01)
-    for k in (1, 3, 6):
-        exact = touch_of_the_last_hit(branch, int(np.flatnonzero(hit)[k]), system, 1.4, 0.5)
-        assert abs(values[k] - exact) <= errors[k] < 1e-7
+    assert np.diff(values)[20] / np.diff(values)[19] == pytest.approx(0.5, abs=0.01)
+    for k, beyond in ((0, 6), (1, 6), (2, 6), (7, 2), (13, 2), (15, 2), (18, 2)):
+        exact = touch_of_the_last_hit(symmetric_walk, touched[k], system, 1.4, 0.5, beyond)
+        assert abs(values[k] - exact) <= errors[k] < 2e-7
 
 
 @pytest.mark.parametrize("limits", [(1.0, 13.0), (2.0, 40.0)])
-def test_special_points_do_not_depend_on_the_step_where_partners_come_back(limits):
-    """The symmetric branch, its partners through the pitchfork, and back: once."""
+def test_a_walk_along_partners_leads_through_the_pitchfork_and_the_double_touch_back_to_its_start(limits):
+    """Each graze once more, at the place of the other: two pairs of states at one force."""
     branch = cd.continue_orbit(WALLS.with_parameters(omega=1.4, e=0.5, f=2.4), {"f": limits})
-    pitchforks = of_kind(branch, Special.BRANCH_POINT)
-    assert len(pitchforks) == 2
-    assert np.ptp(pitchforks) < 1e-9
-    assert branch.sizes["special"] == 6
+    points = once(branch)
+    assert points[:, 0].tolist() == [Special.BRANCH_POINT, Special.GRAZING, Special.GRAZING, Special.GRAZING]
+    assert abs(points[1, 1] - points[2, 1]) < 1e-10
+    assert "closed" in str(branch["branch_end_text"].values[0])
 
 
-def test_a_walk_that_begins_beyond_the_pitchfork_passes_it_again():
-    """From the symmetric branch, and on the way from one partner to the other."""
-    branch = cd.continue_orbit(WALLS.with_parameters(omega=1.4, e=0.5, f=5.0), {"f": (2.0, 40.0)})
-    assert len(of_kind(branch, Special.BRANCH_POINT)) == 2
-    assert len(of_kind(branch, Special.FOLD)) == 2
+def test_a_pitchfork_stands_once_though_its_partners_come_back_to_it():
+    branch = cd.continue_orbit(WALLS.with_parameters(omega=1.4, e=0.5, f=2.2), {"f": (2.0, 6.3)}, doublings=1)
+    assert branch["special_kind"].values.tolist().count(Special.BRANCH_POINT) == 2
+    assert branch["branch_end_text"].values[1].startswith("The branch returned to its start")
+    assert np.bincount(branch["branch"].values[branch["special_index"].values]).tolist() == [4, 3]
 
 
 def test_a_cycle_that_touches_the_surface_of_the_reflection_goes_on():
