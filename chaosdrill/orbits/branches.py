@@ -101,9 +101,8 @@ def trace_branch(
         if room < 1:
             return branch
         part = continue_curve(curve, first, step, room, home=home, birth=birth)
-        if not special:
-            _to_no_speed(curve, part)
-        reached = _append(branch, curve, part)
+        jumps = not special and _to_no_speed(curve, part)
+        reached = _append(branch, curve, part, jumps)
         last = branch.segments[-1]
         if part.border is None:
             if part.end == BranchEnd.REST and not special:
@@ -135,41 +134,37 @@ def trace_branch(
     return branch
 
 
-def _append(branch: Branch, curve: Curve, part: Continued) -> Located | None:
-    """Append a continued segment to a branch, and mark the special points on it; where a test function ends it."""
+def _append(branch: Branch, curve: Curve, part: Continued, jumps: bool) -> Located | None:
+    """Append a continued segment to a branch, and mark the special points on it; where a test function ends it.
+
+    At its last point multipliers may jump (``jumps``).
+    """
     followed, _ = curve.followed(part.points[len(part.points) // 2]) or (part.points[0].orbit, None)
     segment, end = BranchSegment(curve, part.points, structural_rank(curve.problem, followed)), None
     if any(test.end == part.end for test in TESTS):
         segment, end = ended(segment, part.end)
     if not isinstance(curve, SpecialCurve):
-        segment, marks = _marked(segment, len(segment) - int(end is not None or _singular(curve, part)))
+        segment, marks = _marked(segment, len(segment) - int(end is not None or jumps))
         branch.marks += [replace(mark, segment=len(branch.segments)) for mark in marks]
     branch.segments.append(segment)
     return end
 
 
-def _singular(curve: Curve, part: Continued) -> bool:
-    """Whether the last point of a part lies on a border at which an event has no speed, and multipliers may jump."""
-    if part.border is None or part.lost:
-        return False
-    last = part.points[-1].orbit
-    return bool(slowness(curve.problem, last, curve.problem.shoot(last, False)).min() <= TUNING.tangential)
-
-
-def _to_no_speed(curve: Curve, part: Continued) -> None:
-    """Move the last point to where an event loses its speed, if it ends there.
+def _to_no_speed(curve: Curve, part: Continued) -> bool:
+    """Move the last point to where an event loses its speed, if it ends there, and tell whether multipliers may jump.
 
     A run distinguishes two events in a row from none only if the guard is passed by more than its rounding error, which
     goes with the square of the speed; in the equations of the orbit the speed goes through zero like any other number.
     """
     problem, points = curve.problem, part.points
-    if part.border is None or len(points) < 2:
-        return
-    before, last = points[-2:]
-    slow = slowness(problem, last.orbit, problem.shoot(last.orbit, False))
-    event = int(slow.argmin())
-    if not slow[event] <= TUNING.touching:
-        return
+    if part.border is None:
+        return False
+    last = points[-1]
+    slow = slowness(problem, last.orbit, last.shot)
+    event, jumps = int(slow.argmin()), bool(slow.min() <= TUNING.tangential) and not part.lost
+    if not slow[event] <= TUNING.touching or len(points) < 2:
+        return jumps
+    before = points[-2]
 
     def speed(share: float) -> float:
         tried[share] = curve.between(before, beyond, share)
@@ -180,12 +175,13 @@ def _to_no_speed(curve: Curve, part: Continued) -> None:
         h = 2 * curve.gap(before.orbit, last.orbit, last.weights)
         beyond = curve.after(points[-1 - TUNING.predictor_points : -1], h)[0]
         if speed(0.0) * speed(1.0) >= 0:
-            return
+            return jumps
         found = tried[bracketed(speed, 0.0, 1.0)]
     except LostError:
-        return
+        return jumps
     if abs(float(curve.values(found.orbit)[-1] - curve.values(last.orbit)[-1])) > part.border.error:
         points[-1] = replace(found, arclength=before.arclength + curve.gap(before.orbit, found.orbit, last.weights))
+    return jumps
 
 
 def _behind(curve: Curve, part: Continued, last: BranchSegment, branch: Branch) -> tuple[Curve, Point] | None:

@@ -271,6 +271,11 @@ def branch_behind(curve: Curve, border: Border) -> Continuation | None:
     """An orbit beyond a border with another sequence of events, if a branch begins there."""
     tried = [border.good]
     further: list[Orbit] = []
+    for guess in _all_changed(curve.problem, border):
+        # where it begins no branch, others with these events may do so at guesses further off
+        found = _branch_from(curve, guess, border, [])
+        if found is not None:
+            return found
     for guess in chain(_guesses(curve, border), _emptied(further)):
         if len(tried) > TUNING.border_tried:
             break
@@ -349,7 +354,6 @@ def _guesses(curve: Curve, border: Border) -> Iterator[Orbit]:
     """
     problem = curve.problem
     d = problem.states
-    yield from _all_changed(problem, border)
     yield from _other_outcomes(curve, border)
     yield from switched(problem, border.good)
     yield from unswitched(problem, border.good)

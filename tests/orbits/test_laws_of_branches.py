@@ -359,7 +359,7 @@ def test_partners_that_meet_again_are_walked_once():
     assert np.abs(states**2 - (1 - values**2) / 4).max() < 1e-9
     crossings = branch["special_value"].values[branch["special_kind"].values == Special.BRANCH_POINT]
     np.testing.assert_allclose(np.sort(np.abs(crossings)), 1, atol=1e-6)
-    assert len(crossings) == 4
+    assert len(crossings) == 2
 
 
 @pytest.mark.parametrize("step", [0.01, 0.04])
