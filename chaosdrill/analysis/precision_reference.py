@@ -212,9 +212,42 @@ def positive_power(d: Any, n: Any) -> Any:
     return d**n if d > 0 else mpmath.mpf(0)
 
 
+def gate(m: Any, n: Any, u: Any, e: Any) -> Any:
+    """exp(e)/(m + n exp(u))."""
+    return mpmath.exp(e) / (m + n * mpmath.exp(u))
+
+
+def log_sum(m: Any, n: Any, u: Any) -> Any:
+    """log(m + n exp(u))."""
+    with mpmath.workdps(2 * mpmath.mp.dps + PRECISION.guard_digits):
+        found = mpmath.log1p(n * mpmath.exp(u)) if m == 1 else mpmath.log(m + n * mpmath.exp(u))
+    return +found
+
+
+def log_cosh(u: Any) -> Any:
+    """log(cosh(u))."""
+    with mpmath.workdps(2 * mpmath.mp.dps + PRECISION.guard_digits):
+        found = mpmath.log1p(2 * mpmath.sinh(u / 2) ** 2)
+    return +found
+
+
+def bernoulli_ratio(u: Any, s: Any, order: Any) -> Any:
+    """Derivative of an order of u exp(s u)/(exp(u) - 1)."""
+
+    def ratio(v: Any) -> Any:
+        return v * mpmath.exp(s * v) / mpmath.expm1(v) if v else mpmath.mpf(1)
+
+    with mpmath.workdps(mpmath.mp.dps + PRECISION.guard_digits):
+        found = mpmath.diff(ratio, u, int(order))
+    return +found
+
+
 EXACT = {
     function.__name__: function
-    for function in (hunt_crossley_exit, hunt_crossley_peak, hunt_crossley_duration, positive_power)
+    for function in (
+        *(hunt_crossley_exit, hunt_crossley_peak, hunt_crossley_duration, positive_power),
+        *(gate, log_sum, log_cosh, bernoulli_ratio),
+    )
 }
 """By name, those that can be evaluated in many digits."""
 

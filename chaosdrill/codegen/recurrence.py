@@ -13,6 +13,7 @@ from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Index, Number, Sum
 from chaosdrill.codegen.mathematics import START, expand, power, special
 from chaosdrill.codegen.tape import PATH
 from chaosdrill.codegen.tuning import TUNING
+from chaosdrill.model.special import SPECIAL
 
 if TYPE_CHECKING:
     from chaosdrill.codegen.constants import Loaded
@@ -34,19 +35,19 @@ def sums_of_older(f: "Function", series: "Row", vectors: "list[Row]", base: "Ind
 
 
 def composition(caller: Function, name: str) -> Any:
-    """A function ``(argument, table, columns, k, last)``: coefficient k >= 1 of a function of a series.
+    """A function ``(argument, table, columns, k, last, unit)``: coefficient k >= 1 of a function of a series.
 
-    Row 0 of the table holds the function's Taylor coefficients c_m at v (1 + w) by powers of w, where v is the
-    argument's coefficient 0, and row k the coefficients k of R_m = c_m + w R_(m + 1), w = argument/v - 1, of which R_0
-    is the function. By this rule of Horner an order needs coefficients of lower orders alone; of the order ``last``
+    Row 0 of the table holds the function's Taylor coefficients c_m at v + w/unit by powers of w, where v is the
+    argument's coefficient 0, and row k the coefficients k of R_m = c_m + w R_(m + 1), w = unit (argument - v), of which
+    R_0 is the function. By this rule of Horner an order needs coefficients of lower orders alone; of the order ``last``
     only that of R_0 is wanted, of the one before it those of R_0 and R_1, and so on.
     """
     row = DOUBLE.as_pointer()
-    types = {"argument": row, "table": row, "columns": INT, "k": INT, "last": INT}
+    types = {"argument": row, "table": row, "columns": INT, "k": INT, "last": INT, "unit": caller.type}
     f = Function(caller.module, name, types, caller.type, fast=True, own=True, stays=True, width=caller.width)
     argument, table = f.row(f.arguments[0]), f.table(f.arguments[1], f.arguments[2])
     k, last = Index(f, f.arguments[3]), Index(f, f.arguments[4])
-    newest, inverse, paired = table[k], 1.0 / argument[0], f.whole_part(k, 2) + 1
+    newest, unit, paired = table[k], Number(f, f.arguments[5]), f.whole_part(k, 2) + 1
     with f.loop(0, last - k + 1, TUNING.orders_in_pass) as m:
         even, odd = (Sums(f, TUNING.orders_in_pass) for _ in range(2))
         with f.loop(1, paired, 2) as j:
@@ -55,7 +56,7 @@ def composition(caller: Function, name: str) -> Any:
         with f.loop(paired, k + 1) as j:
             even.grow(table[k - j], m + 1, argument[j])
         for i, value in enumerate(even.with_those(odd)):
-            newest[m + i] = inverse * value
+            newest[m + i] = unit * value
     f.give(newest[0])
     f.end()
     return f.made
@@ -80,11 +81,12 @@ class Expansion:
         expand(self.table.function, name, arguments, derivative, self.last + 1, self.table[0])
         return self.table[0][0]
 
-    def order(self, argument: "Row", k: Index) -> Number:
-        """Coefficient k >= 1."""
+    def order(self, argument: "Row", k: Index, *, relative: bool) -> Number:
+        """Coefficient k >= 1; ``relative``: the coefficients are by powers of the argument's relative change."""
         f = self.table.function
+        unit = 1.0 / argument[0] if relative else f.number(1.0)
         made = f.module.once(f"composition_of_{f.width}", lambda name: composition(f, name))
-        given = [argument.data, self.table.data, self.table.length.value, k.value, self.last.value]
+        given = [argument.data, self.table.data, self.table.length.value, k.value, self.last.value, unit.value]
         return Number(f, f.builder.call(made, given))
 
 
@@ -273,7 +275,8 @@ class Recurrences:
         if node.op == "expanded":
             if self.tape.is_still(index):
                 return self.function.number(0.0)
-            return self.expansions[index].order(self.rows[node.args[0]], self.function.index(k))
+            relative = SPECIAL[node.name].relative
+            return self.expansions[index].order(self.rows[node.args[0]], self.function.index(k), relative=relative)
         if node.op == "special":
             return total([self.now[i].now for i in self.tape.paths(index)])
         return self._integral(index, ik, inner, now)

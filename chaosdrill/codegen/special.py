@@ -552,6 +552,125 @@ def hunt_crossley_duration_lam_n(v, lam, n, k):
     return _by_exponent(v, lam, n, k)[1]
 
 
+@numba.njit(error_model="numpy", cache=True)
+def gate(m, n, u, e):
+    """exp(e)/(m + n exp(u)), finite where its exponentials are not."""
+    if n == 0.0:
+        return math.exp(e) / m
+    if m == 0.0:
+        return math.exp(e - u) / n
+    if u <= 0.0:
+        return math.exp(e) / (m + n * math.exp(u))
+    return math.exp(e - u) / (m * math.exp(-u) + n)
+
+
+@numba.njit(error_model="numpy", cache=True)
+def log_sum(m, n, u):
+    """log(m + n exp(u)), finite where the exponential is not, and as exact as it where that is small."""
+    if u <= 0.0:
+        left, right, whole = m, n * math.exp(u), 0.0
+    else:
+        left, right, whole = n, m * math.exp(-u), u
+    if left > 0.0 and right > -left:
+        return whole + math.log(left) + math.log1p(right / left)
+    return whole + math.log(left + right) if left + right > 0.0 else math.nan
+
+
+@numba.njit(error_model="numpy", cache=True)
+def log_cosh(u):
+    """log(cosh(u)), with all digits near 0, finite everywhere."""
+    size = abs(u)
+    if size <= 1.0:
+        half = math.sinh(0.5 * size)
+        return math.log1p(2.0 * half * half)
+    return size + math.log1p(math.exp(-2.0 * size)) - math.log(2.0)
+
+
+NEARBY = math.pi
+"""Size of an argument up to which powers of it are added, whose poles are at 2 pi i; beyond it exponentials, which
+have one at 0."""
+
+BERNOULLI_TERMS = 160
+
+BERNOULLI = np.array(
+    [1.0, -0.5]
+    + [
+        0.0 if n % 2 else (-1) ** (n // 2 + 1) * 2.0 * sum(k**-n for k in range(60, 0, -1)) * (2.0 * math.pi) ** -n
+        for n in range(2, BERNOULLI_TERMS)
+    ]
+)
+"""Bernoulli numbers over factorials (Abramowitz and Stegun, 23.1.1 and 23.2.16)."""
+BERNOULLI[2:9:2] = [1 / 12, -1 / 720, 1 / 30240, -1 / 1209600]
+
+HALVES = BERNOULLI * (2.0 ** (1.0 - np.arange(BERNOULLI_TERMS)) - 1.0)
+"""Those of the polynomials at 1/2 (23.1.21)."""
+
+
+@numba.njit(error_model="numpy", cache=True)
+def _bernoulli_coefficient(v, s, k):
+    """Coefficient k of v exp(s v)/(exp(v) - 1) by powers of a change of v."""
+    if math.isnan(v):
+        return v
+    if v < 0.0:
+        # the reflected function has s for 1 - s
+        v, s, sign = -v, 1.0 - s, -1.0 if k % 2 == 1 else 1.0
+    else:
+        sign = 1.0
+    total = 0.0
+    if v <= NEARBY:
+        # sum of b_j times j over k, v^(j - k)
+        weight = 1.0
+        for j in range(k, BERNOULLI_TERMS):
+            b = HALVES[j] if s == 0.5 else BERNOULLI[j]
+            if j == 1 and s == 1.0:
+                b = -b
+            total += b * weight
+            weight *= v * (j + 1.0) / (j + 1.0 - k)
+            if j > k + 3 and weight * abs(BERNOULLI[j - j % 2]) * 40.0 <= 1e-17 * abs(total):
+                break
+        return sign * total
+    # sum of v exp(-a v), a = 1 - s, 2 - s, ...
+    a = 1.0 - s
+    while True:
+        power, before = math.exp(-a * v), 0.0
+        for j in range(1, k + 1):
+            before = power
+            power *= -a / j
+        total += v * power + before
+        if a * v > k + 1.0 and (a * v > 800.0 or abs(v * power) + abs(before) <= 1e-18 * abs(total)):
+            return sign * total
+        a += 1.0
+
+
+@numba.njit(error_model="numpy", cache=True)
+def bernoulli_ratio_expanded(v, s, order, derivative, count, target, stride):
+    """Write Taylor coefficients of a derivative of the function of that order, at v + w, by powers of w."""
+    whole = int(order) + derivative
+    for m in range(count):
+        value = _bernoulli_coefficient(v, s, m + whole)
+        for i in range(whole):
+            value *= m + whole - i
+        target[m * stride] = value
+
+
+@numba.njit(error_model="numpy", cache=True)
+def bernoulli_ratio(v, s, order):
+    """Derivative of an order of v exp(s v)/(exp(v) - 1).
+
+    Parameters
+    ----------
+    v : float
+    s : float
+        0, 1/2 or 1.
+    order : float
+        A whole number >= 0.
+    """
+    value = _bernoulli_coefficient(v, s, int(order))
+    for i in range(int(order)):
+        value *= i + 1
+    return value
+
+
 CODE = {
     function.__name__: function
     for function in (
@@ -564,9 +683,16 @@ CODE = {
         hunt_crossley_duration_lam_n,
         hunt_crossley_duration_n,
         positive_power,
+        gate,
+        log_sum,
+        log_cosh,
+        bernoulli_ratio,
     )
 }
 """Code of the special functions by name."""
 
-EXPANSIONS = {"hunt_crossley_duration": hunt_crossley_duration_expanded}
+EXPANSIONS = {
+    "hunt_crossley_duration": hunt_crossley_duration_expanded,
+    "bernoulli_ratio": bernoulli_ratio_expanded,
+}
 """Code of the Taylor coefficients of those that have it, by name."""

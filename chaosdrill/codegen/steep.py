@@ -17,7 +17,7 @@ import sympy
 from chaosdrill.codegen.layout import AT_ALL, AT_SERIES, CROSSED, ONE_SIDED, Shape
 from chaosdrill.codegen.tape import inverse_of
 from chaosdrill.codegen.tuning import TUNING
-from chaosdrill.model.special import SPECIAL, positive_power
+from chaosdrill.model.special import SPECIAL, bernoulli_ratio, gate, log_cosh, log_sum, positive_power
 
 # exp(w) grows by the factor that the last terms of a series of that order still show; below 745 it is zero to doubles
 EXPONENTIAL = Shape(0.6, 1.0, 745.0, 4.0, 0.3, 0.0, CROSSED)
@@ -86,6 +86,15 @@ def _watched(part: Any, symbols: frozenset[Any]) -> Iterator[tuple[Any, Shape]]:
     name = type(part).__name__
     if isinstance(part, positive_power):
         yield part.args[0], _singular(_size(part.args[1]), ONE_SIDED)
+    elif isinstance(part, gate):
+        yield from _gate(*part.args)
+    elif isinstance(part, log_sum):
+        m, n, u = part.args
+        yield from _gate(m, n, u, sympy.S.Zero)
+    elif isinstance(part, log_cosh):
+        yield part.args[0], SIGMOID
+    elif isinstance(part, bernoulli_ratio):
+        yield part.args[0], PULSE
     elif name in SPECIAL:
         yield from ((part.args[i], _singular(1.0)) for i in SPECIAL[name].moving)
     elif part.is_Pow:
@@ -124,6 +133,15 @@ def _power(part: Any, symbols: frozenset[Any]) -> Iterator[tuple[Any, Shape]]:
         yield whole[1], PULSE
     else:
         yield base, _singular(_size(exponent), AT_ALL if exponent.is_negative else AT_SERIES)
+
+
+def _gate(m: Any, n: Any, u: Any, e: Any) -> Iterator[tuple[Any, Shape]]:
+    """What exp(e)/(m + n exp(u)) and log(m + n exp(u)) are watched by: the poles of a gate, and that where m + n exp(u)
+    is zero, as a sum that stays finite."""
+    yield u, PULSE
+    yield e, EXPONENTIAL
+    if not (m * n).is_positive:
+        yield m / (1 + sympy.exp(u)) + n / (1 + sympy.exp(-u)), _singular(1.0)
 
 
 def _is_whole(exponent: Any) -> bool:

@@ -21,6 +21,9 @@ from chaosdrill.model.special import SPECIAL
 
 _ROW = DOUBLE.as_pointer()
 
+EXPANDED_AT = {True: "expanded", False: "expanded beside"}
+"""Branches of functions whose Taylor coefficients are by the argument's relative change, and by its change."""
+
 Item = tuple[str, int]
 """A series: ``node`` or ``slope`` (coefficients times their orders), and of which node."""
 
@@ -128,7 +131,7 @@ class InTables:
             still = self.tape.is_still(index)
             if start:
                 return f"{node.name} {node.value} {'still' if still else 'moving'}"
-            return "linear" if still else node.op
+            return "linear" if still else EXPANDED_AT[SPECIAL[node.name].relative]
         if node.op == "special":
             return node.name if start else "linear"
         if node.op == "integral":
@@ -481,8 +484,8 @@ class _Writer:
             a = ws[record(1)]
             if name == "slope":
                 return k.number() * a[k]
-            if name == "expanded":
-                return self._expansion(record).order(a, k)
+            if name in EXPANDED_AT.values():
+                return self._expansion(record).order(a, k, relative=name == EXPANDED_AT[True])
             if name == "square":
                 return Number(f, f.builder.call(square, [a.data, k.value]))
             b = ws[record(2)]

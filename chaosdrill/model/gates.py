@@ -2,14 +2,19 @@
 
 ``exp(x)/(1 + exp(x))`` is infinity over infinity far out, ``1 + tanh(x)`` the rounding of two ones; both are the
 logistic function of x and of 2 x. A sum of two exponentials in a divisor is the larger of them times ``1 + exp(-u)``,
-or both around ``cosh(u/2)``, and what stands above it is divided term by term.
+or both around ``cosh(u/2)``, and what stands above it is divided term by term. Where their factors are no positive
+numbers but parameters, or the exponents no multiples of each other, the quotient is a `gate`, the logarithm of such a
+sum a `log_sum`; what is zero where a difference of two exponentials is, as in the rates of ion channels, becomes a
+`bernoulli_ratio`.
 """
 
 from collections.abc import Iterator
+from itertools import combinations
 from typing import Any
 
 import sympy
 
+from chaosdrill.model.special import bernoulli_ratio, exact_logarithm, gate, log_cosh, log_sum
 from chaosdrill.model.text import undivided
 from chaosdrill.model.tuning import TUNING
 
@@ -26,8 +31,12 @@ def _rewritten(e: Any, known: dict[Any, Any]) -> Any:
         return e
     if e not in known:
         made = _with_parts(e, [_divisor_or_part(e, a, known) for a in e.args])
+        if made.is_Pow:
+            made = _power(made)
         if made.is_Mul or made.is_Pow:
             made = _quotient(made)
+        elif isinstance(made, sympy.log):
+            made = _logarithm(made)
         known[e] = _tail(made) if made.is_Add else made
     return known[e]
 
@@ -73,30 +82,82 @@ def _split(term: Any) -> Iterator[tuple[Any, Any]]:
     yield from parts
 
 
+def _two(found: dict[Any, Any]) -> "tuple[tuple[Any, Any], tuple[Any, Any]] | None":
+    """Two exponentials whose sum is that of several, as exponents and factors: those with positive numbers become one."""
+    if len(found) < 2:
+        return None
+    positive = {a: m for a, m in found.items() if _is_positive_number(m)}
+    while len(found) > 2 and len(positive) > 1:
+        (a, m), (b, n), *_ = positive.items()
+        joined = _log_of_two(m, a, n, b)
+        for exponents in (found, positive):
+            del exponents[a], exponents[b]
+            exponents[joined] = sympy.S.One
+    if len(found) > 2:
+        return None
+    first, second = found.items()
+    return first, second
+
+
+def _is_positive_number(m: Any) -> bool:
+    return bool(m.is_number and m.is_positive)
+
+
+def _log_of_two(m: Any, a: Any, n: Any, b: Any) -> Any:
+    """log(m exp(a) + n exp(b))."""
+    if m == n and sympy.expand(a + b) == 0 and _is_positive_number(m):
+        return sympy.log(2 * m) + log_cosh(a if a.could_extract_minus_sign() is False else b)
+    if a == 0:
+        (m, a), (n, b) = (n, b), (m, a)
+    return b + log_sum(n, m, undivided(sympy.expand(a - b)))
+
+
+def _multiple(part: Any, of: Any) -> Any:
+    """How many times an expression is another one, beside rounding of their numbers; None if no simple multiple."""
+    if part.is_number or not part.free_symbols & of.free_symbols:
+        return None
+    above, below = (sympy.expand(e).as_coefficients_dict() for e in (part, of))
+    if above.keys() == below.keys():
+        ratios = [sympy.sympify(above[key] / below[key]) for key in below]
+        if all(abs(ratio - ratios[0]) <= TUNING.same_ratio * abs(ratios[0]) for ratio in ratios):
+            return ratios[0]
+    ratio = sympy.cancel(sympy.nsimplify(part, rational=True) / sympy.nsimplify(of, rational=True))
+    simpler = ratio.free_symbols < of.free_symbols and not ratio.has(sympy.exp)
+    return ratio if simpler else None
+
+
 class _Divisor:
-    """The sum of two exponentials with positive numbers, ``m exp(a) + n exp(b)``."""
+    """A sum of two exponentials with factors, ``m exp(a) + n exp(b)``."""
 
     def __init__(self, m: Any, a: Any, n: Any, b: Any) -> None:
+        if a == 0:
+            (m, a), (n, b) = (n, b), (m, a)
         self.m, self.n, self.b = m, n, b
         self.apart = sympy.expand(a - b)
-        # exact, for sympy takes other numbers out of an exponential
-        offset = sympy.S.Zero if m == n else sympy.Rational(float(sympy.log(m) - sympy.log(n)))
-        self.u = self.apart + offset
+        self.numbers = _is_positive_number(m) and _is_positive_number(n)
+        self.u = self.apart + (exact_logarithm(m, n) if self.numbers else 0)
 
     @classmethod
     def of(cls, base: Any) -> "_Divisor | None":
         """That which an expression is, if it is one."""
-        if not base.has(*_EXPONENTIAL) or not (base.is_Add or isinstance(base, sympy.cosh)):
+        if not base.has(*_EXPONENTIAL) or not (base.is_Add or isinstance(base, (sympy.cosh, sympy.sinh))):
             return None
-        found = _exponentials(base)
-        if len(found) != 2 or not all(c.is_number and c.is_positive for c in found.values()):
+        two = _two(_exponentials(base))
+        if two is None:
             return None
-        (a, m), (b, n) = found.items()
+        (a, m), (b, n) = two
         return cls(m, a, n, b)
 
     def gate(self, up: bool) -> Any:
-        """The part of the sum that its first term is, or the other one."""
+        """The part of the sum that its first term is, or the other one; of one with positive numbers."""
         return 1 / (1 + _exp(-self.u if up else self.u))
+
+    def zero(self) -> Any:
+        """What is zero where the sum is, as an exponent; None if it is not known."""
+        ratio = -self.m / self.n
+        if ratio == 1:
+            return self.apart
+        return self.apart + exact_logarithm(ratio, sympy.S.One) if _is_positive_number(ratio) else None
 
     def steps(self, exponent: Any) -> tuple[Any, Any]:
         """How many times the difference of the two exponents an exponent is, None if no number of times, but for a
@@ -111,20 +172,35 @@ class _Divisor:
     def below(self, exponent: Any, power: int) -> Any:
         """The exponential of an exponent over a power of the sum; None if that may stay as it is."""
         r, rest = self.steps(exponent - power * self.b)
-        if r is None:
-            return None
-        if 2 * r == power:
-            return sympy.exp(rest) * (4 * self.m * self.n) ** (-r) / sympy.cosh(self.u / 2) ** power
-        if not r.is_Integer:
-            return None
-        first = min(max(int(r), 0), power)
-        left = _exp((r - first) * self.apart)
-        return (
-            sympy.exp(rest)
-            * left
-            * (self.gate(True) / self.m) ** first
-            * (self.gate(False) / self.n) ** (power - first)
-        )
+        if self.numbers and r is not None:
+            if 2 * r == power:
+                return sympy.exp(rest) * (4 * self.m * self.n) ** (-r) / sympy.cosh(self.u / 2) ** power
+            if r.is_Integer:
+                first = min(max(int(r), 0), power)
+                left = _exp((r - first) * self.apart)
+                return (
+                    sympy.exp(rest)
+                    * left
+                    * (self.gate(True) / self.m) ** first
+                    * (self.gate(False) / self.n) ** (power - first)
+                )
+        alone = sympy.S.Zero
+        if r is None and not exponent.free_symbols & self.apart.free_symbols:
+            # a factor of its own
+            exponent, alone = sympy.S.Zero, exponent
+        return _exp(alone) * self.part(exponent / power) ** power
+
+    def part(self, exponent: Any) -> Any:
+        """The exponential of an exponent over the sum."""
+        return gate(self.n, self.m, undivided(self.apart), undivided(sympy.expand(exponent - self.b)))
+
+    def removable(self, zero: Any, exponent: Any) -> Any:
+        """An exponential of an exponent times that which is zero where the sum is, over the sum."""
+        r, rest = self.steps(exponent - self.b)
+        s = sympy.S.Zero if r is None else min(max(sympy.floor(2 * r) / sympy.Integer(2), 0), 1)
+        # of m exp(a) + n exp(b) with n = -m exp(...), exp(b) is -1/n times one over exp(zero) - 1
+        left = sympy.expand(exponent - self.b - s * zero)
+        return -_exp(left) * bernoulli_ratio(undivided(zero), s, sympy.S.Zero) / self.n
 
     def under(self, sum_: Any) -> Any:
         """A sum that has the same exponentials, or these shifted, over this one; None if it has others."""
@@ -142,23 +218,33 @@ class _Divisor:
                 up, down = up / self.m, down / self.n
                 if sympy.expand(up - down) == 0:
                     return up * _exp(shift)
-                if sympy.expand(up + down) == 0:
+                if sympy.expand(up + down) == 0 and self.numbers:
                     return up * sympy.tanh(self.u / 2) * _exp(shift)
-                return (up * self.gate(True) + down * self.gate(False)) * _exp(shift)
-        return None
+                if sympy.expand(up + down) == 0 and (zero := self.zero()) is not None:
+                    return up / sympy.tanh(zero / 2) * _exp(shift)
+                if self.numbers:
+                    return (up * self.gate(True) + down * self.gate(False)) * _exp(shift)
+        if len(found) == 2 and sympy.expand(sympy.Add(*found.values())) == 0:
+            # the difference, exact where it is small
+            (a, f), (b, _) = found.items()
+            return f * sympy.tanh(sympy.expand(a - b) / 2) * (self.part(a) + self.part(b))
+        return sympy.Add(*(f * self.part(a) for a, f in found.items()))
 
 
 def _quotient(product: Any) -> Any:
     """A product whose divisors have been divided into what stands above them."""
     factors = list(sympy.Mul.make_args(product))
-    for place, divisor in enumerate(factors):
-        base, power = divisor.as_base_exp()
-        if not (power.is_Integer and power.is_negative):
-            continue
+    divisors = [(i, *f.as_base_exp()) for i, f in enumerate(factors)]
+    divisors = [(i, base, power) for i, base, power in divisors if power.is_Integer and power.is_negative]
+    # what grows like an exponential first
+    for place, base, power in sorted(divisors, key=lambda found: not found[1].has(*_EXPONENTIAL)):
+        rest = factors[:place] + factors[place + 1 :]
+        if (made := _removed(base, int(-power), rest)) is not None:
+            return without_overflow(made)
         below = _Divisor.of(base)
         if below is None:
             continue
-        rest, power = factors[:place] + factors[place + 1 :], int(-power)
+        power = int(-power)
         changed = []
         for i, factor in enumerate(rest):
             above, times = factor.as_base_exp() if not isinstance(factor, sympy.exp) else (factor, sympy.S.One)
@@ -171,7 +257,7 @@ def _quotient(product: Any) -> Any:
                     times, power = times - 1, power - 1
                 rest[i] = above**times
         exponent = sympy.Add(*(f.args[0] for f in rest if isinstance(f, sympy.exp)))
-        whole = below.below(exponent, power)
+        whole = below.below(exponent, power) if power else None
         if whole is not None:
             rest = [f for f in rest if not isinstance(f, sympy.exp)]
         else:
@@ -179,7 +265,120 @@ def _quotient(product: Any) -> Any:
         made = sympy.Mul(*changed, *rest, whole)
         if made != product:
             return without_overflow(made)
+    return _multiplied(product)
+
+
+def _removed(base: Any, power: int, rest: list[Any]) -> Any:
+    """A quotient by a base that is zero where another factor is; None if there is none.
+
+    ``u/(exp(u) - 1)``, ``u/tanh(u)`` and one over these are analytic there.
+    """
+    if isinstance(base, sympy.tanh):
+        i, ratio = _common(rest, base.args[0])
+        if ratio is None:
+            return None
+        return sympy.Mul(ratio * _around(base.args[0]), base ** (1 - power), *rest[:i], *rest[i + 1 :])
+    below = _Divisor.of(base)
+    zero = None if below is None else below.zero()
+    if zero is not None:
+        i, ratio = _common(rest, zero)
+        if ratio is None:
+            return None
+        others = rest[:i] + rest[i + 1 :]
+        exponentials = [f for f in others if isinstance(f, sympy.exp)]
+        others = [f for f in others if not isinstance(f, sympy.exp)]
+        terms = {sympy.S.Zero: sympy.S.One}
+        for j, factor in enumerate(others):
+            if factor.has(*_EXPONENTIAL) and (found := _exponentials(factor)) and found != {sympy.S.Zero: factor}:
+                terms = found
+                del others[j]
+                break
+        alone = sympy.Add(*(f.args[0] for f in exponentials))
+        made = [f * below.removable(zero, a + alone) for a, f in terms.items()]
+        return sympy.Mul(ratio, base ** (1 - power), *others, sympy.Add(*made))
+    for i, factor in enumerate(rest):
+        if isinstance(factor, sympy.tanh) and (ratio := _multiple(base, factor.args[0])) is not None:
+            left = base ** (1 - power)
+            return sympy.Mul(left, *rest[:i], *rest[i + 1 :], 1 / (ratio * _around(factor.args[0])))
+        above = _Divisor.of(factor)
+        zero = None if above is None else above.zero()
+        if zero is not None and (ratio := _multiple(base, zero)) is not None:
+            left = base ** (1 - power)
+            return sympy.Mul(left, *rest[:i], *rest[i + 1 :], 1 / (ratio * above.removable(zero, sympy.S.Zero)))
+    return None
+
+
+def _common(factors: list[Any], zero: Any) -> tuple[int, Any]:
+    """The first of some factors that is a multiple of an expression, by its number, and how many times it is that."""
+    for i, factor in enumerate(factors):
+        if not factor.has(*_EXPONENTIAL) and (ratio := _multiple(factor, zero)) is not None:
+            return i, ratio
+    return -1, None
+
+
+def _around(w: Any) -> Any:
+    """w/tanh(w)."""
+    zero = sympy.S.Zero
+    return (bernoulli_ratio(2 * w, zero, zero) + bernoulli_ratio(2 * w, sympy.S.One, zero)) / 2
+
+
+def _multiplied(product: Any) -> Any:
+    """A product with an exponential multiplied into a hyperbolic function or a sum that grows the other way."""
+    factors = list(sympy.Mul.make_args(product))
+    exponents = [f.args[0] for f in factors if isinstance(f, sympy.exp)]
+    if not exponents:
+        return product
+    exponent = sympy.Add(*exponents)
+    if any(a.free_symbols & b.free_symbols for a, b in combinations(exponents, 2)):
+        others = [f for f in factors if not isinstance(f, sympy.exp)]
+        return without_overflow(sympy.Mul(_exp(exponent), *others))
+    for i, factor in enumerate(factors):
+        if not (isinstance(factor, (sympy.cosh, sympy.sinh)) or factor.is_Add) or not factor.has(*_EXPONENTIAL):
+            continue
+        found = _exponentials(factor)
+        if not any(a != 0 and (ratio := sympy.cancel(exponent / a)).is_number and ratio < 0 for a in found):
+            continue
+        others = [f for j, f in enumerate(factors) if j != i and not isinstance(f, sympy.exp)]
+        made = sympy.Add(*(f * _exp(exponent + a) for a, f in found.items()))
+        if isinstance(factor, sympy.sinh):
+            (a, f), (b, _) = found.items()
+            made = sympy.tanh(factor.args[0]) * sympy.Add(*(abs(f) * _exp(exponent + c) for c in (a, b)))
+        return without_overflow(sympy.Mul(made, *others))
     return product
+
+
+def _power(e: Any) -> Any:
+    """A power, no whole one, of a sum of exponentials with positive numbers as an exponential."""
+    base, power = e.as_base_exp()
+    if power.is_Integer or not base.has(*_EXPONENTIAL) or not (base.is_Add or isinstance(base, sympy.cosh)):
+        return e
+    found = _exponentials(base)
+    if len(found) < 2 or not all(map(_is_positive_number, found.values())):
+        return e
+    return sympy.exp(power * _logarithm(sympy.log(base)))
+
+
+def _logarithm(e: Any) -> Any:
+    """A logarithm of exponentials, of a sum of them, or of a power of these."""
+    inner = e.args[0]
+    if not inner.has(*_EXPONENTIAL):
+        return e
+    if isinstance(inner, sympy.cosh):
+        return log_cosh(inner.args[0])
+    if inner.is_Mul:
+        exponentials = [f for f in inner.args if isinstance(f, sympy.exp)]
+        others = [f for f in inner.args if not isinstance(f, sympy.exp)]
+        if exponentials:
+            rest = without_overflow(sympy.log(sympy.Mul(*others)))
+            return sympy.Add(*(f.args[0] for f in exponentials), rest)
+        return e
+    if not (inner.is_Add or isinstance(inner, sympy.sinh)):
+        return e
+    two = _two(_exponentials(inner))
+    if two is None:
+        return e
+    (a, m), (b, n) = two
+    return _log_of_two(m, a, n, b)
 
 
 def _tail(total: Any) -> Any:
@@ -203,13 +402,19 @@ def _partners(term: Any) -> Iterator[tuple[Any, Any]]:
             yield sign * size, both
 
 
-def _joined(base: Any, power: Any, size: Any) -> Iterator[tuple[int, Any]]:
+def _joined(base: Any, power: Any, size: Any) -> Iterator[tuple[Any, Any]]:
     """Signs of a number that a gate of that size nearly cancels somewhere, and what both are together."""
     if isinstance(base, sympy.tanh) and power == 1:
         for sign in (1, -1):
             yield sign, sign * 2 * size / (1 + _exp(-sign * 2 * base.args[0]))
     elif isinstance(base, sympy.tanh) and power == 2:
         yield -1, -size / sympy.cosh(base.args[0]) ** 2
+    elif isinstance(base, gate) and power == 1:
+        m, n, u, e = base.args
+        if e == u:
+            yield -1 / n, -size * m / n * gate(m, n, u, sympy.S.Zero)
+        elif e == 0:
+            yield -1 / m, -size * n / m * gate(m, n, u, u)
     elif power == -1 and (divisor := _Divisor.of(base)) and {divisor.m, divisor.n} == {1} and base.is_Add:
-        exponent = next(a for a in _exponentials(base) if a != 0)
+        exponent = next((a for a in _exponentials(base) if a != 0), sympy.S.Zero)
         yield -1, -size / (1 + _exp(-exponent))

@@ -1,7 +1,10 @@
-"""Special functions of the contact laws, as sympy functions that know their derivatives.
+"""Special functions of contact laws and of gates, as sympy functions that know their derivatives.
 
 With G(v) = v/lam - ln(1 + lam v)/lam^2 a Hunt-Crossley contact d'' = -k d^n (1 + lam d') keeps G(d') + k d^(n+1)/(n+1),
 so G(exit) = G(entry) whatever k, n and the masses are. Source: Hunt and Crossley 1975, doi:10.1115/1.3423596.
+
+Gates, softplus functions and the rates of ion channels are finite where the exponentials that they are written with are
+not, or at a place where both sides of a quotient are zero; their derivatives are made of such functions again.
 """
 
 from dataclasses import dataclass
@@ -133,6 +136,105 @@ class positive_power(sympy.Function):
         raise ArgumentIndexError(self, argindex)
 
 
+class gate(sympy.Function):
+    """exp(e)/(m + n exp(u)): arguments m, n, u, e. It has a pole where m + n exp(u) is zero."""
+
+    nargs = 4
+
+    @classmethod
+    def eval(cls, m: Any, n: Any, u: Any, e: Any) -> Any:
+        """What it is where one term is zero, or as a logistic function."""
+        if m.is_zero:
+            return sympy.exp(e - u) / n
+        if n.is_zero:
+            return sympy.exp(e) / m
+        if m.is_positive and n.is_positive and m.is_number and n.is_number and e in (0, u):
+            offset = exact_logarithm(n, m)
+            return 1 / (m * (1 + sympy.exp(u + offset))) if e == 0 else 1 / (n * (1 + sympy.exp(-u - offset)))
+        return None
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Derivative by m, n, u or e."""
+        m, n, u, _ = self.args
+        if argindex == 1:
+            return -self * gate(m, n, u, sympy.S.Zero)
+        if argindex == 2:
+            return -self * gate(m, n, u, u)
+        if argindex == 3:
+            return -n * self * gate(m, n, u, u)
+        if argindex == 4:
+            return self
+        raise ArgumentIndexError(self, argindex)
+
+
+class log_sum(sympy.Function):
+    """log(m + n exp(u)): arguments m, n, u. With m = n = 1 it is softplus."""
+
+    nargs = 3
+
+    @classmethod
+    def eval(cls, m: Any, n: Any, u: Any) -> Any:
+        """What it is where one term is zero."""
+        if m.is_zero:
+            return sympy.log(n) + u
+        return sympy.log(m) if n.is_zero else None
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Derivative by m, n or u."""
+        m, n, u = self.args
+        if argindex == 1:
+            return gate(m, n, u, sympy.S.Zero)
+        if argindex == 2:
+            return gate(m, n, u, u)
+        if argindex == 3:
+            return n * gate(m, n, u, u)
+        raise ArgumentIndexError(self, argindex)
+
+
+class log_cosh(sympy.Function):
+    """log(cosh(u)), which is finite where cosh is not."""
+
+    nargs = 1
+    is_nonnegative = True
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """tanh(u)."""
+        if argindex == 1:
+            return sympy.tanh(self.args[0])
+        raise ArgumentIndexError(self, argindex)
+
+
+class bernoulli_ratio(sympy.Function):
+    """Derivative of an order of u exp(s u)/(exp(u) - 1) by u: arguments u, s (0, 1/2 or 1), order.
+
+    It is analytic at 0, where the quotient is 1, and generates the Bernoulli polynomials of s (Abramowitz and Stegun,
+    23.1.1). With s = 0 it is the rate of an ion channel, u/(exp(u) - 1); with s = 1 that of -u; with s = 1/2 it is
+    (u/2)/sinh(u/2).
+    """
+
+    nargs = 3
+
+    @classmethod
+    def eval(cls, u: Any, s: Any, order: Any) -> Any:
+        """1 for the function itself at 0."""
+        return sympy.S.One if u.is_zero and order.is_zero else None
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Derivative by u."""
+        u, s, order = self.args
+        if argindex == 1:
+            return bernoulli_ratio(u, s, order + 1)
+        raise ArgumentIndexError(self, argindex)
+
+
+def exact_logarithm(above: Any, below: Any) -> Any:
+    """Logarithm of the quotient of two positive numbers as the rational number that is a double.
+
+    Other numbers are taken out of an exponential by sympy.
+    """
+    return sympy.S.Zero if above == below else sympy.Rational(float(sympy.log(above) - sympy.log(below)))
+
+
 class random_uniform(sympy.Function):
     """A number between 0 and 1, both excluded, drawn for a seed and a place in its sequence, two whole numbers.
 
@@ -165,12 +267,15 @@ class Special:
     expanded : bool
         Whether its code gives its Taylor coefficients at a point, which are composed with the series of its first
         argument. Otherwise the derivatives by what moves are operations on the arguments and on the function itself.
+    relative : bool
+        Whether these are coefficients by powers of the argument's relative change; otherwise by those of its change.
     """
 
     make: Any
     error: float
     moving: tuple[int, ...] = ()
     expanded: bool = False
+    relative: bool = True
 
     @property
     def level(self) -> int:
@@ -190,6 +295,10 @@ SPECIAL: dict[str, Special] = {
         Special(hunt_crossley_duration_lam_lam, 1e-11),
         Special(hunt_crossley_duration_lam_n, 1e-11),
         Special(positive_power, 2e-16, moving=(0,)),
+        Special(gate, 1e-15, moving=(0, 1, 2, 3)),
+        Special(log_sum, 5e-16, moving=(0, 1, 2)),
+        Special(log_cosh, 5e-16, moving=(0,)),
+        Special(bernoulli_ratio, 2e-15, moving=(0,), expanded=True, relative=False),
         Special(random_uniform, 0.0),
     )
 }
