@@ -355,28 +355,44 @@ def _power(e: Any) -> Any:
     found = _exponentials(base)
     if len(found) < 2 or not all(map(_is_positive_number, found.values())):
         return e
-    return sympy.exp(power * _logarithm(sympy.log(base)))
+    return sympy.exp(power * _log_of(base))
 
 
 def _logarithm(e: Any) -> Any:
-    """A logarithm of exponentials, of a sum of them, or of a power of these."""
+    """A logarithm of exponentials, of sums of them, or of powers of these."""
     inner = e.args[0]
     if not inner.has(*_EXPONENTIAL):
         return e
-    if isinstance(inner, sympy.cosh):
-        return log_cosh(inner.args[0])
-    if inner.is_Mul:
-        exponentials = [f for f in inner.args if isinstance(f, sympy.exp)]
-        others = [f for f in inner.args if not isinstance(f, sympy.exp)]
-        if exponentials:
-            rest = without_overflow(sympy.log(sympy.Mul(*others)))
-            return sympy.Add(*(f.args[0] for f in exponentials), rest)
+    found, rest = [], []
+    for factor in sympy.Mul.make_args(inner):
+        base, power = (factor, sympy.S.One) if isinstance(factor, sympy.exp) else factor.as_base_exp()
+        whole = _log_of(base)
+        # the square of what may be negative is positive
+        known = isinstance(factor, sympy.exp) or inner == factor == base or _is_positive(base)
+        found += [power * whole] if whole is not None and known else []
+        rest += [] if whole is not None and known else [factor]
+    if not found:
         return e
-    if not (inner.is_Add or isinstance(inner, sympy.sinh)):
-        return e
-    two = _two(_exponentials(inner))
+    left = sympy.Mul(*rest)
+    return sympy.Add(*found, sympy.log(left) if left != 1 else 0)
+
+
+def _is_positive(base: Any) -> bool:
+    """Whether an expression is a sum of exponentials with positive numbers."""
+    return bool(base.has(*_EXPONENTIAL)) and all(map(_is_positive_number, _exponentials(base).values()))
+
+
+def _log_of(base: Any) -> Any:
+    """The logarithm of an exponential, or of a sum of two; None if it is neither."""
+    if isinstance(base, sympy.exp):
+        return base.args[0]
+    if isinstance(base, sympy.cosh):
+        return log_cosh(base.args[0])
+    if not base.has(*_EXPONENTIAL) or not (base.is_Add or isinstance(base, sympy.sinh)):
+        return None
+    two = _two(_exponentials(base))
     if two is None:
-        return e
+        return None
     (a, m), (b, n) = two
     return _log_of_two(m, a, n, b)
 
@@ -403,12 +419,19 @@ def _partners(term: Any) -> Iterator[tuple[Any, Any]]:
 
 
 def _joined(base: Any, power: Any, size: Any) -> Iterator[tuple[Any, Any]]:
-    """Signs of a number that a gate of that size nearly cancels somewhere, and what both are together."""
+    """What a gate or a logarithm of that size nearly cancels somewhere, over the size, and what both are together."""
     if isinstance(base, sympy.tanh) and power == 1:
         for sign in (1, -1):
             yield sign, sign * 2 * size / (1 + _exp(-sign * 2 * base.args[0]))
     elif isinstance(base, sympy.tanh) and power == 2:
         yield -1, -size / sympy.cosh(base.args[0]) ** 2
+    elif isinstance(base, log_sum) and power == 1:
+        m, n, u = base.args
+        yield -u, size * log_sum(n, m, -u)
+    elif isinstance(base, log_cosh) and power == 1:
+        (u,) = base.args
+        for sign in (1, -1):
+            yield sign * u, size * log_sum(sympy.S.Half, sympy.S.Half, sign * 2 * u)
     elif isinstance(base, gate) and power == 1:
         m, n, u, e = base.args
         if e == u:

@@ -136,10 +136,30 @@ class positive_power(sympy.Function):
         raise ArgumentIndexError(self, argindex)
 
 
-class gate(sympy.Function):
+class _Written(sympy.Function):
+    """A function of `gates`, with its value in many digits and in numpy by a formula of other functions."""
+
+    def formula(self) -> Any:
+        """What it is, written so that exponentials overflow in divisors alone."""
+        raise NotImplementedError
+
+    def _eval_evalf(self, prec: int) -> Any:
+        # some digits cancel where it is small
+        return self.formula().evalf(2 * prec // 3)
+
+    def _numpycode(self, printer: Any) -> Any:
+        return printer._print(self.formula())
+
+
+class gate(_Written):
     """exp(e)/(m + n exp(u)): arguments m, n, u, e. It has a pole where m + n exp(u) is zero."""
 
     nargs = 4
+
+    def formula(self) -> Any:
+        """One over a sum."""
+        m, n, u, e = self.args
+        return 1 / (m * sympy.exp(-e) + n * sympy.exp(u - e))
 
     @classmethod
     def eval(cls, m: Any, n: Any, u: Any, e: Any) -> Any:
@@ -167,10 +187,16 @@ class gate(sympy.Function):
         raise ArgumentIndexError(self, argindex)
 
 
-class log_sum(sympy.Function):
+class log_sum(_Written):
     """log(m + n exp(u)): arguments m, n, u. With m = n = 1 it is softplus."""
 
     nargs = 3
+
+    def formula(self) -> Any:
+        """The larger of both exponents, and the rest."""
+        m, n, u = self.args
+        most = sympy.Max(u, 0)
+        return most + sympy.log(m * sympy.exp(-most) + n * sympy.exp(u - most))
 
     @classmethod
     def eval(cls, m: Any, n: Any, u: Any) -> Any:
@@ -191,11 +217,16 @@ class log_sum(sympy.Function):
         raise ArgumentIndexError(self, argindex)
 
 
-class log_cosh(sympy.Function):
+class log_cosh(_Written):
     """log(cosh(u)), which is finite where cosh is not."""
 
     nargs = 1
     is_nonnegative = True
+
+    def formula(self) -> Any:
+        """The size of u, and the rest."""
+        size = sympy.Abs(self.args[0])
+        return size + sympy.log(1 + sympy.exp(-2 * size)) - sympy.log(2)
 
     def fdiff(self, argindex: int = 1) -> Any:
         """tanh(u)."""
@@ -204,7 +235,7 @@ class log_cosh(sympy.Function):
         raise ArgumentIndexError(self, argindex)
 
 
-class bernoulli_ratio(sympy.Function):
+class bernoulli_ratio(_Written):
     """Derivative of an order of u exp(s u)/(exp(u) - 1) by u: arguments u, s (0, 1/2 or 1), order.
 
     It is analytic at 0, where the quotient is 1, and generates the Bernoulli polynomials of s (Abramowitz and Stegun,
@@ -213,6 +244,12 @@ class bernoulli_ratio(sympy.Function):
     """
 
     nargs = 3
+
+    def formula(self) -> Any:
+        """The quotient's derivative, no number at 0."""
+        u, s, order = self.args
+        v = sympy.Dummy(real=True)
+        return sympy.diff(v * sympy.exp(s * v) / (sympy.exp(v) - 1), v, order).subs(v, u)
 
     @classmethod
     def eval(cls, u: Any, s: Any, order: Any) -> Any:
