@@ -17,7 +17,7 @@ from chaosdrill.analysis.recurrence import CLOSE, FLOOR, ROUND_OFF, Recurrence, 
 from chaosdrill.analysis.resting import is_left, lengthens, rests, stirs
 from chaosdrill.analysis.stationarity import departs, stationarity
 from chaosdrill.analysis.statistics import SINKS, STAYS, error_of_exponents, leading
-from chaosdrill.analysis.tori import LEAST, REPEATS, Regularity, aside, closes, examine, only_grows
+from chaosdrill.analysis.tori import LEAST, REPEATS, Regularity, aside, closes, examine, only_grows, stopped
 from chaosdrill.analysis.words import Evidence, words
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED
@@ -178,6 +178,7 @@ def evidence_of_records(
     found = recurrence(aside(windows, shifts), shifts.sizes(known), windows.shape[1] // REPEATS)
     e.recurs = found.period > 0
     e.exact = e.recurs & (found.residual <= ROUND_OFF)
+    e.stopped = stopped(aside(windows, shifts), shifts.sizes(known))
     if flow is not None and not e.positive.all():
         e.lengthens = lengthens(shifts.quotient(windows[:, :, :-1]))
     unclear = np.flatnonzero(~e.positive & ~e.negative)

@@ -16,6 +16,9 @@ ORDER = 1000
 """Integers up to which a common measure is looked for: a cycle of as many turns of either kind is found. There are so
 many relations that the best of incommensurate frequencies lacks about 2e-7."""
 
+LOW = 32
+"""The same between two lines of a torus: on a smooth one those that are seen are of low order."""
+
 HARMONICS = 8
 """Integers up to which a line is a harmonic of the strongest, or of its part, and says nothing of the others."""
 
@@ -73,9 +76,11 @@ def incommensurate(points: np.ndarray) -> bool:
 
 
 def quasiperiodic(points: np.ndarray) -> bool:
-    """Whether states sampled at equal intervals have sharp lines, and one at no small fraction of a cycle a sample.
+    """Whether strobed states have sharp lines, not all of one frequency, and one at no small fraction of a cycle a sample.
 
-    All lines of an adding machine are at fractions, and the phase of one that runs ever faster has none.
+    All lines of an adding machine are at fractions, and the phase of one that runs ever faster has none. A smooth torus
+    of one frequency is a curve, along which its points are in order; other functions of one angle, as strange
+    nonchaotic attractors of a driven map, may have lines as sharp as those of a torus.
 
     Parameters
     ----------
@@ -94,7 +99,10 @@ def quasiperiodic(points: np.ndarray) -> bool:
     within = SAFE * np.outer(error[known], order)
     # with this many integers none fits by chance
     fits = (np.abs(turns - np.rint(turns)) <= within) & (within * order <= CHANCE)
-    return bool((~fits.any(axis=1)).any())
+    if fits.any(axis=1).all():
+        return False
+    first, *others = sorted(zip(-height[known], frequency[known], error[known], strict=True))
+    return not all(_related(first[1], other[1], first[2], other[2], LOW) for other in others)
 
 
 def frequencies(values: np.ndarray) -> Iterator[float]:

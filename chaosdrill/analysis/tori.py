@@ -98,6 +98,13 @@ DRIFT = 2.0
 """Times that points of a cycle are further away after all of a record than after one turn, at most. A record holds at
 least `REPEATS` turns, and what drifts evenly is further away by as many less one."""
 
+END = 32
+"""Points at the end of a record that tell whether it has come to a cycle, and part of the record, as one over it."""
+
+CLOSER = 1e-3
+"""Part of the distance after one turn that is lost from one half of a record to the other, at least, on the way to a
+cycle."""
+
 BEYOND = 0.9
 """Part of the size that a state has had on the way at which it arrives at least if it grows beyond all bounds."""
 
@@ -312,10 +319,19 @@ def closes(paths: np.ndarray, known: np.ndarray) -> np.ndarray:
     return np.asarray((found.period > 0) & (found.residual <= ROUND_OFF))
 
 
+def stopped(paths: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Whether the end of a record, shape (P, W, n + 1), comes back to round-off again and again; bool, shape (P,).
+
+    A motion that is chaotic for a while and then falls to a cycle does so.
+    """
+    return closes(paths[:, -max(END, paths.shape[1] // END) :], known)
+
+
 def _comes_back(paths: np.ndarray, known: np.ndarray) -> np.ndarray:
     """Whether points come back after some iterates, and after all multiples no further away than after one.
 
-    What drifts, as in the channel that a cycle leaves behind at a fold, is further away after each.
+    What drifts, as in the channel that a cycle leaves behind at a fold, is further away after each. Either they come
+    back to round-off, or ever closer: the points of an adding machine are always as far away as its finest part.
     """
     found = recurrence(paths, known, paths.shape[1] // REPEATS)
     scale = sizes(paths[:, :, :-1], known)
@@ -324,9 +340,11 @@ def _comes_back(paths: np.ndarray, known: np.ndarray) -> np.ndarray:
         cycle = int(found.period[p])
         far = (paths.shape[1] - 1) // cycle * cycle
         lacks = np.abs(paths[p, -cycle:, :-1] - paths[p, -cycle - far + cycle : -far + cycle or None, :-1])
-        once = np.abs(paths[p, cycle:, :-1] - paths[p, :-cycle, :-1]).max(axis=0)
-        most = np.clip(DRIFT * once, ROUND_OFF * scale[p], CLOSE * scale[p])
-        back[p] = bool((lacks <= most).all())
+        once = np.abs(paths[p, cycle:, :-1] - paths[p, :-cycle, :-1])
+        most = np.clip(DRIFT * once.max(axis=0), ROUND_OFF * scale[p], CLOSE * scale[p])
+        early, late = (np.median((part / scale[p]).max(axis=1)) for part in np.array_split(once, 2))
+        closer = found.residual[p] <= ROUND_OFF or late < (1 - CLOSER) * early
+        back[p] = bool((lacks <= most).all() and closer)
     return back
 
 

@@ -53,6 +53,7 @@ class Evidence:
     late: np.ndarray  # its growth rate over the later half of the record
     recurs: np.ndarray  # bool: all late points come back within the tolerance, those of a cycle apart from each other
     exact: np.ndarray  # bool: they come back as exactly as a run allows
+    stopped: np.ndarray  # bool: the end of the record does so
     attracts: np.ndarray  # bool: nearby motions come closer, by the exponents over whole cycles
     leaving: np.ndarray  # bool: the spread of the record, or what it lacks to a cycle, still grows
     settling: np.ndarray  # bool: it still shrinks
@@ -122,7 +123,7 @@ class Evidence:
         In intermittent motion the error of the mean growth is often nearly as large as the mean.
         """
         later, whole = self.late * self.length / 2, self.lead * self.length
-        stationary = ~self.leaving & ~self.settling & ~self.recurs
+        stationary = ~self.leaving & ~self.settling & ~self.recurs & ~self.stopped
         beyond = self.lead > self.margin / SURE
         return self.chaos_possible & stationary & beyond & (later > DIGITS) & (whole - later > DIGITS)
 
@@ -134,9 +135,13 @@ class Evidence:
 
     @property
     def reached_torus(self) -> np.ndarray:
-        """Whether the later half is on a torus, along which tangents do not grow."""
-        still = np.abs(self.late) * self.length <= 2 * STILL
-        return self.torus_reached & self.torus_possible & ~self.recurs & ~self.returns & still
+        """Whether the later half is on a torus, along which tangents do not grow, and the earlier was on its way there.
+
+        There they grow or shrink. Exchanges of intervals follow one angle for a while, and then another, without.
+        """
+        later, whole = self.late * self.length / 2, self.lead * self.length
+        arrives = (np.abs(later) <= STILL) & (np.abs(whole - later) > STILL)
+        return self.torus_reached & self.torus_possible & ~self.recurs & ~self.returns & arrives
 
     @property
     def falls_on(self) -> np.ndarray:
@@ -216,6 +221,7 @@ RULES = (
     Rule(
         Outcome.TRANSIENT, lambda e: e.positive & e.settling, "its extent, or its distance from a cycle, still shrinks"
     ),
+    Rule(Outcome.TRANSIENT, lambda e: e.positive & e.stopped, "at its end the points come back to round-off"),
     Rule(Outcome.TRANSIENT, lambda e: e.positive & ~e.chaos_possible, "tangents grow in a flow that has no chaos"),
     Rule(
         Outcome.CHAOTIC,
