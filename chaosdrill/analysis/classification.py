@@ -179,8 +179,6 @@ def evidence_of_records(
     e.recurs = found.period > 0
     e.exact = e.recurs & (found.residual <= ROUND_OFF)
     e.stopped = stopped(aside(windows, shifts), shifts.sizes(known))
-    if flow is not None and not e.positive.all():
-        e.lengthens = lengthens(shifts.quotient(windows[:, :, :-1]))
     unclear = np.flatnonzero(~e.positive & ~e.negative)
     drifts = e.drifts.copy()
     _add_seen(e, unclear, examine(windows[unclear], known[unclear], shifts, flow), flow is None)
@@ -191,13 +189,25 @@ def evidence_of_records(
         # along an unstable cycle that round-off does not leave, tangents grow as in chaos
         open_ = np.flatnonzero(np.isin(words(e), (*OPEN_ANSWERS, Outcome.CHAOTIC)))
         add_passages(e, open_, undrawn(system, passages[open_]), known[open_], shifts)
+    if flow is not None:
+        _add_turns(e, windows, shifts)
     open_ = np.flatnonzero(_is_open(e))
     _add_later(e, open_, windows[open_, windows.shape[1] // 2 :], known[open_], shifts, flow)
+    if flow is not None:
+        _add_turns(e, windows, shifts)
     return e
 
 
 def _is_open(e: Evidence) -> np.ndarray:
     return np.isin(words(e), OPEN_ANSWERS)
+
+
+def _add_turns(e: Evidence, windows: np.ndarray, shifts: Shifts, seen: np.ndarray | bool = True) -> None:
+    """Add whether turns of motions at instants of any kind lengthen, where nothing but that speaks against a cycle."""
+    asked = np.flatnonzero((words(e) == Outcome.PERIODIC) & seen)
+    asked = asked[np.isfinite(windows[asked]).all(axis=(1, 2))]
+    if len(asked):
+        e.lengthens[asked] |= lengthens(shifts.quotient(windows[asked, :, :-1]))
 
 
 def add_passages(e: Evidence, which: np.ndarray, passages: np.ndarray, known: np.ndarray, shifts: Shifts) -> None:
@@ -331,6 +341,9 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     e.ended = np.where(e.rests, int(Outcome.OK), e.ended)
     if not plan.max_extension and plan.maps and plan.section is None and not noisy:
         _look_closer(plan, e, windows, known)
+    if not plan.maps and not plan.system.forced and not noisy:
+        # turns between two instants are not seen
+        _add_turns(e, windows, plan.shifts, batch.length[which] <= windows.shape[1] * plan.where.unit)
     outcome = words(e)
     if batch.counts_returns:
         grazed = np.array([plan.where.grazed(of_one) for of_one in times], dtype=bool)

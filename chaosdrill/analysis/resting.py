@@ -111,32 +111,37 @@ def stirs(windows: np.ndarray, known: np.ndarray) -> np.ndarray:
 
 
 def lengthens(paths: np.ndarray) -> np.ndarray:
-    """Whether turns take longer and longer, and no less so in the end, as along a heteroclinic cycle; bool, shape (P,).
+    """Whether turns take longer and longer, and no less so in the end, or never as long again; bool, shape (P,).
 
-    On the way to a cycle they do so by less and less. Of a motion that has turned less than three times nothing is
-    known to repeat, which is the same.
+    The former is so along a heteroclinic cycle; on the way to a cycle turns lengthen by less and less. The latter is so
+    where a motion has come so near to a homoclinic loop that rounding decides how long it stays at the saddle. Of a
+    motion that has turned less than three times nothing is known to repeat, which is the same.
 
     Parameters
     ----------
     paths : ndarray, shape (P, W, n)
         States at equal intervals of time.
     """
-    found = np.zeros(len(paths), dtype=bool)
-    for p, path in enumerate(paths):
-        extent = np.ptp(path, axis=0)
-        above = path > (path.min(axis=0) + extent / 2)
-        rises = above[1:] & ~above[:-1]
-        # the state that turns least often but often enough
-        counts = rises.sum(axis=0)
-        enough = counts > TURNS
-        if not enough.any():
-            found[p] = True
-            continue
-        values = path[:, np.where(enough, counts, len(path)).argmin()]
-        level = values.min() + np.ptp(values) / 2
-        at = np.flatnonzero((values[1:] > level) & (values[:-1] <= level))
+    middle = (paths.min(axis=1) + paths.max(axis=1)) / 2
+    above = paths > middle[:, np.newaxis]
+    rises = above[:, 1:] & ~above[:, :-1]
+    # the state that turns least often but often enough
+    counts = rises.sum(axis=1)
+    counts[counts <= TURNS] = paths.shape[1]
+    found = (counts == paths.shape[1]).all(axis=1)
+    for p in np.flatnonzero(~found):
+        state = counts[p].argmin()
+        values, level, at = paths[p, :, state], middle[p, state], np.flatnonzero(rises[p, :, state])
         turns = np.diff(at + (level - values[at]) / (values[at + 1] - values[at]))
-        early, middle, late = (part.mean() for part in np.array_split(turns, 3))
-        grows = late - early > LONGER * early and middle > early
-        found[p] = grows and late - middle > SHRINKS * (middle - early)
+        early, between, late = (part.mean() for part in np.array_split(turns, 3))
+        grows = late - early > LONGER * early and between > early
+        found[p] = (grows and late - between > SHRINKS * (between - early)) or not _repeats(turns)
     return found
+
+
+def _repeats(turns: np.ndarray) -> bool:
+    """Whether the later half of the lengths of turns, in samples, comes back after some of them."""
+    late = turns[len(turns) // 2 :]
+    # a time between two samples is not known
+    most = LONGER * late.mean() + 1.0
+    return any(np.abs(late[k:] - late[:-k]).max() <= most for k in range(1, len(late) // 2 + 1)) or len(late) < TURNS

@@ -101,10 +101,6 @@ least `REPEATS` turns, and what drifts evenly is further away by as many less on
 END = 32
 """Points at the end of a record that tell whether it has come to a cycle, and part of the record, as one over it."""
 
-CLOSER = 1e-3
-"""Part of the distance after one turn that is lost from one half of a record to the other, at least, on the way to a
-cycle."""
-
 BEYOND = 0.9
 """Part of the size that a state has had on the way at which it arrives at least if it grows beyond all bounds."""
 
@@ -343,8 +339,9 @@ def _comes_back(paths: np.ndarray, known: np.ndarray) -> np.ndarray:
         once = np.abs(paths[p, cycle:, :-1] - paths[p, :-cycle, :-1])
         most = np.clip(DRIFT * once.max(axis=0), ROUND_OFF * scale[p], CLOSE * scale[p])
         early, late = (np.median((part / scale[p]).max(axis=1)) for part in np.array_split(once, 2))
-        closer = found.residual[p] <= ROUND_OFF or late < (1 - CLOSER) * early
-        back[p] = bool((lacks <= most).all() and closer)
+        # round-off may come from the largest that states have been
+        rounded = (once <= ROUND_OFF * np.maximum(scale[p], known[p])).all()
+        back[p] = bool((lacks <= most).all() and (rounded or late < STAYS * early))
     return back
 
 
