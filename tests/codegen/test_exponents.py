@@ -1,11 +1,11 @@
 """A whole exponent is whole however it is written or held; what is left out leaves no trace."""
 
-import itertools
 import re
 
 import numpy as np
 import pytest
 import sympy
+from support.drills import POSSIBLE, WITH_EVERY_OPTION, WITH_EVERY_PAIR, built, label
 
 import chaosdrill as cd
 from chaosdrill.codegen import kernels_of
@@ -17,7 +17,6 @@ from chaosdrill.codegen.special import positive_power as numeric_power
 from chaosdrill.engine.layout import COLUMNS
 from chaosdrill.model.exponents import exponent_parameters, specialise
 from chaosdrill.model.special import positive_power
-from chaosdrill.systems.drill.effects import OPTIONS
 
 X, D, V, K, N = sympy.symbols("x d v k n", real=True)
 
@@ -130,34 +129,10 @@ def test_the_power_of_what_is_not_positive_is_zero():
 # An effect that a drill leaves out leaves no trace in the generated code: no number, no function, no guard.
 
 
-DRILLS = [
-    dict(zip(OPTIONS, chosen, strict=True))
-    for chosen in itertools.product(*OPTIONS.values())
-    if not (dict(zip(OPTIONS, chosen, strict=True))["rock"] == "fixed" and chosen[1] != "none")
-]
-
-
-def name_of(effects):
-    return " ".join(effects.values())
-
-
-def with_every_pair(drills):
-    """Drills in which every two options that can be chosen together are chosen together at least once."""
-    pairs = {id(e): set(itertools.combinations(e.items(), 2)) for e in drills}
-    missing, found = set().union(*pairs.values()), []
-    while missing:
-        found.append(max(drills, key=lambda e: len(pairs[id(e)] & missing)))
-        missing -= pairs[id(found[-1])]
-    return found
-
-
-COMPILED = with_every_pair(DRILLS)
-
-
 @pytest.fixture(scope="module")
 def systems():
     """Drills whose exponents are not whole: a whole one would be no parameter of the code."""
-    drills = {name_of(e): cd.drill(**e) for e in DRILLS}
+    drills = {label(e): built(e) for e in POSSIBLE}
     return {name: d.with_parameters(**dict.fromkeys(d.exponent_parameters, 1.5)) for name, d in drills.items()}
 
 
@@ -177,7 +152,7 @@ def functions_of(system):
     return {type(f).__name__ for e in (*fields, *at_events) for f in sympy.sympify(e).atoms(sympy.Function)}
 
 
-@pytest.mark.parametrize("effects", DRILLS, ids=name_of)
+@pytest.mark.parametrize("effects", POSSIBLE, ids=label)
 def test_functions(systems, effects):
     """Every drill is written with the functions of its effects and with no others."""
     law = {"hunt_crossley_exit", "hunt_crossley_peak"}
@@ -188,13 +163,13 @@ def test_functions(systems, effects):
     }
     expected = {"cos"} if effects["drive"] != "none" else set()
     expected |= {"exp"} if effects["friction"].startswith("stribeck") else set()
-    assert functions_of(systems[name_of(effects)]) == expected | contact.get(effects["contact"], set())
+    assert functions_of(systems[label(effects)]) == expected | contact.get(effects["contact"], set())
 
 
-@pytest.mark.parametrize("effects", COMPILED, ids=name_of)
+@pytest.mark.parametrize("effects", WITH_EVERY_PAIR, ids=label)
 def test_traces(systems, effects):
-    system = systems[name_of(effects)]
-    text = text_of(kernels_of(system).written)
+    system = systems[label(effects)]
+    text = text_of(write(system.placed))
     assert ("llvm.cos" in text) == ("llvm.sin" in text) == (effects["drive"] != "none")
     hit = effects["contact"]
     law = hit in ("hunt-crossley", "hunt-crossley-timed")
@@ -209,13 +184,13 @@ def test_traces(systems, effects):
     assert text.count('define internal void @"jet_') == len(system.modes)
 
 
-@pytest.mark.parametrize("effects", DRILLS, ids=name_of)
+@pytest.mark.parametrize("effects", POSSIBLE, ids=label)
 def test_guards(systems, effects):
     """Every mode watches what can end it: friction's threshold or standstill, the stop, the force of a held contact."""
     held, ways = effects["friction"] != "none", 1 + effects["friction"].endswith("two-sided")
     driven, law = effects["drive"] != "none", effects["contact"] not in ("none", "compliant")
     timed = effects["contact"] == "hunt-crossley-timed"
-    system = systems[name_of(effects)]
+    system = systems[label(effects)]
     expected = {}
     for mode in ("stick", "slip", "slip-back"):
         friction = held * (ways if mode == "stick" else 1)
@@ -227,10 +202,10 @@ def test_guards(systems, effects):
     assert {mode: len(mode_events(system, mode)) for mode in system.modes} == {m: expected[m] for m in system.modes}
 
 
-@pytest.mark.parametrize("effects", COMPILED, ids=name_of)
+@pytest.mark.parametrize("effects", WITH_EVERY_OPTION, ids=label)
 def test_every_parameter_is_read(systems, effects):
-    """By the kernels, or by an expression of parameters that they read; these drills are compiled."""
-    system = systems[name_of(effects)]
+    """By the kernels, or by an expression of parameters that they read."""
+    system = systems[label(effects)]
     kernels = kernels_of(system)
     read = places(text_of(kernels.written), "c")
     numbers = {name: 0.3 + 0.1 * i for i, name in enumerate(system.parameters)}

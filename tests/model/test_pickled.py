@@ -21,13 +21,19 @@ sys.stdout.buffer.write(ds["lyapunov_exponent"].values.tobytes())
 
 
 @pytest.mark.parametrize("name", sorted(systems.REGISTRY))
-def test_generated_code_is_the_same(name):
+def test_its_content_is_the_same(name):
     system = systems.build(name)
     other = pickle.loads(pickle.dumps(system))
-    assert write(other.placed).single == write(system.placed).single
+    assert other._content() == system._content()
     assert other.parameters == system.parameters
     assert other.initial == system.initial
     assert other.bounds == system.bounds
+
+
+@pytest.mark.parametrize("name", ["percussive-drill", "relay-sliding", "compass-gait"])
+def test_generated_code_is_the_same(name):
+    system = systems.build(name)
+    assert write(pickle.loads(pickle.dumps(system)).placed).single == write(system.placed).single
 
 
 def test_kernels_are_left_out_and_shared_again_by_copies_that_are_sent_together():

@@ -1,14 +1,11 @@
 """An effect that is left out leaves no state, no guard, no parameter and no term."""
 
-from itertools import product
-
 import pytest
+from support.drills import CHOICES, POSSIBLE, built, label
 
 import chaosdrill as cd
 from chaosdrill import systems
 
-CHOICES = [dict(zip(systems.EFFECTS, options, strict=True)) for options in product(*systems.EFFECTS.values())]
-POSSIBLE = [c for c in CHOICES if c["rock"] == "moving" or c["friction"] == "none"]
 OWN = {
     "drive": {"harmonic": {"a", "eta", "phi"}, "lobes": {"a", "lobes", "spin", "phi"}},
     "friction": {
@@ -33,10 +30,6 @@ PHASES = {
 """Modes of a contact besides free flight."""
 
 
-def label(effects):
-    return "-".join(effects.values())
-
-
 def symbols(system):
     """Names of all symbols in the system's expressions."""
     found = [rate for rates in system.quadratures.values() for rate in rates.values()]
@@ -51,14 +44,14 @@ def symbols(system):
 @pytest.mark.parametrize("effects", POSSIBLE, ids=label)
 def test_parameters_are_those_of_the_chosen_effects(effects):
     expected = {"b", "xi"}.union(*(OWN[effect].get(option, set()) for effect, option in effects.items()))
-    system = systems.build("percussive-drill", effects=effects)
+    system = built(effects)
     assert set(system.parameters) == expected == set(systems.parameters("percussive-drill", effects))
     assert symbols(system) - set(system.state_names) - {"t"} == expected
 
 
 @pytest.mark.parametrize("effects", POSSIBLE, ids=label)
 def test_what_is_left_out_leaves_no_trace(effects):
-    system = systems.build("percussive-drill", effects=effects)
+    system = built(effects)
     kinds = {t.kind for t in system.transitions}
     assert ("t" in symbols(system)) == (system.time is not None) == (system.period is not None)
     assert (system.time is not None) == (effects["drive"] != "none")
@@ -79,7 +72,7 @@ def test_modes_are_those_of_the_rock_in_every_phase_of_the_contact(effects):
     if effects["contact"] == "hunt-crossley-timed":
         # which way the rock goes on is decided when the contact is over
         expected -= {"slip-back-contact"}
-    system = systems.build("percussive-drill", effects=effects)
+    system = built(effects)
     assert set(system.modes) == expected
     reached = {system.initial["mode"], *(t.target for t in system.transitions)}
     if effects["drive"] != "none":

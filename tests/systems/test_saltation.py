@@ -1,6 +1,7 @@
 """The flow direction survives every event of every system: S F- = F+."""
 
 import random
+from functools import cache
 
 import numpy as np
 import pytest
@@ -25,9 +26,14 @@ EVENTS = [
 ]
 
 
+@cache
+def with_time(name):
+    return SYSTEMS[name].augmented(time=True)
+
+
 @pytest.mark.parametrize(("name", "event", "source"), EVENTS)
 def test_flow_direction_survives(number, name, event, source):
-    system = SYSTEMS[name].augmented(time=True)
+    system = with_time(name)
     transition = next(t for t in system.transitions if t.name == event)
     rng = random.Random(f"{name} {event}")
     there = {"": np.nan}
