@@ -201,7 +201,7 @@ def _stem(target: Path) -> str:
 def open_own(path: Path, flags: int) -> int:
     """A handle of a file that is made if it is not there, and is the only name of its contents.
 
-    Raises `OSError`: also if it is a link, or no ordinary file: what is written into it would change another file.
+    Raises `OSError`, also if it is a link, or no ordinary file: what is written into it would change another file.
     """
     return _checked(path, flags | os.O_CREAT, lambda found: "a link to another file" if found.st_nlink > 1 else "")
 
@@ -209,7 +209,7 @@ def open_own(path: Path, flags: int) -> int:
 def read_json(path: Path) -> Any:
     """What stands in a file of JSON of bounded size and depth.
 
-    Raises `OSError`: as `open_ordinary`. Raises `ValueError` if it is no JSON, or nested too deeply.
+    Raises `OSError`, as `open_ordinary`. Raises `ValueError` if it is no JSON, or nested too deeply.
     """
     with open_ordinary(path, TUNING.json_bytes) as file:
         try:
@@ -243,7 +243,7 @@ def format_of_bytes(start: bytes) -> str:
 def open_target(path: Path) -> BufferedReader:
     """An ordinary file that is named, or to which a link of that name leads, open for reading.
 
-    Raises `OSError`: also if it is a pipe or a device, at whose opening one may wait for ever.
+    Raises `OSError`, also if it is a pipe or a device, at whose opening one may wait for ever.
     """
     handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
     if not stat.S_ISREG(mode := os.fstat(handle).st_mode):
@@ -257,7 +257,7 @@ def open_target(path: Path) -> BufferedReader:
 def open_ordinary(path: Path, most: int) -> BufferedReader:
     """An ordinary file of at most ``most`` bytes, open for reading.
 
-    Raises `OSError`: also if it is larger, or a link, a pipe or a device, which may give bytes without an end, or none
+    Raises `OSError`, also if it is larger, or a link, a pipe or a device, which may give bytes without an end, or none
     for ever.
     """
     refused = f"larger than {most} bytes"

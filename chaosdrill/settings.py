@@ -64,7 +64,7 @@ class Value:
     def read(self, name: str, value: Any, system: Any) -> Any:
         """An argument as the analysis takes it, checked as a scene is.
 
-        Raises `SettingsError`: with the name of the argument, the value, and what it must be.
+        Raises `SettingsError`, with the name of the argument, the value, and what it must be.
         """
         plain = self.plain(value)
         for path, text in (*self.faults(plain), *self.misfits(plain, Known.of(system))):
@@ -264,7 +264,7 @@ class Settings:
     def read(cls, given: Mapping[str, Any], system: Any) -> Self:
         """The settings from arguments.
 
-        Raises `SettingsError`: an argument that cannot be used. Raises `TypeError`: one that is missing, if all others
+        Raises `SettingsError` for an argument that cannot be used, `TypeError` for one that is missing, if all others
         can be.
         """
         read, table = {}, {}

@@ -67,7 +67,7 @@ def _way(value: Any) -> str:
 def refuse(error: type[ChaosdrillError], name: str, value: Any, kind: Kind, way: str = "") -> None:
     """Raise an error if a value is not of a type.
 
-    Raises `ChaosdrillError`: of the class that is given, with the name of the argument, the value, and what it must be.
+    Raises `ChaosdrillError`, of the class that is given, with the name of the argument, the value, and what it must be.
     """
     if not kind.holds(value):
         way = way or (_way(value) if kind is PATH else "")
@@ -137,7 +137,7 @@ def meant(name: str, keywords: Mapping[str, Any], names: list[str], system: Any 
 def known_names(function: str, known: Signature, keywords: Mapping[str, Any], system: Any = None) -> None:
     """Refuse a keyword that a function does not have; ``system`` is what it was called with, if anything.
 
-    Raises `TypeError`: with the name that is likely to be meant.
+    Raises `TypeError`, with the name that is likely to be meant.
     """
     if any(one.kind is Parameter.VAR_KEYWORD for one in known.parameters.values()):
         return
@@ -156,7 +156,7 @@ def _places(known: Signature) -> list[str]:
 def known_all(function: str, known: Signature, given: Mapping[str, Any]) -> None:
     """Refuse a call that leaves a required argument out.
 
-    Raises `TypeError`: with its name, and where the arguments are described.
+    Raises `TypeError`, with its name, and where the arguments are described.
     """
     for name, one in known.parameters.items():
         single = one.kind not in (Parameter.VAR_POSITIONAL, Parameter.VAR_KEYWORD)
@@ -167,7 +167,7 @@ def known_all(function: str, known: Signature, given: Mapping[str, Any]) -> None
 def not_too_many(function: str, known: Signature, count: int) -> None:
     """Refuse more arguments without a name than a function takes.
 
-    Raises `TypeError`: with the names of those that it takes, and a name that another one may have had.
+    Raises `TypeError`, with the names of those that it takes, and a name that another one may have had.
     """
     places = _places(known)
     named = [name for name, one in known.parameters.items() if one.kind is Parameter.KEYWORD_ONLY]

@@ -79,9 +79,9 @@ def unsealed(tree: DataTree) -> str:
 def error_context(path: str | os.PathLike[str], datasets: Iterable[Dataset], what: str) -> Iterator[None]:
     """Turn any exception in the block into an error of the archive, if one of its groups was altered.
 
-    ``path``: the archive. ``datasets``: the groups that the block uses. ``what``: what the block does, such as "drawn".
+    The block uses the groups ``datasets`` of the archive ``path``; ``what`` it does with them is such as "drawn".
 
-    Raises `ArchiveError`: with the exception and the altered variables. An exception with unaltered groups is a bug of
+    Raises `ArchiveError`, with the exception and the altered variables. An exception with unaltered groups is a bug of
     the program, and passes through.
     """
     try:

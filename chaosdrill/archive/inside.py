@@ -212,7 +212,7 @@ def one_more_file(handle):
 class File:
     """A file that is open.
 
-    ``file``: the file. ``size``: bytes that it takes on the disk. ``output``: where its contents are written.
+    ``size`` are its bytes on the disk; its contents are written to ``output``.
     """
 
     def __init__(self, file, size, output):

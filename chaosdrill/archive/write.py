@@ -137,7 +137,7 @@ def check_writable(path: str | os.PathLike[str], ending: str = ".nc", *, named: 
     ``path``: the target. ``ending``: of the name that a message proposes. ``named``: whether the user has named the
     target. Where the name was made for him, no link is followed.
 
-    Raises `ArchiveError`: with the reason.
+    Raises `ArchiveError`, with the reason.
     """
     target = Path(path)
     way = _OTHER_FORMATS.get(target.suffix.lower())

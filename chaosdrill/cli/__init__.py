@@ -14,7 +14,7 @@ _DOCUMENT = '{"error": {"exit_code": 130, "kind": "KeyboardInterrupt", "message"
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line.
 
-    ``arguments``: default: those of the process.
+    ``arguments`` are by default those of the process.
 
     Returns: the exit code.
     """

@@ -149,7 +149,7 @@ class Scene:
     def check_period(self) -> None:
         """Refuse a scene whose parameters make the forcing period infinite, zero or negative, before anything is run.
 
-        Raises `SceneError`: with the lines of the parameters that decide on the period.
+        Raises `SceneError`, with the lines of the parameters that decide on the period.
         """
         try:
             self.system.forcing_period()
