@@ -432,12 +432,10 @@ def _joined(base: Any, power: Any, size: Any) -> Iterator[tuple[Any, Any]]:
         (u,) = base.args
         for sign in (1, -1):
             yield sign * u, size * log_sum(sympy.S.Half, sympy.S.Half, sign * 2 * u)
-    elif isinstance(base, gate) and power == 1:
-        m, n, u, e = base.args
-        if e == u:
-            yield -1 / n, -size * m / n * gate(m, n, u, sympy.S.Zero)
-        elif e == 0:
-            yield -1 / m, -size * n / m * gate(m, n, u, u)
+    elif isinstance(base, gate) and power.is_Integer and power.is_positive and base.args[3] == 0:
+        m, n, u, _ = base.args
+        less = base ** (power - 1)
+        yield -less / m, -size * n / m * less * gate(m, n, u, u)
     elif power == -1 and (divisor := _Divisor.of(base)) and {divisor.m, divisor.n} == {1} and base.is_Add:
         exponent = next((a for a in _exponentials(base) if a != 0), sympy.S.Zero)
         yield -1, -size / (1 + _exp(-exponent))

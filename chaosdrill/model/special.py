@@ -163,14 +163,16 @@ class gate(_Written):
 
     @classmethod
     def eval(cls, m: Any, n: Any, u: Any, e: Any) -> Any:
-        """What it is where one term is zero, or as a logistic function."""
+        """What it is where one term is zero, or as a logistic function; exp(u) above goes below."""
         if m.is_zero:
             return sympy.exp(e - u) / n
         if n.is_zero:
             return sympy.exp(e) / m
-        if m.is_positive and n.is_positive and m.is_number and n.is_number and e in (0, u):
-            offset = exact_logarithm(n, m)
-            return 1 / (m * (1 + sympy.exp(u + offset))) if e == 0 else 1 / (n * (1 + sympy.exp(-u - offset)))
+        if e == u != 0:
+            # of two slopes, by u and by e, nearly nothing would be left far out
+            return gate(n, m, -u, sympy.S.Zero)
+        if m.is_positive and n.is_positive and m.is_number and n.is_number and e == 0:
+            return 1 / (m * (1 + sympy.exp(u + exact_logarithm(n, m))))
         return None
 
     def fdiff(self, argindex: int = 1) -> Any:
@@ -332,7 +334,7 @@ SPECIAL: dict[str, Special] = {
         Special(hunt_crossley_duration_lam_lam, 1e-11),
         Special(hunt_crossley_duration_lam_n, 1e-11),
         Special(positive_power, 2e-16, moving=(0,)),
-        Special(gate, 1e-15, moving=(0, 1, 2, 3)),
+        Special(gate, 2e-15, moving=(0, 1, 2, 3)),
         Special(log_sum, 5e-16, moving=(0, 1, 2)),
         Special(log_cosh, 5e-16, moving=(0,)),
         Special(bernoulli_ratio, 2e-15, moving=(0,), expanded=True, relative=False),
