@@ -10,6 +10,7 @@ from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.branch import Branch, BranchSegment, Mark
+from chaosdrill.orbits.conserved import other_family
 from chaosdrill.orbits.continuation import Birth, Continued, continue_curve
 from chaosdrill.orbits.criticality import normal_form
 from chaosdrill.orbits.crossings import TESTS, Located, ended, located, noise_of, steps_with
@@ -116,8 +117,8 @@ def trace_branch(
                 words = f"{part.end.advice.rstrip('.')}, {place}."
             return branch.ended(part.end, words)
         found = _behind(curve, part, last, branch)
-        if found is None:
-            return _ended_at(branch, curve, part, last, step)
+        if not isinstance(found, tuple):
+            return _ended_at(branch, curve, part, last, step, found)
         curve, first = found
         if last.points[-1].arclength - last.points[0].arclength <= TUNING.begins and met(
             curve, first, branch.segments[:-1], step
@@ -139,6 +140,12 @@ def _append(branch: Branch, curve: Curve, part: Continued, jumps: bool) -> Locat
 
     At its last point multipliers may jump (``jumps``).
     """
+    if jumps and len(part.points) > 1:
+        # what happens in the last step does so before its end
+        try:
+            part.points.insert(-1, curve.between(*part.points[-2:], TUNING.before_touch))
+        except LostError:
+            pass
     followed, _ = curve.followed(part.points[len(part.points) // 2]) or (part.points[0].orbit, None)
     segment, end = BranchSegment(curve, part.points, structural_rank(curve.problem, followed)), None
     if any(test.end == part.end for test in TESTS):
@@ -184,23 +191,27 @@ def _to_no_speed(curve: Curve, part: Continued) -> bool:
     return jumps
 
 
-def _behind(curve: Curve, part: Continued, last: BranchSegment, branch: Branch) -> tuple[Curve, Point] | None:
-    """The curve that continues beyond a border, and its first point; mark the border."""
+def _behind(curve: Curve, part: Continued, last: BranchSegment, branch: Branch) -> tuple[Curve, Point] | str:
+    """The curve that continues beyond a border, and its first point; mark the border.
+
+    Where none does, why not, or nothing if the border itself tells.
+    """
     assert part.border is not None
     length, at_border = last.points[-1].arclength, last.points[-1].orbit
     if isinstance(curve, SpecialCurve):
         if _degenerate(curve, last) is not None:
-            return None
+            return ""
         alone = change_at(curve.problem, part.border).kind == Special.REGULAR
         further = None if halves_met(curve, last.points, alone) else curve_behind(curve, last.points[-1], part.border)
         if further is None:
-            return None
+            return ""
         behind, first, change = further
         _mark(branch, part.border, change.kind, f"{change.text}; the curve continues")
         return behind, first
     beyond = branch_behind(curve, part.border)
-    if beyond is None:
-        return None
+    words = "" if beyond is None else other_family(curve.problem, beyond.orbit, beyond.shot)
+    if beyond is None or words:
+        return words
     kind, text = change_at(curve.problem, part.border, beyond.orbit)
     if kind != Special.REGULAR:
         before = last.points[-2].orbit if len(last) > 1 else at_border
@@ -238,8 +249,8 @@ def _at_rest(branch: Branch, curve: Curve) -> Branch:
     return branch.ended(BranchEnd.REST, found.text)
 
 
-def _ended_at(branch: Branch, curve: Curve, part: Continued, last: BranchSegment, step: float) -> Branch:
-    """End a branch at a border beyond which no orbit was found."""
+def _ended_at(branch: Branch, curve: Curve, part: Continued, last: BranchSegment, step: float, why: str) -> Branch:
+    """End a branch at a border beyond which no orbit was found, or none that it goes on with, for a reason."""
     assert part.border is not None
     if part.lost and _escapes(last, step):
         return branch.ended(BranchEnd.ESCAPED)
@@ -250,7 +261,7 @@ def _ended_at(branch: Branch, curve: Curve, part: Continued, last: BranchSegment
         _mark(branch, border, Special.DEGENERATE_SLIDING, words)
         return branch.ended(BranchEnd.OUTCOME_SWITCH, words)
     kind, text = change_at(curve.problem, part.border)
-    words = f"{text}; the {curve.noun} ends" if text else _lost(last)
+    words = why or (f"{text}; the {curve.noun} ends" if text else _lost(last))
     if halves_met(curve, last.points, kind == Special.REGULAR) and (isinstance(curve, SpecialCurve) or not words):
         return branch.ended(BranchEnd.DOUBLING)
     branch.ended(ENDS.get(kind, BranchEnd.NO_CONVERGENCE), words)

@@ -53,6 +53,19 @@ def conserved_at(problem: "Problem", orbit: "Orbit", shot: "Shot") -> np.ndarray
     return _gradients(problem, orbit, left, weights)
 
 
+def other_family(problem: "Problem", orbit: "Orbit", shot: "Shot") -> str:
+    """Why a branch does not go on with the orbits of other events that begin with this one; empty if it does.
+
+    On a branch either every orbit is one of a family at the same parameters, or none is.
+    """
+    if not len(problem.conserved):
+        if len(conserved_at(problem, orbit, shot)):
+            return "beyond, every orbit is one of a family at the same parameters; the branch ends"
+    elif not len(_dependencies(problem, orbit, shot, problem.weights(orbit))):
+        return "beyond, no orbit is one of a family at the same parameters; the branch ends"
+    return ""
+
+
 def likely_at(problem: "Problem", guess: "Orbit") -> np.ndarray:
     """What would be conserved, if anything is, at a guess of an orbit, as `conserved_at`; one row, or none.
 

@@ -597,17 +597,20 @@ def distance(problem: Problem, orbit: Orbit, other: Orbit, weights: np.ndarray) 
 
 def passing(problem: Problem, orbit: Orbit, other: Orbit, weights: np.ndarray) -> float:
     """Distance at which an orbit passes the middle of the longest segment of another one."""
-    state = standpoint(problem, other)[2]
-    total = float(orbit.durations.sum())
-    first, width, closest = 0.0, total, np.inf
-    for _ in range(TUNING.passing_samples[1]):
-        instants = np.unique(np.linspace(first, first + width, TUNING.passing_samples[0] + 1) % total)
+    state, total = standpoint(problem, other)[2], float(orbit.durations.sum())
+    parts, rounds, most = TUNING.passing_samples
+    step = total / (parts * len(orbit))
+    instants = step * np.arange(parts * len(orbit))
+    offsets = np.linspace(-1, 1, parts + 1)
+    for _ in range(rounds):
         away = problem.shifts.across(problem.at([orbit], instants[np.newaxis])[0][0] - state)
         away = (np.abs(away) * weights).max(axis=1)
-        closest = min(closest, float(away.min()))
-        width *= 2 / TUNING.passing_samples[0]
-        first = float(instants[away.argmin()]) - width / 2
-    return closest
+        # where it turns several times it comes near as often
+        nearest = np.flatnonzero((away <= np.roll(away, 1)) & (away <= np.roll(away, -1)))
+        nearest = nearest[away[nearest].argsort(kind="stable")[:most]]
+        instants = np.unique((instants[nearest, np.newaxis] + step * offsets) % total)
+        step *= 2 / parts
+    return float(away.min())
 
 
 def _leads_back(problem: Problem, orbit: Orbit, shot: Shot, border: Border, weights: np.ndarray) -> bool:

@@ -265,6 +265,9 @@ class Tuning:
     """Instants of a segment at which guards are looked at."""
     touching: float = 1e-6
     """Greatest value of a guard, and speed at an event, that count as zero at a border: as parts of those before."""
+    before_touch: float = 0.999
+    """Part of the last step before a touch up to which special points are looked for: multipliers go with one over the
+    speed at it, so that they are a thousand times as large there as at the step's beginning."""
     far_touch: float = 0.05
     """Greatest value of a guard, as a part of how much it varies on the segment, beyond which it is no touch."""
     touch_probe: float = 1e-5
@@ -316,8 +319,9 @@ class Tuning:
     """Difference of durations, as a part of the whole, within which two cycles of the same events are one."""
     border_probe: float = 1e-5
     """Step along a new branch that shows which way leads away from the border."""
-    passing_samples: tuple[int, int] = (64, 5)
-    """Instants at which it is looked how near an orbit passes, and times that they are laid closer."""
+    passing_samples: tuple[int, int, int] = (64, 5, 8)
+    """Instants of a segment at which it is looked how near an orbit passes, times that they are laid closer, and places
+    of its whole length beside which they are."""
     end_of_stay: float = 1e-6
     """Part of a stay, from either end, within which what is met belongs to the event there."""
     tangential: float = 1e-3
