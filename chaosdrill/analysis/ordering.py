@@ -29,9 +29,10 @@ NEARBY = np.array(sorted(np.linspace(-3.0, 3.0, 13), key=abs))
 """Around a line turns are tried so far off, in parts of one over the squared number of points: jumps move a line by
 that. Of two that do as well the nearer counts."""
 
-RESOLVED = 8.0
+RESOLVED = 16.0
 """Points of that angle at least, without a gap, on a piece of the way as long as the extent: those of a cycle of many
-points, which come back, are as far apart in angle as in space."""
+points, which come back, are as far apart in angle as in space. An exchange of intervals follows an angle for so many
+points, with so many jumps, by chance the less often the more points a jump takes."""
 
 LAST, BACK, STAYS = 16, 0.75, 0.5
 """Last points of which the nearest return is looked for, within such a part of all, and part of its distance that is

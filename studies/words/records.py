@@ -283,6 +283,71 @@ def strange(rng, P, L):
     return np.stack(states, axis=1), np.stack(growth, axis=1)
 
 
+def exchanges(rng, P, L):
+    """Exchanges of three to six intervals in reversed order, which mix weakly: neither tori nor cycles nor chaos."""
+    states = np.empty((P, L, 2))
+    for p in range(P):
+        lengths = rng.dirichlet(np.ones(int(rng.integers(3, 7))))
+        begins, places = np.cumsum(lengths) - lengths, 1 - np.cumsum(lengths)
+        path, x = np.empty(L + 1), rng.random()
+        for k in range(L + 1):
+            path[k] = x
+            one = np.searchsorted(begins, x, side="right") - 1
+            x = min(max(x + places[one] - begins[one], 0.0), 1 - 1e-16)
+        states[p] = np.stack([path[1:], path[:-1]], axis=-1)
+        if rng.random() < 0.5:
+            states[p] = np.stack([np.cos(2 * np.pi * path[:-1]), np.sin(2 * np.pi * path[:-1])], axis=-1)
+    return seen(states), np.zeros((P, L, 2)) - [0, 0.1]
+
+
+def pinched(rng, P, L):
+    """Strange nonchaotic attractors of Keller's maps (1996): positive but where the drive pinches them."""
+    sigma, angle, x = rng.uniform(1.6, 3, P), rng.random(P), rng.uniform(0.5, 2, P)
+    states, growth = [], []
+    for k in range(L + 500):
+        drive = 2 * sigma * np.abs(np.cos(np.pi * angle))
+        grown = np.log(np.maximum(drive / np.cosh(x) ** 2, 1e-300))
+        x, angle = drive * np.tanh(x), (angle + np.sqrt(2) - 1) % 1
+        if k >= 500:
+            states.append(np.stack([x, np.cos(2 * np.pi * angle), np.sin(2 * np.pi * angle)], axis=-1))
+            growth.append(np.stack([0 * x, grown], axis=-1))
+    return np.stack(states, axis=1), np.stack(growth, axis=1)
+
+
+def odometers(rng, P, L):
+    """Adding machines of bases 2 to 5 on Cantor sets, the finest of whose parts are below all digits."""
+    states = np.empty((P, L))
+    for p in range(P):
+        base, scale = int(rng.integers(2, 6)), rng.uniform(0.1, 0.45)
+        count = np.arange(L)[:, np.newaxis] + int(rng.integers(0, 10**9))
+        digits = count // base ** np.arange(26, dtype=np.int64) % base
+        states[p] = digits @ ((1 - scale) / (base - 1) * scale ** np.arange(26))
+    return seen(np.stack([states, np.tanh(states)], axis=-1)), np.zeros((P, L, 2)) - [0, 0.1]
+
+
+def escapes(rng, P, L):
+    """Tents with a hole, through which chaos falls to a fixed point after 5 to 90 % of the record, at any rate.
+
+    Too short are records that end before the point is reached to round-off.
+    """
+    states, growth, short = np.empty((P, L, 2)), np.empty((P, L, 2)), np.zeros(P, dtype=bool)
+    for p in range(P):
+        rate, path, grown = 10 ** rng.uniform(-1.5, -0.05), np.empty(L + 1), np.empty(L)
+        out = 0
+        while not 0.05 * L < out < 0.9 * L:
+            slope, x, out = 2 + 4 / (L * rng.uniform(0.2, 2)), rng.random(), L
+            for k in range(L):
+                path[k] = x
+                grown[k] = np.log(slope if k < out else rate)
+                x = slope * min(x, 1 - x) if k < out else 1.7 + (x - 1.7) * rate
+                out = k + 1 if x > 1 and k < out else out
+        path[L] = x
+        states[p] = np.stack([path[1:], path[:-1]], axis=-1)
+        growth[p] = np.stack([grown, grown - 1], axis=-1)
+        short[p] = (L - out) * np.log(rate) > np.log(1e-9)
+    return seen(states), growth, short
+
+
 def tents(rng, P, L):
     """Skew tents, whose growth is one of two numbers."""
     a = rng.uniform(0.15, 0.85, P)
@@ -390,6 +455,10 @@ FAMILIES = {
     "flips": (flips, "chaotic"),
     "machines": (machines, ""),
     "strange": (strange, ""),
+    "pinched": (pinched, ""),
+    "odometers": (odometers, ""),
+    "exchanges": (exchanges, ""),
+    "escapes": (escapes, "periodic"),
     "tents": (tents, "chaotic"),
     "parabolas": (parabolas, "chaotic"),
     "cusps": (cusps, "chaotic"),
