@@ -507,7 +507,7 @@ class Analysis:
         if execution:
             execution["workers"] = whole("workers", execution["workers"], 1)
         job = Job(_numerics(numerics) if numerics else None, **execution, progress=teller(given["progress"]))
-        if not self.settings.parallel:
+        if not self.settings.parallel and not system.discrete:
             compile_ahead(ONE_RUN)
         found = self.run(system, settings, job)
         if "outcome" in found and (told := told_of_starts(system, found["outcome"].values)):

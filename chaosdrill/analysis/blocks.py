@@ -9,7 +9,6 @@ import numpy as np
 from chaosdrill.codegen.kinds import Pointer, int64
 from chaosdrill.codegen.signatures import cube, integers, matrix
 from chaosdrill.dataset import Outcome
-from chaosdrill.engine.flow import flow
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.layout import DONE, EVENLY, EVENT_COLUMNS, FULL
 from chaosdrill.engine.records import FLOW_SIGNATURE, machine_at, state_of
@@ -124,7 +123,7 @@ class Blocks:
         run.settings["recording"] = 0 if samples is None else EVENLY
         run.states.run["event_rows"] = 0
         code = _through(
-            flow,
+            run.flow,
             run.machine,
             last,
             self._targets,

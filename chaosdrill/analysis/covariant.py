@@ -27,10 +27,9 @@ from chaosdrill.codegen.kinds import Pointer, int64, void
 from chaosdrill.codegen.signatures import cube, integer_matrix, integers, matrix
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.build import dataset
-from chaosdrill.engine.flow import flow
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.layout import DONE, EVENT_COLUMNS
-from chaosdrill.engine.records import machine_at, state_of
+from chaosdrill.engine.records import FLOW_SIGNATURE, machine_at, state_of
 from chaosdrill.engine.run import Run
 from chaosdrill.engine.setup import scratch_of
 from chaosdrill.engine.stepper import machine
@@ -167,7 +166,7 @@ class _Forward:
             end = min(begin + SLICE, len(chunk.logs))
             counts = np.array([first + begin, blocks.parts, blocks.strobes])
             part = [rows[begin : end + (rows is chunk.lost)] for rows in chunk]
-            code = _keep_blocks(flow, place, samples, events, counts, *part)
+            code = _keep_blocks(run.flow, place, samples, events, counts, *part)
             if code != DONE:
                 return Outcome(code), chunk
             self._done += end - begin
@@ -277,7 +276,7 @@ def _with_tangents(lead: Run, frame: np.ndarray, deficient: Any, blocks: _Blocks
 
 @compiled(
     int64(
-        *(Pointer("Flow", flow.signature), int64, matrix, matrix, integers),
+        *(Pointer("Flow", FLOW_SIGNATURE), int64, matrix, matrix, integers),
         *(cube, cube, matrix, integer_matrix, matrix),
     )
 )

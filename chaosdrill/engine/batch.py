@@ -13,7 +13,7 @@ from chaosdrill.engine.ahead import LANES, ONE_RUN, await_part
 from chaosdrill.engine.methods import METHODS
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import check_period, forcing_periods, repeats
-from chaosdrill.engine.run import BESIDE, STANDING
+from chaosdrill.engine.run import BESIDE, STANDING, flow_of
 from chaosdrill.engine.setup import (
     modes_of_starts,
     scratch_of,
@@ -474,13 +474,12 @@ class Batch:
 
     def to_strobe(self, which: np.ndarray) -> None:
         """Let runs that stand at an event go on to the next strobe."""
-        from chaosdrill.engine.flow import flow
-
         machine, none = self._machine(), np.zeros((0, self.x.shape[1] + self._quadratures + 1))
         self._settings["recording"] = 0
         for p in which.tolist():
             if self.outcome[p] == Outcome.OK and self._states.run[p]["time"] > 0:
                 self._settings["target"] = self._states.run[p]["strobes"] + 1
+                flow = flow_of(self._settings[0], self._states.run[p])
                 self.outcome[p] = flow(machine, p, none, self._events[:0])
 
     def standing(self, which: np.ndarray) -> "Standing":

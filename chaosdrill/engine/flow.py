@@ -22,7 +22,6 @@ from chaosdrill.engine.step import (
     advance,
     end_step,
     expand,
-    goes_by_iterates,
     instant_after,
     instant_in_row,
     locate,
@@ -61,8 +60,6 @@ def flow(place, p, samples, events):
     run = state.run[0]
     row = state.x.size + settings.quadratures
     begin_tangents(functions, tables, state, scratch)
-    if goes_by_iterates(settings, run):
-        return machine.iterate(place, p, samples, events)
     while run.strobes < settings.target:
         if settings.recording == EVENLY and run.sample_rows + settings.samples + 1 > samples.shape[0]:
             return FULL

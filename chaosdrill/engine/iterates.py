@@ -12,7 +12,7 @@ from chaosdrill.engine.lane_runs import at_goal, begin, is_over, note_section
 from chaosdrill.engine.layout import DONE, EVENLY, FULL, LAST, STAGE, TAKEN
 from chaosdrill.engine.records import FLOW_SIGNATURE, machine_at, results_type, state_of, state_outcome
 from chaosdrill.engine.step import end_step, pass_strobe
-from chaosdrill.engine.tangents import orthonormalise
+from chaosdrill.engine.tangents import begin_tangents, orthonormalise
 from chaosdrill.engine.window import keep
 
 BEHIND = 0.75
@@ -54,6 +54,7 @@ def iterate(place, p, samples, events):
     functions, settings, tables, scratch = machine.functions, machine.settings[0], machine.tables, machine.scratch
     state = state_of(machine.states, p)
     run, x = state.run[0], state.x
+    begin_tangents(functions, tables, state, scratch)
     while run.strobes < settings.target:
         if settings.recording == EVENLY and run.sample_rows + 2 > samples.shape[0]:
             return FULL

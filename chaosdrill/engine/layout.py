@@ -212,8 +212,6 @@ class Machine(NamedTuple):
     stepper: Any
     search: Any
     """`chaosdrill.engine.first_event.first_event`, for lanes and orbits"""
-    iterate: Any
-    """`chaosdrill.engine.iterates.iterate`, for maps"""
     settings: AllSettings
     """(1,) of TUNING"""
     tables: Tables

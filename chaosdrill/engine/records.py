@@ -58,7 +58,6 @@ machine_type = _type_of(
     functions=functions_type,
     stepper=_pointers(Stepper, STEPPER_SIGNATURES),
     search=Pointer("search", SEARCH_SIGNATURE),
-    iterate=Pointer("iterate", FLOW_SIGNATURE),
 )
 
 machine_at = at_address(machine_type)

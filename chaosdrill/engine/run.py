@@ -272,11 +272,15 @@ class Run:
     @cached_property
     def machine(self) -> "Record":
         """Arguments of the compiled functions for this run."""
-        await_part(ONE_RUN)
         from chaosdrill.engine.stepper import machine
 
         functions = kernels_of(self.system).functions
         return machine(functions, self.method, self.settings, self.tables, self.states, self._scratch)
+
+    @property
+    def flow(self) -> Any:
+        """What continues the run, of the signature of `chaosdrill.engine.flow.flow`."""
+        return flow_of(self.settings[0], self.standing)
 
     def advance(
         self,
@@ -308,13 +312,11 @@ class Run:
         if self.refused != Outcome.OK:
             return self.refused, False
         place = self.machine
-        from chaosdrill.engine.flow import flow
-
         if periods:
             self.settings["target"] = self.strobes + periods
         self.settings["recording"] = 0 if samples is None else at.INSTANTS if instants else at.EVENLY
         self.states.run["sample_rows"] = self.states.run["event_rows"] = 0
-        code = flow(
+        code = self.flow(
             place,
             0,
             self._no_samples if samples is None else samples,
@@ -381,6 +383,19 @@ class Run:
     def filled(self) -> tuple[int, int]:
         """Rows of samples and of events that the last call has written."""
         return int(self.standing["sample_rows"]), int(self.standing["event_rows"])
+
+
+def flow_of(settings: np.void, run: np.void) -> Any:
+    """What continues a run: that of all systems, or, from strobe to strobe of a map, that of maps."""
+    whole = run["period"] == 1.0 and float(run["origin"]).is_integer()
+    if settings["phase"] > 0 and settings["samples"] == 1 and settings["recording"] != at.INSTANTS and whole:
+        from chaosdrill.engine.iterates import iterate
+
+        return iterate
+    await_part(ONE_RUN)
+    from chaosdrill.engine.flow import flow
+
+    return flow
 
 
 def ending_term(system: "HybridSystem", mode: int, k: int) -> str:

@@ -25,13 +25,6 @@ from chaosdrill.engine.tangents import orthonormalise
 
 
 @inlined
-def goes_by_iterates(settings, run):
-    """Whether a run is one of a map from strobe to strobe: one that is cut elsewhere needs its clock."""
-    plain = settings.phase > 0.0 and settings.samples == 1 and settings.recording != INSTANTS
-    return plain and run.period == 1.0 and run.origin == math.floor(run.origin)
-
-
-@inlined
 def expand(functions, method, tables, settings, t, state, scratch):
     """Expand at the present state; returns the length of the step."""
     if settings.method == TAYLOR:

@@ -45,16 +45,9 @@ def stepper(method: str) -> Stepper:
     return Stepper(*(getattr(module, name) for name in STEPPER_SIGNATURES))
 
 
-def _iterate() -> Any:
-    from chaosdrill.engine.iterates import iterate
-
-    return iterate
-
-
 def machine(
     functions: Any, method: str, settings: Any, tables: Any, states: Any, scratch: Any, *, search: Any = _Absent
 ) -> Record:
     """What compiled functions need for runs of a system, in memory; ``flow`` needs no ``search``, see `Machine`."""
-    iterate = _iterate() if settings["phase"][0] > 0 else _Absent
-    held = Machine(functions, stepper(method), search, iterate, settings, tables, states, scratch)
+    held = Machine(functions, stepper(method), search, settings, tables, states, scratch)
     return Record(_MACHINE, held)
