@@ -1,6 +1,7 @@
 """Accuracy: convergence of exponents with the length of the run, and of errors with the tolerance and its cost."""
 
 from textwrap import fill
+from typing import Any
 
 import numpy as np
 
@@ -57,16 +58,9 @@ def _panel(panel: Axes, time: np.ndarray, history: np.ndarray, value: float, err
     panel.axhline(value, color="0.5", linewidth=0.7, zorder=1)
     if np.isfinite(error) and error > 0:
         width = error * np.sqrt(time[-1] / time)
-        panel.fill_between(
-            time,
-            value - width,
-            value + width,
-            color=PALETTE[0],
-            alpha=0.18,
-            linewidth=0,
-            zorder=0,
-            label="± one standard error of a run of that length",
-        )
+        look: dict[str, Any] = {"color": PALETTE[0], "alpha": 0.18, "linewidth": 0, "zorder": 0}
+        words = "± one standard error of a run of that length"
+        panel.fill_between(time, value - width, value + width, label=words, **look)
     panel.plot(time, history, color=PALETTE[0], label="running mean")
     settled = history[time >= TUNING.settled * time[-1]]
     reach = max(np.max(np.abs(settled - value)), 4 * error if np.isfinite(error) else 0.0, 1e-12 * abs(value), 1e-15)

@@ -93,17 +93,9 @@ def _cycles(axes: Axes, dataset: Dataset, index: int) -> None:
         return
     at = dataset["equilibrium_state"].values[dataset["special_index"].values[born], index]
     extent = dataset["cycle_amplitude"].values[born, index]
-    axes.errorbar(
-        dataset["cycle_value"].values[born],
-        at,
-        yerr=extent,
-        linestyle="none",
-        color="0.25",
-        elinewidth=1.1,
-        capsize=3,
-        zorder=3,
-        label="extent of the cycle\nborn, as predicted",
-    )
+    look: dict[str, Any] = {"linestyle": "none", "color": "0.25", "elinewidth": 1.1, "capsize": 3, "zorder": 3}
+    words = "extent of the cycle\nborn, as predicted"
+    axes.errorbar(dataset["cycle_value"].values[born], at, yerr=extent, label=words, **look)
 
 
 @picture("equilibria", "equilibria", "the equilibria and their eigenvalues", sweeps=False)

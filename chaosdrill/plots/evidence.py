@@ -123,14 +123,8 @@ def finite_times(dataset: Dataset) -> Figure:
             density, centre = (dataset[name].values[w, e] for name in ("histogram", "bin_centre"))
             width = centre[1] - centre[0] if len(centre) > 1 else 1.0
             edges = np.append(centre - width / 2, centre[-1] + width / 2)
-            panel.stairs(
-                density / density.max(),
-                edges,
-                color=PALETTE[w % len(PALETTE)],
-                linestyle=_DASHES[w % len(_DASHES)],
-                linewidth=1.2,
-                label=told(window),
-            )
+            look: dict[str, Any] = {"color": PALETTE[w % len(PALETTE)], "linestyle": _DASHES[w % len(_DASHES)]}
+            panel.stairs(density / density.max(), edges, linewidth=1.2, label=told(window), **look)
         panel.axvline(means[e], color="0.5", linewidth=0.8, zorder=1)
         first, error = (float(dataset[name][0, e, 0]) for name in ("cumulant", "cumulant_error"))
         time = float(dataset["correlation_time"][e])

@@ -92,9 +92,8 @@ def _heading(dataset: Dataset) -> str:
     names = flag_names(dataset["event_kind"]) if dataset.sizes["event"] else {}
     events = [readable(names[int(code)]) for code in dataset["event_kind"].values]
     text = f"{kind} orbit of period {int(dataset['period'])}, time {time:.8g}; returns to within {residual:.1e}"
-    shown = ", ".join(events[: TUNING.told_events]) + f" and {len(events) - TUNING.told_events} more" * (
-        len(events) > TUNING.told_events
-    )
+    more = len(events) - TUNING.told_events
+    shown = ", ".join(events[: TUNING.told_events]) + f" and {more} more" * (more > 0)
     return f"{text}\nevents: {shown}" if events else text
 
 
@@ -304,16 +303,8 @@ def _plane(figure: Figure, axes: Axes, dataset: Dataset, name: str, values: Comp
     outside = unit_circle(axes, values)
     shown = np.isfinite(values) & (values != 0)
     x = np.broadcast_to(dataset[name].values[:, None], values.shape)
-    dots = axes.scatter(
-        values.real[shown],
-        values.imag[shown],
-        c=x[shown],
-        s=5,
-        cmap=sequential(),
-        linewidth=0,
-        zorder=2,
-        rasterized=True,
-    )
+    look: dict[str, Any] = {"s": 5, "cmap": sequential(), "linewidth": 0, "zorder": 2, "rasterized": True}
+    dots = axes.scatter(values.real[shown], values.imag[shown], c=x[shown], **look)
     bar = figure.colorbar(dots, ax=axes, aspect=30, pad=0.02)
     bar.set_label(wrapped(axis_label(dataset, name), 36))
     bar.outline.set_linewidth(0.5)

@@ -230,18 +230,12 @@ def hatch(axes: Axes, x: Floats, y: Floats, mask: Truths, category: Category, si
     turns = np.diff(np.pad(mask.astype(np.int8), ((0, 0), (1, 1))), axis=1)
     row, first = np.nonzero(turns == 1)
     _, last = np.nonzero(turns == -1)
-    corners = np.stack(
-        [
-            np.stack([x[first], x[last], x[last], x[first], x[first]], axis=1),
-            np.stack([y[row], y[row], y[row + 1], y[row + 1], y[row]], axis=1),
-        ],
-        axis=-1,
-    )
+    across = np.stack([x[first], x[last], x[last], x[first], x[first]], axis=1)
+    up = np.stack([y[row], y[row], y[row + 1], y[row + 1], y[row]], axis=1)
     codes = np.tile([Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY], len(row))
-    path = Path(corners.reshape(-1, 2), codes)
-    axes.add_patch(
-        PathPatch(path, facecolor="none", edgecolor=category.ink, hatch=category.hatch, linewidth=0, rasterized=True)
-    )
+    look: dict[str, Any] = {"facecolor": "none", "linewidth": 0, "rasterized": True}
+    path = Path(np.column_stack([across.ravel(), up.ravel()]), codes)
+    axes.add_patch(PathPatch(path, edgecolor=category.ink, hatch=category.hatch, **look))
 
 
 def legend_entry(category: Category) -> Patch:

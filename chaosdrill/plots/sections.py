@@ -46,35 +46,29 @@ def bifurcation(dataset: Dataset, *, ax: Axes | None = None, state: States = Non
     edges = bounds(dataset[sweep].values)
     lost = _without_result(dataset, sweep)
     x = dataset[sweep].values
-    if ax is not None:
-        _shade(ax, edges, lost, NO_RESULT)
-        _section(ax, dataset, sweep, states[..., index], edges, lost)
-        if ax.get_legend_handles_labels()[0]:
-            legend_inside(ax)
-        ax.set(xlabel=axis_label(dataset, sweep), ylabel=state_label(dataset, index))
-        ax.set_xlim(*(edges if len(x) == 1 else (x[0], x[-1])))
-        return owner(ax)
-    has_spectrum = "lyapunov_exponent" in dataset.variables
-    has_rate = "progression_rate" in dataset.variables and bool(np.isfinite(dataset["progression_rate"]).any())
+    limits = edges[[0, -1]] if len(x) == 1 else x[[0, -1]]
+    has_spectrum = ax is None and "lyapunov_exponent" in dataset.variables
+    has_rate = ax is None and bool(np.isfinite(dataset.get("progression_rate", np.nan)).any())
     seeds = dataset.sizes["seed"]
-    heights = (
-        [2.6] + [1.7] * has_spectrum + [1.0] * has_rate + [0.18 if seeds == 1 else 0.14 * min(seeds, TUNING.named_rows)]
-    )
-    figure = new_figure(1.4 + sum(heights))
-    panels = list(figure.subplots(len(heights), 1, sharex=True, height_ratios=heights))
-    for panel in panels[:-1]:
+    row = 0.18 if seeds == 1 else 0.14 * min(seeds, TUNING.named_rows)
+    heights = [2.6] + [1.7] * has_spectrum + [1.0] * has_rate + [row]
+    figure = new_figure(1.4 + sum(heights)) if ax is None else owner(ax)
+    panels = [ax] if ax else list(figure.subplots(len(heights), 1, sharex=True, height_ratios=heights))
+    for panel in panels[: len(heights) - 1]:
         _shade(panel, edges, lost, NO_RESULT)
     _section(panels[0], dataset, sweep, states[..., index], edges, lost)
     if panels[0].get_legend_handles_labels()[0]:
-        legend_above(panels[0])
+        (legend_above if ax is None else legend_inside)(panels[0])
     panels[0].set_ylabel(state_label(dataset, index))
+    panels[-1].set(xlabel=axis_label(dataset, sweep), xlim=limits)
+    if ax is not None:
+        return figure
     if has_spectrum:
         _spectrum(panels[1], dataset, sweep)
     if has_rate:
         _rate(panels[-2], dataset, sweep)
-    _periods(panels[-1], dataset, sweep, edges, heights[-1])
-    panels[-1].set_xlabel(axis_label(dataset, sweep))
-    panels[-1].set_xlim(*(edges if len(x) == 1 else (x[0], x[-1])))
+    _periods(panels[-1], dataset, sweep, edges, row)
+    panels[-1].set_xlim(*limits)
     figure.align_ylabels(panels[:-1])
     shown = ["section", *["exponents"] * has_spectrum, *["progression"] * has_rate]
     figure.set_label(f"{', '.join(shown)} and periods")
@@ -338,19 +332,9 @@ def _title(dataset: Dataset, period: int, iterates: int) -> str:
     where = _place(dataset)
     if not period:
         return f"{iterates} points {where}"
-    multipliers = (
-        [
-            _complex(real, imaginary)
-            for real, imaginary in zip(
-                np.atleast_1d(dataset["multiplier_real"].values),
-                np.atleast_1d(dataset["multiplier_imag"].values),
-                strict=True,
-            )
-            if np.isfinite(real) and imaginary >= 0
-        ]
-        if "multiplier_real" in dataset.variables
-        else []
-    )
+    names = ("multiplier_real", "multiplier_imag") if "multiplier_real" in dataset.variables else ()
+    pairs = np.transpose([np.atleast_1d(dataset[name].values) for name in names]) if names else ()
+    multipliers = [_complex(real, imaginary) for real, imaginary in pairs if np.isfinite(real) and imaginary >= 0]
     return f"period {period}, {where}" + (f"; multipliers {', '.join(multipliers)}" if multipliers else "")
 
 

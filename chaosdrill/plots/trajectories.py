@@ -51,13 +51,10 @@ def time_history(dataset: Dataset, *, ax: Axes | None = None, state: States = No
     if state is not None or ax is not None:
         quadratures = []
     every = first.sizes["state"]
-    count = (
-        1
-        if ax is not None or isinstance(state, str)
-        else min(every, TUNING.most_panels)
-        if state is None
-        else len(state)
-    )
+    if ax is not None or isinstance(state, str):
+        count = 1
+    else:
+        count = min(every, TUNING.most_panels) if state is None else len(state)
     states = places_of(first, state, count)
     rows = len(quadratures) + len(states)
     figure = new_figure(max(2.6, 1.0 + 1.35 * rows)) if ax is None else owner(ax)
@@ -118,19 +115,12 @@ def _mark_events(panel: Axes, shown: Dataset, i: int, colour: str | None) -> Non
     for number, (code, name) in enumerate(flag_names(shown["event_kind"]).items() if kinds.size else ()):
         hit = kinds == code
         if hit.any():
-            options = _event_marker(number, readable(name), colour)
-            if colour is not None:
-                options["label"] = None
-            panel.plot(
-                shown["event_time"].values[hit],
-                shown["event_state_before"].values[hit, i],
-                clip_on=False,
-                zorder=3,
-                **options,
-            )
+            options = _event_marker(number, None if colour else readable(name), colour)
+            time, state = shown["event_time"].values[hit], shown["event_state_before"].values[hit, i]
+            panel.plot(time, state, clip_on=False, zorder=3, **options)
 
 
-def _event_marker(number: int, name: str, colour: str | None) -> dict[str, Any]:
+def _event_marker(number: int, name: str | None, colour: str | None) -> dict[str, Any]:
     return {
         "marker": EVENT_MARKERS[number % len(EVENT_MARKERS)],
         "color": colour or PALETTE[1 + number % (len(PALETTE) - 1)],
@@ -201,19 +191,12 @@ def phase_portrait(dataset: Dataset, *, ax: Axes | None = None, state: States = 
     figure, axes = one_panel(ax, 4.6)
     across, up = places_of(dataset, state, 2)
     if is_joined(dataset):
-        jumps = [
-            _draw(axes, run, (across, up), (colour, colour), (name, None, None))
-            for (name, run), colour in zip(runs, _unused(axes), strict=False)
-        ]
+        shown = list(zip(runs, _unused(axes), strict=False))
+        jumps = [_draw(axes, run, (across, up), (one, one), (name, None, None)) for (name, run), one in shown]
         _explain(axes, jumps=any(jumps), strobe=strobe_words(runs[0][1]))
     else:
-        _draw(
-            axes,
-            dataset,
-            (across, up),
-            _unused(axes)[:2],
-            (None if is_map(dataset) else "flow", "jump", strobe_words(dataset)),
-        )
+        words = (None if is_map(dataset) else "flow", "jump", strobe_words(dataset))
+        _draw(axes, dataset, (across, up), _unused(axes)[:2], words)
     _walls(axes, [run for _, run in runs], (across, up))
     axes.set(xlabel=state_label(dataset, across), ylabel=state_label(dataset, up))
     if is_joined(dataset):
