@@ -1,6 +1,7 @@
 """All commands except ``run``: each passes its arguments on and prints the result."""
 
 import json
+from collections.abc import Iterable
 from dataclasses import asdict
 from itertools import groupby
 from typing import Any
@@ -82,49 +83,42 @@ def check(scene: str, changes: dict[str, Any], as_json: bool) -> None:
 def check_text(described: dict[str, Any]) -> str:
     """The description of a scene for people."""
     lines = [_within(described["title"], 2), f"system     {described['system']}"]
-    lines += _block("set", ((key, f"= {value}") for key, value in described["changes"].items()))
+
+    def block(heading: str, rows: Iterable[tuple[str, str]]) -> None:
+        listed = list(rows)
+        width = max((len(name) for name, _ in listed), default=0)
+        lines.extend([heading] * bool(listed))
+        lines.extend(f"  {name:<{width}} {_within(text, width + 3)}".rstrip() for name, text in listed)
+
+    def equal(key: str, sign: str = "=") -> list[tuple[str, str]]:
+        return [(name, f"{sign} {value}") for name, value in described[key].items()]
+
+    block("set", equal("changes"))
     for heading, key in (("simulated", "simulated"), ("left out", "left_out"), ("noise", "noise")):
-        lines += _block(heading, described[key].items())
-    lines += _block("symmetry", ((name, f"-> {image}") for name, image in described["symmetry"].items()))
-    lines += _block(
-        "states",
-        ((name, f"= {state['initial']:g} initially   {state['label']}") for name, state in described["states"].items()),
-    )
-    lines += _block(
-        "parameters",
-        (
-            (name, f"= {entry['value']:.12g}{'' if entry['given'] else ' (default)'}   {entry['label']}")
-            for name, entry in described["parameters"].items()
-        ),
-    )
-    lines += _block("map", ((left, f"= {right}") for left, right in described["map"].items()))
+        block(heading, described[key].items())
+    block("symmetry", equal("symmetry", "->"))
+    states, parameters = described["states"].items(), described["parameters"].items()
+    block("states", ((name, f"= {state['initial']:g} initially   {state['label']}") for name, state in states))
+    told = ((name, one["value"], "" if one["given"] else " (default)", one["label"]) for name, one in parameters)
+    block("parameters", ((name, f"= {value:.12g}{default}   {label}") for name, value, default, label in told))
+    block("map", equal("map"))
     for mode, equations in described["modes"].items():
         first = "   (initial)" if mode == described["initial_mode"] else ""
-        lines += _block(f"mode {mode}{first}", ((left, f"= {right}") for left, right in equations.items()))
+        block(f"mode {mode}{first}", ((left, f"= {right}") for left, right in equations.items()))
     for name, event in described["events"].items():
-        modes = f"{' or '.join(event['from'])} -> {event['to']}"
-        lines += _block(f"event {name}   ({event['kind']}, {modes})", _event(event))
-    rows = ((name, f"= integral of {_in_modes(rate)}") for name, rate in described["quadratures"].items())
-    lines += _block("quadratures", rows)
-    if described["period"] is not None:
-        lines += _block("forcing", [("period", described["period"])])
-    lines += _block(
-        "SI quantities",
-        (
-            (
-                name,
-                f"= {entry['value']:.12g}{'' if entry['units'] == '1' else ' ' + entry['units']}".ljust(24)
-                + entry["label"],
-            )
-            for name, entry in described["si"].items()
-        ),
+        block(f"event {name}   ({event['kind']}, {' or '.join(event['from'])} -> {event['to']})", _event(event))
+    rates = described["quadratures"].items()
+    block("quadratures", ((name, f"= integral of {_in_modes(rate)}") for name, rate in rates))
+    block("forcing", [("period", described["period"])] if described["period"] is not None else [])
+    si = (
+        (name, f"= {one['value']:.12g} {one['units']}".removesuffix(" 1"), one["label"])
+        for name, one in described["si"].items()
     )
-    lines += _block("SI scales", ((name, f"{value:.12g}") for name, value in described["si_scales"].items()))
-    lines += _block("numerics", ((name, str(v)) for name, v in described["numerics"].items() if v is not None))
+    block("SI quantities", ((name, f"{amount:<24}{label}") for name, amount, label in si))
+    block("SI scales", ((name, f"{value:.12g}") for name, value in described["si_scales"].items()))
+    block("numerics", ((name, str(value)) for name, value in described["numerics"].items() if value is not None))
     for name, analysis in described["analyses"].items():
-        lines += _block(
-            f"analysis {name}", ((key, json.dumps(value, ensure_ascii=False)) for key, value in analysis.items())
-        )
+        block(f"analysis {name}", ((key, json.dumps(value, ensure_ascii=False)) for key, value in analysis.items()))
     return "\n".join(lines)
 
 
@@ -139,12 +133,6 @@ def _event(event: dict[str, Any]) -> list[tuple[str, str]]:
 def _in_modes(told: str | dict[str, str]) -> str:
     """A text, or those of modes that differ in it."""
     return told if isinstance(told, str) else "; ".join(f"{text} in {mode}" for mode, text in told.items())
-
-
-def _block(heading: str, rows: Any) -> list[str]:
-    rows = list(rows)
-    width = max((len(name) for name, _ in rows), default=0)
-    return [heading, *(f"  {name:<{width}} {_within(text, width + 3)}".rstrip() for name, text in rows)] if rows else []
 
 
 def _within(text: Any, margin: int) -> str:

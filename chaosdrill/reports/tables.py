@@ -309,28 +309,31 @@ def derivatives(dataset: Dataset) -> Markup:
 
 
 def branches(dataset: Dataset) -> Markup:
-    """Branches of orbits with their starts and ends, their special points, and the cascade."""
-    import numpy as np
-
-    if dataset.attrs.get("kind") == "equilibria" and "branch" in dataset:
-        return _branches_of_equilibria(dataset)
-    if dataset.attrs.get("kind") != "continuation":
+    """Branches of orbits or of equilibria with their starts and ends, their special points, and the cascade."""
+    kind = dataset.attrs.get("kind")
+    if kind not in ("continuation", "equilibria") or "branch" not in dataset:
         return NOTHING
+    rest = kind == "equilibria"
     parameters = [str(name) for name in mapping(dataset.attrs.get("settings")).get("sweep", {})]
-    owner, stable = dataset["branch"].values, dataset["stable"].values
     rows = []
     for i, branch in enumerate(dataset["branch_number"].values):
-        own, one = owner == branch, dataset.isel(branch_number=i)
-        spans = []
-        for name in parameters:
-            values = dataset[name].values[own]
-            spans.append(Quantity(f"{number(np.min(values))} to {number(np.max(values))}" if values.size else "–"))
-        start, end = str(one["branch_start"].item()), str(one["branch_end_text"].item())
-        rows.append(
-            (int(branch), int(one["branch_period"]), *spans, int(own.sum()), int(stable[own].sum()), start, end)
-        )
-    head = ("branch", "period", *parameters, "points", "stable", "begins", "ends")
-    return joined([table("Branches", head, rows), _special(dataset, parameters), _cascade(dataset)])
+        own = (dataset["branch"].values == branch).nonzero()[0]
+        along = (dataset[name].values[own] for name in parameters)
+        spans = [
+            Quantity(f"{number(values.min())} to {number(values.max())}" if values.size else "–") for values in along
+        ]
+        counts = [int(own.size), int(dataset["stable"].values[own].sum())]
+        if rest:
+            what: Any = meaning(dataset["mode"].values[own[0]], dataset["mode"])
+            counts.insert(1, int((dataset["admissible"].values[own] == 0).sum()))
+        else:
+            what = int(dataset["branch_period"].values[i])
+        texts = (str(dataset[f"branch_{name}"].values[i]) for name in ("start", "end_text"))
+        rows.append((int(branch), what, *spans, *counts, *texts))
+    counted = ("points", "admissible", "stable") if rest else ("points", "stable")
+    head = ("branch", "mode" if rest else "period", *parameters, *counted, "begins", "ends")
+    shown = table("Branches of equilibria" if rest else "Branches", head, rows)
+    return joined([shown, _special(dataset, parameters), _note(dataset) if rest else _cascade(dataset)])
 
 
 def equilibria(dataset: Dataset) -> Markup:
@@ -350,22 +353,6 @@ def equilibria(dataset: Dataset) -> Markup:
         rows.append((*words, stable, *values, Quantity(_list(found)), float(error)))
     head = ("mode", "place", "type", "stability", *states, "eigenvalues", "their largest error")
     return joined([table("Equilibria", head, rows), _note(dataset)])
-
-
-def _branches_of_equilibria(dataset: Dataset) -> Markup:
-    """Branches of equilibria with their starts and ends, and their special points."""
-    parameters = [str(name) for name in mapping(dataset.attrs.get("settings")).get("sweep", {})]
-    owner, rows = dataset["branch"].values, list[tuple[Any, ...]]()
-    for i, branch in enumerate(dataset["branch_number"].values):
-        own = (owner == branch).nonzero()[0]
-        values = dataset[parameters[0]].values[own]
-        span = Quantity(f"{number(values.min())} to {number(values.max())}")
-        mode = meaning(dataset["mode"].values[own[0]], dataset["mode"])
-        texts = (str(dataset[f"branch_{name}"].values[i]) for name in ("start", "end_text"))
-        counts = (int(own.size), int((dataset["admissible"].values[own] == 0).sum()))
-        rows.append((int(branch), mode, span, *counts, int(dataset["stable"].values[own].sum()), *texts))
-    head = ("branch", "mode", *parameters, "points", "admissible", "stable", "begins", "ends")
-    return joined([table("Branches of equilibria", head, rows), _special(dataset, parameters), _note(dataset)])
 
 
 def _note(dataset: Dataset) -> Markup:
