@@ -1,11 +1,11 @@
 """Texts of pictures: labels from the attributes of the dataset, symbols, and numbers with their errors."""
 
-import json
 import re
 from functools import lru_cache
 
 import numpy as np
 
+from chaosdrill.dataset.references import mapping
 from chaosdrill.plots._types import DataArray, Dataset
 from chaosdrill.plots.tuning import TUNING
 from chaosdrill.systems import REGISTRY
@@ -82,29 +82,16 @@ def _is_given(dataset: Dataset, text: str, name: str) -> bool:
     """Whether a label is the user's own: of their own system, or a replacement for one of the library's."""
     if str(dataset.attrs.get("system")) not in REGISTRY:
         return True
-    known = _labels_of(str(dataset.attrs.get("definition", "")))
-    return known is not None and known.get(name, name) != text
-
-
-@lru_cache(maxsize=8)
-def _labels_of(definition: str) -> dict[str, str] | None:
-    try:
-        return dict(json.loads(definition)["labels"])
-    except (ValueError, TypeError, KeyError):
-        return None
+    known = _definition(str(dataset.attrs.get("definition"))).get("labels")
+    return isinstance(known, dict) and known.get(name, name) != text
 
 
 def is_map(dataset: Dataset) -> bool:
     """Whether a dataset is of a discrete map, by the definition that it holds."""
-    return _defines_map(str(dataset.attrs.get("definition", "")))
+    return "images" in _definition(str(dataset.attrs.get("definition")))
 
 
-@lru_cache(maxsize=8)
-def _defines_map(definition: str) -> bool:
-    try:
-        return "images" in json.loads(definition)
-    except (ValueError, TypeError):
-        return False
+_definition = lru_cache(maxsize=8)(mapping)
 
 
 def strobe_words(dataset: Dataset) -> str:
