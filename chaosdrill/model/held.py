@@ -218,9 +218,11 @@ def _spread(symbols: Sequence[Any], expressions: Iterable[Any], values: "np.ndar
     """
     import numpy as np
 
+    # for every argument that is no identifier sympy goes through all expressions anew
+    named = {symbol: sympy.Symbol(f"x{i}", real=True) for i, symbol in enumerate(symbols)}
     numbers: dict[Any, float] = {}
-    loose = [_loosened(e, numbers) for e in expressions]
-    function = sympy.lambdify([*symbols, *numbers], loose, modules="numpy", dummify=True)
+    loose = [_loosened(e.xreplace(named), numbers) for e in expressions]
+    function = sympy.lambdify([*named.values(), *numbers], loose, modules="numpy")
     held = np.array([*numbers.values()])[:, np.newaxis] * np.ones(values.shape[1])
     whole = np.vstack([values, held]) if numbers else values
     rng, here = np.random.default_rng(20260109), _rows(function, whole)
@@ -233,7 +235,7 @@ def _loosened(expression: Any, numbers: dict[Any, float]) -> Any:
     if not isinstance(expression, sympy.Expr):
         return expression
     if expression.is_Number or expression.is_NumberSymbol:
-        symbol = sympy.Dummy(real=True)
+        symbol = sympy.Symbol(f"n{len(numbers)}", real=True)
         numbers[symbol] = float(expression)
         return symbol
     if not expression.args:

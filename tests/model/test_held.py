@@ -7,7 +7,7 @@ import sympy
 import chaosdrill as cd
 from chaosdrill import systems
 from chaosdrill.codegen import kernels_of
-from chaosdrill.model.held import held_surfaces
+from chaosdrill.model.held import _spread, held_surfaces
 
 HIT = {"name": "hit", "source": "on", "target": "on", "guard": "x", "direction": -1}
 
@@ -261,3 +261,10 @@ def test_a_curved_surface_is_held_in_any_unit_and_however_the_field_is_written(s
             ],
         )
         assert [len(found) for found in held_surfaces(system).values()] == [0, 0, 1], units
+
+
+def test_an_expression_of_many_numbers_is_gone_through_a_few_times_not_once_for_each(monkeypatch):
+    x, walks, whole = sympy.Symbol("lambda", real=True), [], sympy.Basic.xreplace
+    monkeypatch.setattr(sympy.Basic, "xreplace", lambda e, rule: walks.append(e) or whole(e, rule))
+    _spread([x], [sympy.Add(*(sympy.sin(k * x) for k in range(2, 100)))], np.array([[0.3, 0.7]]))
+    assert len(walks) < 10
