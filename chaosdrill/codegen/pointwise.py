@@ -14,6 +14,7 @@ import sympy
 from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Module, Number, Row, Test
 from chaosdrill.codegen.events import cancels, in_series
 from chaosdrill.codegen.expression import Expressions
+from chaosdrill.codegen.layout import UNIT
 from chaosdrill.codegen.rounding import rounding_bound
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.codegen.tuning import TUNING
@@ -169,6 +170,10 @@ class Pointwise:
         return _Transit(self, name, event).write()
 
 
+GUARDED = 8 * UNIT
+"""Rounding unit of the bounds of guards, as in `chaosdrill.engine.guards`."""
+
+
 class _Transit:
     """The code of one event: onto the guard, which outcome, and all that its reset and its saltation need."""
 
@@ -249,8 +254,13 @@ class _Transit:
         f, guard = self.f, self.event.guard
         moving = [i for i, x in enumerate(self.system.states) if self.gradient[i] != 0 and x not in self.mode.frozen]
         states = {i: f.variable(self.x[i]) for i in moving}
+        # a lone state is as exact as it is known
+        bound = None if guard.is_Symbol else rounding_bound(guard)
+        self.offsets = {} if bound is None else {i: f.variable(f.number(0.0)) for i in moving}
         if moving:
-            values = self.mode._expressions(f, self.x, [guard, *(self.gradient[i] for i in moving)], {})
+            needed = [guard, *(self.gradient[i] for i in moving)]
+            needed += [] if bound is None else [bound]
+            values = self.mode._expressions(f, self.x, needed, {})
             largest = f.number(0.0)
             for i in moving:
                 size = f.intrinsic("fabs", values[self.gradient[i]] * self.scale[i])
@@ -268,6 +278,14 @@ class _Transit:
             with f.when(square.compare(">", 0.0) & close):
                 for i in moving:
                     self.x[i] = states[i].become(states[i].now - value * ways[i] / square)
+            if bound is not None:
+                # what is left of the value may be its rounding, and more than the tolerance of small states
+                known = values[bound] * unit
+                rounded = GUARDED * known * (GUARDED * known)
+                told = close | (value * value).compare("<=", rounded)
+                with f.when(square.compare(">", 0.0) & told):
+                    for i in moving:
+                        self.offsets[i].become(f.intrinsic("fabs", known * ways[i] / square))
         return [states[i].now if i in states else self.x[i] for i in range(self.n)]
 
     def _branch(self, index: int, shared: Expressions, states: list[Number]) -> None:
@@ -319,7 +337,9 @@ class _Transit:
         moved = [self.out[places.part] * f.intrinsic("fabs", x), self.out[places.reach] * speed]
         most = f.choose(moved[0].compare(">", moved[1]), *moved)
         known = self.out[places.known + i]
-        return f.choose(speed.compare(">", 0.0), f.choose(known.compare("<", most), known, most), given)
+        found = f.choose(speed.compare(">", 0.0), f.choose(known.compare("<", most), known, most), given)
+        # on the guard it is put as exactly as that is known
+        return found + self.offsets[i].now if i in self.offsets else found
 
     def _store_rates(self, mode: str, place: int, rates: list[Any], shared: Expressions) -> None:
         """Put the rates of the states in a mode into the event: at the states before it, or at their images."""

@@ -500,7 +500,8 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
         inflection -= bend / third
         _, bend = _slope_and_bend(ws[i], n, inflection)
         third = _third(ws[i], n, inflection)
-    return clear, max(inflection, 0.0) if inflection < clear else s
+    # a motion that has just left the surface does not meet it before the root that is seen
+    return clear, inflection if 0.0 < inflection < clear else s
 
 
 @inlined

@@ -100,10 +100,11 @@ def _stripped_once(g: Any) -> tuple[Any, int]:
         return g.base, 1
     if isinstance(g, INCREASING):
         return g.args[0], 1
+    undone = _undone(g)
+    if undone:
+        return undone
     if not g.is_Add:
         return g, 1
-    if len(g.args) == 2 and g.args[0] == -1 and isinstance(g.args[1], sympy.exp):
-        return g.args[1].args[0], 1
     ways = [(term, *stripped(term)) for term in g.args]
     tried: list[Any] = []
     for term, core, way in ways:
@@ -117,6 +118,28 @@ def _stripped_once(g: Any) -> tuple[Any, int]:
         if rest == 0 or (ratio(rest, core) or 0) * other * way > 0:
             return core, way
     return _as_a_whole(g)
+
+
+def _undone(g: Any) -> tuple[Any, int] | None:
+    """What vanishes with a sum of a monotone function and a number, as u - log(3) with exp(u) - 3; None if g is none.
+
+    It is a number also where g is none, as ``sqrt(1 + x) - 1`` is not below -1.
+    """
+    number, rest = g.as_independent(*g.free_symbols, as_Add=True)
+    factor, f = rest.as_coeff_Mul()
+    value, there = -number / factor, None
+    if not (value.is_real and g.free_symbols):
+        return None
+    if isinstance(f, sympy.log):
+        there = sympy.exp(value) if abs(value) < TUNING.largest_logarithm else None
+    elif isinstance(f, sympy.exp):
+        there = sympy.log(value) if value > 0 else None
+    elif f.is_Pow and f.exp.is_Rational and f.exp > 0 and f.exp.p % 2 == 1 and number:
+        if f.exp.q == 1:
+            there = sympy.sign(value) * abs(value) ** (1 / f.exp)
+        elif f.exp.q == 2 and value > 0:
+            there = value ** (1 / f.exp)
+    return None if there is None else (f.args[0] - there, 1 if factor > 0 else -1)
 
 
 def _as_a_whole(g: Any) -> tuple[Any, int]:

@@ -230,3 +230,34 @@ def test_rebounds_by_any_law(law):
         assert off < tolerance + rounding
         assert off <= float(run["event_time_error"][-1]) + rounding
         assert not run["event_time_error"][:-1].any()
+
+
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau"])
+@pytest.mark.parametrize("guard", ["x", "x + x**2/2"])
+def test_a_ball_that_never_rests_does_not_fall_through_its_floor(guard, method):
+    """Off a curved guard its rebounds are lower than what interpolation leaves out."""
+    hit = cd.Transition("hit", "fly", "fly", guard, -1, reset={"v": "-0.8*v"})
+    modes = {"fly": {"x": "v", "v": "-1"}}
+    ball = cd.HybridSystem(name="restless", states="x v", modes=modes, transitions=[hit], initial={"x": 0.5})
+    run = cd.trajectory(ball, duration=20.0, samples=1, method=method)
+    assert int(run["outcome"]) == cd.Outcome.STALLED
+    assert run["event_time"][-1] == pytest.approx(9.0, abs=1e-11)
+    assert (run["event_speed"] < 0).all()
+
+
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau"])
+def test_a_surface_that_each_mode_writes_in_its_own_way_is_hit_from_the_right_side(method):
+    """The other mode begins where rounding has left the state beyond its guard; all hits keep a share of 4/5."""
+    onto = [
+        cd.Transition("onto-left", "right", "left", "theta", -1, reset={"v": "0.8*v"}),
+        cd.Transition("onto-right", "left", "right", "(theta + 1)**2 - 1", +1, reset={"v": "0.8*v"}),
+    ]
+    modes = {"right": {"theta": "v", "v": "theta - 1"}, "left": {"theta": "v", "v": "theta + 1"}}
+    block = cd.HybridSystem(name="two ways", states="theta v", modes=modes, transitions=onto)
+    for speed in np.geomspace(1e-3, 0.5, 12):
+        start = block.with_initial(mode="right", theta=0.0, v=speed)
+        run = cd.trajectory(start, duration=9 * speed, samples=1, method=method)
+        hits = run["event_state_before"].values[:9, 1]
+        expected = [-speed * (-0.8) ** k for k in range(hits.size)]
+        assert hits.size >= 8 or speed > 0.2
+        np.testing.assert_allclose(hits, expected, rtol=1e-6)

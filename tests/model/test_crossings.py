@@ -29,6 +29,10 @@ class Written:
         ("atan(-2*x)", -1),
         ("tanh(x)**3", 1),
         ("exp(x) - 1", 1),
+        ("1 - exp(x)", -1),
+        ("3*log(2 + 2*x) - 3*log(2)", 1),
+        ("sqrt(4 + x) - 2", 1),
+        ("(1 - x)**3 - 1", -1),
         ("x + x*v**2", 1),
         ("1e-9*x", 1),
         ("-2*tanh(x)*(1 + v**2)/3", -1),
@@ -46,7 +50,19 @@ def test_a_threshold_may_be_written_in_many_ways(guard):
 
 
 @pytest.mark.parametrize(
-    "guard", ["k*x", "x*v", "x**2 - 1", "x*(1 + v)", "x - x**3", "sin(x)", "x*(1 + sin(t))", "x - v"]
+    "guard",
+    [
+        "k*x",
+        "x*v",
+        "x**2 - 1",
+        "x*(1 + v)",
+        "x - x**3",
+        "sin(x)",
+        "x*(1 + sin(t))",
+        "x - v",
+        "(1 + x)**2 - 1",
+        "log(x) - 800",
+    ],
 )
 def test_what_may_vanish_elsewhere_is_another_surface(guard):
     assert crossings([Written("x"), Written(guard)])[1].surface == Written(guard).guard
