@@ -93,11 +93,16 @@ def system_part(
     effects, each with a line of description. ``units``: a table of units.
     """
     labels = system.labels
-    states = [(name, part("formula", name), system.initial[name], labels.get(name, "")) for name in system.state_names]
-    parameters = []
+    states: list[tuple[object, ...]] = [
+        (name, part("formula", name), system.initial[name], *([labels.get(name, "")] if labels else []))
+        for name in system.state_names
+    ]
+    parameters: list[tuple[object, ...]] = []
+    meaning = ("meaning",) if labels else ()
     for name, value in system.parameters.items():
         source = () if origin is None else (origin.get(name, "the run"),)
-        parameters.append((name, part("formula", name), Quantity(number(value, 12)), *source, labels.get(name, "")))
+        told = [labels.get(name, "")] if labels else []
+        parameters.append((name, part("formula", name), Quantity(number(value, 12)), *source, *told))
     source = () if origin is None else ("from",)
     same = {
         name: next(iter(rates.values())) for name, rates in system.quadratures.items() if len(set(rates.values())) == 1
@@ -113,8 +118,8 @@ def system_part(
         simulated=simulated,
         left_out=left_out,
         noise=drawn(system.noise),
-        states=table("States", ("state", "symbol", "at first", "is"), states),
-        parameters=table("Parameters", ("parameter", "symbol", "value", *source, "is"), parameters),
+        states=table("States", ("state", "symbol", "initial value", *meaning), states),
+        parameters=table("Parameters", ("parameter", "symbol", "value", *source, *meaning), parameters),
         units=units,
     )
 
