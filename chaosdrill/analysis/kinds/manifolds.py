@@ -168,7 +168,7 @@ def manifolds(system: HybridSystem, given: Manifolds, job: Job) -> Dataset:
 
     Where two neighbours meet other events the segment is halved between them down to the ``accuracy``: there is a
     break. At grazing the curve has a corner, as the square root in the map makes it; at other changes of events, such
-    as one that passes the strobe, it is cut if it jumps. Every image of a break is one.
+    as one that passes the strobe, it is cut if it jumps. Every image of a break is a break.
 
     Returns
     -------

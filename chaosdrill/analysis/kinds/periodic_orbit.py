@@ -150,7 +150,7 @@ class PeriodicOrbit(Orbit):
     cites=ORBITS,
 )
 def periodic_orbit(system: HybridSystem, given: PeriodicOrbit, job: Job) -> Dataset:
-    """A periodic orbit, or all orbits that a search finds, with multipliers, events and consistency checks.
+    """A periodic orbit, or all orbits that a search finds, with Floquet multipliers, events and consistency checks.
 
     An orbit is a closed chain of segments between events. Newton's method solves for the initial states and durations
     of all segments together (multiple shooting), with derivatives from the tangents; it converges quadratically, to

@@ -111,17 +111,17 @@ def transient_chaos(system: HybridSystem, given: TransientChaos, job: Job) -> Da
     end by chance alone, those beyond the transient are distributed exponentially. With forcing lifetimes count whole
     periods, and the rate is the maximum-likelihood estimate, in which runs that have not left count with the length of
     the record. Without forcing it is the logarithm of the ratio of two integrals of the number of runs that are left,
-    over stretches that begin a difference of two lifetimes apart: lives may end at any time, or at multiples of a time
-    alone. Its standard error is that of independent starts; of less than ten escapes twice the error covers in 87 %
-    only. ``drift`` compares the later half of the escapes with the earlier one: beyond 3, lifetimes are not
+    over stretches whose starts differ by the difference of two lifetimes, so that lives may end at any time, or only at
+    multiples of a time. Its standard error is that of independent starts; with fewer than ten escapes, twice the error
+    covers only 87 %. ``drift`` compares the later half of the escapes with the earlier one: beyond 3, lifetimes are not
     exponential, and a longer transient is needed. Under noise each start has its own, and the rate is that of the
     average over it.
 
     Points on the saddle are up to ten states of each run in the middle of a long lifetime (the sprinkler method: Kantz
-    and Grassberger 1985, doi:10.1016/0167-2789(85)90135-6; Lai and Tel 2011, doi:10.1007/978-1-4419-6987-3): of those
-    that reach the greatest age that 100 runs reach. A quarter of this age, and at least the transient, is left out at
-    both ends; over the rest their tangents grow at the exponents of the saddle. Their error is that of independent
-    runs, plus the difference between the mean over all of this age and that over its first half.
+    and Grassberger 1985, doi:10.1016/0167-2789(85)90135-6; Lai and Tel 2011, doi:10.1007/978-1-4419-6987-3), taken
+    from the runs that reach the greatest age reached by 100 runs. A quarter of this age, and at least the transient, is
+    left out at both ends; over the rest their tangents grow at the exponents of the saddle. Their error is that of
+    independent runs, plus the difference between the mean over all of this age and that over its first half.
 
     Returns
     -------
