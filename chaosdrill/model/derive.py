@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from chaosdrill.model.gates import without_overflow
-from chaosdrill.model.python import HIGHEST, Along, Called
-from chaosdrill.model.special import SPECIAL
+from chaosdrill.model.python import HIGHEST, Along, Called, opaque
 from chaosdrill.model.transition import Transition
 from chaosdrill.model.tuning import TUNING
 from chaosdrill.model.values import Definition, System
@@ -170,10 +169,6 @@ def saltation(system: System, transition: Transition, source: str | None = None)
     return slope + (after - slope * before - explicit) * normal / speed
 
 
-def _functions(expression: Any) -> set[Any]:
-    return sympy.sympify(expression).atoms(sympy.Function)
-
-
 Sparse = dict[int, Any]
 """Entries of a row that are not zero everywhere, by column."""
 
@@ -321,8 +316,7 @@ def _null_directions(rows: list[Sparse], n: int) -> list[list[float]]:
     """
     import numpy as np
 
-    special = (*SPECIAL, Called.__name__)
-    plain = [row for row in rows if not any(type(f).__name__ in special for e in row.values() for f in _functions(e))]
+    plain = [row for row in rows if not any(opaque(sympy.sympify(e)) for e in row.values())]
     matrix = np.vstack([*_samples(plain, n), np.zeros((n, n))])
     _, weights, directions = np.linalg.svd(np.linalg.qr(matrix, mode="r"))
     candidates = directions[weights <= TUNING.null_weight * max(weights.max(), 1e-300)]

@@ -83,7 +83,10 @@ def _split(term: Any) -> Iterator[tuple[Any, Any]]:
 
 
 def _two(found: dict[Any, Any]) -> "tuple[tuple[Any, Any], tuple[Any, Any]] | None":
-    """Two exponentials whose sum is that of several, as exponents and factors: those with positive numbers become one."""
+    """Two exponentials whose sum is that of several, as exponents and factors.
+
+    Those with positive numbers become one.
+    """
     if len(found) < 2:
         return None
     positive = {a: m for a, m in found.items() if _is_positive_number(m)}
@@ -196,7 +199,7 @@ class _Divisor:
 
     def removable(self, zero: Any, exponent: Any) -> Any:
         """An exponential of an exponent times that which is zero where the sum is, over the sum."""
-        r, rest = self.steps(exponent - self.b)
+        r, _ = self.steps(exponent - self.b)
         s = sympy.S.Zero if r is None else min(max(sympy.floor(2 * r) / sympy.Integer(2), 0), 1)
         # of m exp(a) + n exp(b) with n = -m exp(...), exp(b) is -1/n times one over exp(zero) - 1
         left = sympy.expand(exponent - self.b - s * zero)

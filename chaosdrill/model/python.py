@@ -14,7 +14,7 @@ from uuid import uuid4
 
 import sympy
 
-from chaosdrill.model.special import SPECIAL
+from chaosdrill.model.special import SPECIAL, WithFormula
 from chaosdrill.model.tuning import TUNING
 
 LIBRARIES = ("builtins", "math", "numpy", "numba", "cmath", "operator")
@@ -203,7 +203,11 @@ def called(source: Source, numbers: Sequence[Any]) -> list[Called]:
 
 def opaque(expression: Any) -> set[Any]:
     """Calls of functions that numpy does not know."""
-    return {f for f in expression.atoms(sympy.Function) if isinstance(f, Called) or type(f).__name__ in SPECIAL}
+    return {
+        f
+        for f in expression.atoms(sympy.Function)
+        if isinstance(f, Called) or (type(f).__name__ in SPECIAL and not isinstance(f, WithFormula))
+    }
 
 
 def _content(value: Any, seen: list[Any]) -> Iterator[str]:

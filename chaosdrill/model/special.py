@@ -136,7 +136,7 @@ class positive_power(sympy.Function):
         raise ArgumentIndexError(self, argindex)
 
 
-class _Written(sympy.Function):
+class WithFormula(sympy.Function):
     """A function of `gates`, with its value in many digits and in numpy by a formula of other functions."""
 
     def formula(self) -> Any:
@@ -151,7 +151,7 @@ class _Written(sympy.Function):
         return printer._print(self.formula())
 
 
-class gate(_Written):
+class gate(WithFormula):
     """exp(e)/(m + n exp(u)): arguments m, n, u, e. It has a pole where m + n exp(u) is zero."""
 
     nargs = 4
@@ -189,7 +189,7 @@ class gate(_Written):
         raise ArgumentIndexError(self, argindex)
 
 
-class log_sum(_Written):
+class log_sum(WithFormula):
     """log(m + n exp(u)): arguments m, n, u. With m = n = 1 it is softplus."""
 
     nargs = 3
@@ -219,7 +219,7 @@ class log_sum(_Written):
         raise ArgumentIndexError(self, argindex)
 
 
-class log_cosh(_Written):
+class log_cosh(WithFormula):
     """log(cosh(u)), which is finite where cosh is not."""
 
     nargs = 1
@@ -237,7 +237,7 @@ class log_cosh(_Written):
         raise ArgumentIndexError(self, argindex)
 
 
-class bernoulli_ratio(_Written):
+class bernoulli_ratio(WithFormula):
     """Derivative of an order of u exp(s u)/(exp(u) - 1) by u: arguments u, s (0, 1/2 or 1), order.
 
     It is analytic at 0, where the quotient is 1, and generates the Bernoulli polynomials of s (Abramowitz and Stegun,

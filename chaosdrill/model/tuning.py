@@ -31,7 +31,7 @@ class Tuning:
     far: float = 200.0
     """Logarithm of a number beside an exponential from which on the two are one: their product may be any double."""
     same_ratio: float = 1e-14
-    """Relative difference up to which the numbers of two sums have one ratio: both are rounded, as is what makes them."""
+    """Relative difference up to which the numbers of two sums have one ratio: they are rounded."""
     multiplied_out: int = 2
     """Hyperbolic functions in a term, at most, that become exponentials, each two of them."""
     smallest_value: float = 1e-300
