@@ -277,23 +277,19 @@ def _removed(base: Any, power: int, rest: list[Any]) -> Any:
     ``u/(exp(u) - 1)``, ``u/tanh(u)`` and one over these are analytic there.
     """
     if isinstance(base, sympy.tanh):
-        i, ratio = _common(rest, base.args[0])
+        ratio, others = _without(rest, base.args[0])
+        return None if ratio is None else sympy.Mul(ratio * _around(base.args[0]), base ** (1 - power), *others)
+    if (found := _with_zero(base)) is not None:
+        below, zero = found
+        ratio, others = _without(rest, zero)
         if ratio is None:
             return None
-        return sympy.Mul(ratio * _around(base.args[0]), base ** (1 - power), *rest[:i], *rest[i + 1 :])
-    below = _Divisor.of(base)
-    zero = None if below is None else below.zero()
-    if zero is not None:
-        i, ratio = _common(rest, zero)
-        if ratio is None:
-            return None
-        others = rest[:i] + rest[i + 1 :]
         exponentials = [f for f in others if isinstance(f, sympy.exp)]
         others = [f for f in others if not isinstance(f, sympy.exp)]
         terms = {sympy.S.Zero: sympy.S.One}
         for j, factor in enumerate(others):
-            if factor.has(*_EXPONENTIAL) and (found := _exponentials(factor)) and found != {sympy.S.Zero: factor}:
-                terms = found
+            if (parts := _exponentials(factor)) and set(parts) != {sympy.S.Zero}:
+                terms = parts
                 del others[j]
                 break
         alone = sympy.Add(*(f.args[0] for f in exponentials))
@@ -303,20 +299,30 @@ def _removed(base: Any, power: int, rest: list[Any]) -> Any:
         if isinstance(factor, sympy.tanh) and (ratio := _multiple(base, factor.args[0])) is not None:
             left = base ** (1 - power)
             return sympy.Mul(left, *rest[:i], *rest[i + 1 :], 1 / (ratio * _around(factor.args[0])))
-        above = _Divisor.of(factor)
-        zero = None if above is None else above.zero()
-        if zero is not None and (ratio := _multiple(base, zero)) is not None:
+        if (found := _with_zero(factor)) is None:
+            continue
+        above, zero = found
+        if (ratio := _multiple(base, zero)) is not None:
             left = base ** (1 - power)
             return sympy.Mul(left, *rest[:i], *rest[i + 1 :], 1 / (ratio * above.removable(zero, sympy.S.Zero)))
     return None
 
 
-def _common(factors: list[Any], zero: Any) -> tuple[int, Any]:
-    """The first of some factors that is a multiple of an expression, by its number, and how many times it is that."""
+def _with_zero(expression: Any) -> tuple[_Divisor, Any] | None:
+    """An expression as a sum of two exponentials, and what is zero where it is."""
+    whole = _Divisor.of(expression)
+    zero = None if whole is None else whole.zero()
+    return None if whole is None or zero is None else (whole, zero)
+
+
+def _without(factors: list[Any], zero: Any) -> tuple[Any, list[Any]]:
+    """How many times an expression the first of some factors is that is a multiple of it, and the others."""
     for i, factor in enumerate(factors):
-        if not factor.has(*_EXPONENTIAL) and (ratio := _multiple(factor, zero)) is not None:
-            return i, ratio
-    return -1, None
+        base, power = factor.as_base_exp()
+        whole = power.is_Integer and power.is_positive and not base.has(*_EXPONENTIAL)
+        if whole and (ratio := _multiple(base, zero)) is not None:
+            return ratio, [*factors[:i], base ** (power - 1), *factors[i + 1 :]]
+    return None, factors
 
 
 def _around(w: Any) -> Any:

@@ -94,6 +94,7 @@ LAWS = {
         "(a - u)/(b - b*exp((u - a)/b))/(1 + u**2)",
     ),
     lambda u: u / mpmath.sinh(u) if u else mpmath.mpf(1): ("u/sinh(u)", "2*u/(exp(u) - exp(-u))"),
+    lambda u: channel(u) * channel(-u): ("u**2*exp(u)/(exp(u) - 1)**2", "(u/2/sinh(u/2))**2"),
     lambda u: mpmath.tanh(u) / u if u else mpmath.mpf(1): ("tanh(u)/u", "sinh(u)/(u*cosh(u))"),
 }
 WRITINGS = [(law, text) for law, texts in LAWS.items() for text in texts]
