@@ -37,6 +37,8 @@ def _rewritten(e: Any, known: dict[Any, Any]) -> Any:
             made = _quotient(made)
         elif isinstance(made, sympy.log):
             made = _logarithm(made)
+        elif made.is_Relational:
+            made = _comparison(made)
         known[e] = _tail(made) if made.is_Add else made
     return known[e]
 
@@ -365,6 +367,23 @@ def _power(e: Any) -> Any:
     if len(found) < 2 or not all(map(_is_positive_number, found.values())):
         return e
     return sympy.exp(power * _log_of(base))
+
+
+def _comparison(e: Any) -> Any:
+    """A comparison of exponentials on both sides, which may be infinity against infinity, as that of one of them."""
+    if not all(side.has(*_EXPONENTIAL) for side in e.args):
+        return e
+    found: dict[Any, Any] = {}
+    for side, sign in zip(e.args, (1, -1), strict=True):
+        for exponent, factor in _exponentials(side).items():
+            offset, moving = exponent.as_coeff_Add()
+            if abs(offset) >= TUNING.far:
+                return e
+            found[moving] = found.get(moving, sympy.S.Zero) + sign * factor * sympy.exp(offset)
+    if not 1 <= len(found) <= 2:
+        return e
+    (b, n), *others = sorted(found.items(), key=lambda one: sympy.default_sort_key(one[0]))
+    return e.func(sympy.Add(n, *(m * _exp(a - b) for a, m in others)), 0)
 
 
 def _logarithm(e: Any) -> Any:

@@ -183,6 +183,28 @@ def test_derivatives(made, u):
     assert float((ahead - behind) / (2 * tiny)) == pytest.approx(float(slope), rel=1e-13)
 
 
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau"])
+def test_guards_and_resets(method):
+    """A guard that is flat at both ends, a condition, and a reset whose exponentials are infinite at the event."""
+    passed = cd.HybridSystem(
+        states="y u",
+        parameters={"k": K, "n": 1e3},
+        modes={"on": {"y": "0", "u": "1"}},
+        transitions=[
+            cd.Transition("half", "on", "on", "exp(n*u)/(k + exp(n*u)) - 1/2", 1),
+            cd.Transition(
+                "soft", "on", "on", "u - 1", 1, reset={"y": "log(k + exp(n*u)) + u/(exp(n*u) - 1)"},
+                condition="k + exp(n*u) > 2*exp(n*u - 1)",
+            ),
+        ],
+        initial={"y": 0.0, "u": -2.0},
+    )  # fmt: skip
+    found = cd.trajectory(passed, duration=4.0, samples=2, method=method)
+    assert found["outcome"] == cd.Outcome.OK
+    assert found["event_time"].values == pytest.approx([2 + math.log(K) / 1e3, 3.0], abs=1e-12)
+    assert found["states"].values[-1] == pytest.approx([1e3, 2.0], rel=1e-12)
+
+
 def test_a_pole_is_one_still():
     """Beside the pole the motion is right, and does not pass it."""
     beside = cd.HybridSystem(
