@@ -1,6 +1,7 @@
 """Branches of orbits over one parameter, traced in both directions from a start and onto doubled orbits."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -142,10 +143,8 @@ def _append(branch: Branch, curve: Curve, part: Continued, jumps: bool) -> Locat
     """
     if jumps and len(part.points) > 1:
         # what happens in the last step does so before its end
-        try:
+        with suppress(LostError):
             part.points.insert(-1, curve.between(*part.points[-2:], TUNING.before_touch))
-        except LostError:
-            pass
     followed, _ = curve.followed(part.points[len(part.points) // 2]) or (part.points[0].orbit, None)
     segment, end = BranchSegment(curve, part.points, structural_rank(curve.problem, followed)), None
     if any(test.end == part.end for test in TESTS):

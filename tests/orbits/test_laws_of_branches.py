@@ -305,6 +305,27 @@ def test_a_reversal_begins_at_one_place_whatever_the_step(step, side, amplitude)
     assert abs(branch["special_value"].values[0] - border) <= branch["special_error"].values[0]
 
 
+@pytest.mark.parametrize("step", [0.01, 0.05])
+def test_an_orbit_of_many_turns_passes_where_it_touches_a_surface_of_the_field(step):
+    """Chua's field is continuous there, so that nothing ends; the two turns that touch are of one branch."""
+    system = cd.build("chua").with_parameters(
+        alpha=8.654963378868732, beta=14.608282531448825, m0=-1.2275743630687892, m1=-0.6467015752823141
+    )
+    system = system.with_initial(x=1.0, y=-0.4069285031760282, z=-1.2428337101839113, mode="middle")
+    branch = cd.continue_orbit(system, {"beta": (13.4, 14.7)}, start="guess", step=step)
+    assert branch["branch_end"].values.tolist() == [BranchEnd.LIMIT]
+    assert branch["branch_end_text"].values.tolist() == ["the parameter reached its limit"]
+    assert kinds(branch).count(Special.GRAZING) == 2
+
+
+def test_a_branch_ends_where_beyond_every_orbit_is_one_of_a_family():
+    """Two masses on a belt that slip one after the other may do so with any delay; they are coupled if both slip."""
+    system = cd.build("two-masses-on-belt").with_parameters(k=0.3847, F_k=0.4935, belt=0.1908, F_s=1.0837)
+    branch = cd.continue_orbit(system, {"F_s": (1.0, 1.2)}, transient=300)
+    assert "one of a family" in str(branch["branch_end_text"].values[0])
+    assert branch.sizes["sequence_number"] == 1
+
+
 @pytest.mark.parametrize("slow", [1e-6, 1e-8])
 def test_a_special_point_is_no_better_known_than_its_orbit(slow):
     """x := x + slow (0.3 - x), known to round-off over slow, and y := -(r + x) y, which doubles at r = 0.7."""

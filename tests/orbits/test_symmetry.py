@@ -131,12 +131,12 @@ def hits(unknowns, f, walls, turns, omega, sign=1.0, e=0.7):
     return np.array(left)
 
 
-def doubling_of_hits(branch, number, omega):
-    """The force at a special point where a multiplier is -1, in closed form; the orbit before it is the guess."""
+def where_hits_come_back(branch, number, omega, sign=-1.0, e=0.7):
+    """The force at a special point where a multiplier is ``sign``, in closed form; the orbit before it is the guess."""
     point = branch.isel(point=int(branch["special_index"][number]) - 1)
-    turns = int(point["period"]) if branch["special_kind"][number] == Special.PERIOD_DOUBLING else 0.5
+    turns = 0.5 if branch["special_kind"][number] == Special.BRANCH_POINT else int(point["period"])
     near = float(point["f"])
-    system = WALLS.with_parameters(f=near, omega=omega).with_initial(list(point["orbit_state"].values))
+    system = WALLS.with_parameters(f=near, omega=omega, e=e).with_initial(list(point["orbit_state"].values))
     start = found(system, period=max(1, turns), start="guess")
     before = start["event_state_before"].values
     count = len(before) // (1 if turns >= 1 else 2)
@@ -145,10 +145,11 @@ def doubling_of_hits(branch, number, omega):
 
     def left(unknowns):
         moved = unknowns[:-1] + 1e-30j * np.eye(len(unknowns) - 1)
-        # a deviation that comes back with the opposite sign
-        back = np.array([hits(one, unknowns[-1], walls, turns, omega, -1.0).imag / 1e-30 for one in moved])
+        # a deviation that comes back as it was, or with the opposite sign
+        back = np.array([hits(one, unknowns[-1], walls, turns, omega, sign, e).imag / 1e-30 for one in moved])
         size = np.prod(np.linalg.norm(back, axis=1))
-        return np.append(hits(unknowns[:-1] + 0j, unknowns[-1], walls, turns, omega).real, np.linalg.det(back) / size)
+        missed = hits(unknowns[:-1] + 0j, unknowns[-1], walls, turns, omega, e=e).real
+        return np.append(missed, np.linalg.det(back) / size)
 
     answer, told, _, _ = fsolve(left, [*seen.ravel(), near], xtol=1e-13, full_output=True)
     assert np.abs(told["fvec"]).max() < 1e-9
@@ -178,7 +179,7 @@ def test_the_cascades_of_both_partners():
     np.testing.assert_allclose(of_kind(half, Special.PERIOD_DOUBLING), [*lost, *np.sort(partners)[::2]], atol=1e-10)
     np.testing.assert_allclose(np.sort(partners)[1::2], np.sort(partners)[::2], atol=1e-10)
     for k in (0, 1, 4):
-        assert float(whole["special_value"][k]) == pytest.approx(doubling_of_hits(whole, k, 1.4), abs=1e-10)
+        assert float(whole["special_value"][k]) == pytest.approx(where_hits_come_back(whole, k, 1.4), abs=1e-10)
 
 
 def touch_of_the_last_hit(branch, number, system, omega, e, beyond=2):
@@ -251,6 +252,20 @@ def test_a_walk_along_partners_leads_through_the_pitchfork_and_the_double_touch_
     assert points[:, 0].tolist() == [Special.BRANCH_POINT, Special.GRAZING, Special.GRAZING, Special.GRAZING]
     assert abs(points[1, 1] - points[2, 1]) < 1e-10
     assert "closed" in str(branch["branch_end_text"].values[0])
+
+
+@pytest.mark.parametrize(("f", "step"), [(2.7, None), (2.9, 0.08)])
+def test_what_happens_just_before_a_touch_is_found_whatever_the_step(f, step):
+    """Doubling, fold and touch within 5e-7 of the force: multipliers go to infinity at the touch."""
+    e = 0.5665896983747587
+    system = WALLS.with_parameters(omega=1.466, e=e, f=f).with_initial(x=-0.11743, v=2.18076)
+    branch = cd.continue_orbit(system, {"f": (2.3, 3.1)}, start="guess", step=step)
+    kinds, values = branch["special_kind"].values, branch["special_value"].values
+    assert sorted(kinds) == [Special.FOLD, Special.PERIOD_DOUBLING, Special.GRAZING]
+    assert np.ptp(values) < 5e-7
+    for kind, sign in ((Special.PERIOD_DOUBLING, -1.0), (Special.FOLD, 1.0)):
+        (number,) = np.flatnonzero(kinds == kind)
+        assert abs(values[number] - where_hits_come_back(branch, number, 1.466, sign, e)) < 1e-11
 
 
 def test_a_pitchfork_stands_once_though_its_partners_come_back_to_it():
