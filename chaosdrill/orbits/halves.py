@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.orbits.problem import LostError
 from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ class Halves:
     def __init__(self, curve: "Curve", first: "Point") -> None:
         self.curve, self.weights = curve, first.weights
         gap = curve.problem.halves_apart(first.orbit, first.weights)
-        self.last, self.largest, self.count = gap, float(np.abs(gap).max(initial=0)), 1
+        self.before, self.last, self.largest, self.count = first, gap, float(np.abs(gap).max(initial=0)), 1
         self.turns: list[tuple[int, float]] = []
         """Orbits at which the difference has turned round, and how large it is beside them."""
 
@@ -35,10 +36,38 @@ class Halves:
         gap = self.curve.problem.halves_apart(point.orbit, self.weights)
         here = float(np.abs(gap).max(initial=0))
         self.largest = max(self.largest, here)
-        if gap @ self.last < 0:
+        if gap @ self.last < 0 and self._vanishes(self.before, point):
             self.turns.append((self.count, max(here, float(np.abs(self.last).max(initial=0)))))
-        self.last, self.count = gap, self.count + 1
+        self.before, self.last, self.count = point, gap, self.count + 1
         return next((k for k, size in self.turns if size < 0.5 * self.largest), None)
+
+    def _vanishes(self, before: "Point", after: "Point") -> bool:
+        """Whether the difference is zero between two points, not only turned aside, as a state half a time later may.
+
+        Where no orbit is found on the way the equations are singular, as they are at a doubling.
+        """
+
+        def gap(point: "Point") -> np.ndarray:
+            return self.curve.problem.halves_apart(point.orbit, self.weights)
+
+        low, high = gap(before), gap(after)
+        small = TUNING.together * max(np.linalg.norm(low), np.linalg.norm(high))
+        for _ in range(TUNING.touch_steps):
+            way = low - high
+            try:
+                middle = self.curve.between(before, after, float(np.clip(low @ way / (way @ way), 0.1, 0.9)))
+            except LostError:
+                return True
+            there = gap(middle)
+            if np.linalg.norm(there) <= small:
+                return True
+            if there @ low < 0:
+                after, high = middle, there
+            elif there @ high < 0:
+                before, low = middle, there
+            else:
+                return False
+        return False
 
 
 def halves_met(curve: "Curve", points: "Sequence[Point]", alone: bool) -> bool:

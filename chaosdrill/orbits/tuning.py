@@ -349,6 +349,8 @@ class Tuning:
     """Growth of the duration along a segment of an orbit that approaches a point at rest."""
     halves: float = 0.05
     """Difference between the halves of a doubled orbit, as a part of the largest, at which it ends as one."""
+    together: float = 0.01
+    """Difference between them, as a part of those at two orbits on either side, at which they coincide in between."""
     no_effect: float = 1e-12
     """Slope of what makes an orbit over the parameter below which a parameter does nothing to it."""
     steps_between_doublings: int = 20
