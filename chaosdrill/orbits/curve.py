@@ -235,7 +235,7 @@ class Curve:
         predicted = self.predicted(points, h)
         point = self.correct(predicted, last, last.tangent.row)
         error = self.gap(predicted, point.orbit, last.weights)
-        if not error < TUNING.farthest:
+        if not error < min(TUNING.farthest, TUNING.aside * h):
             raise LostError("the orbit is far from where it was predicted")
         way = self.apart(last.orbit, point.orbit, last.weights)
         if not way @ last.tangent.course > 0:

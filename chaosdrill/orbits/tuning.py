@@ -216,6 +216,9 @@ class Tuning:
     farthest: float = 0.05
     """Distance from its prediction at which an orbit does not belong to the curve, and longest correction by
     one step of Newton's method."""
+    aside: float = 0.5
+    """The same as a part of the step: the predicted direction is off by less than the curve may bend, whose sine is
+    about a quarter."""
     shortest_step: float = 1e-7
     """Part of the longest step below which the curve is lost."""
     apart: float = 1e-8
@@ -265,9 +268,9 @@ class Tuning:
     """Instants of a segment at which guards are looked at."""
     touching: float = 1e-6
     """Greatest value of a guard, and speed at an event, that count as zero at a border: as parts of those before."""
-    before_touch: float = 0.999
+    before_touch: float = 0.99
     """Part of the last step before a touch up to which special points are looked for: multipliers go with one over the
-    speed at it, so that they are a thousand times as large there as at the step's beginning."""
+    speed at it, so that they are a hundred times as large there as at the beginning of the step."""
     far_touch: float = 0.05
     """Greatest value of a guard, as a part of how much it varies on the segment, beyond which it is no touch."""
     touch_probe: float = 1e-5

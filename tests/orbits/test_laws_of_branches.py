@@ -318,6 +318,18 @@ def test_an_orbit_of_many_turns_passes_where_it_touches_a_surface_of_the_field(s
     assert kinds(branch).count(Special.GRAZING) == 2
 
 
+@pytest.mark.parametrize("step", [None, 0.002])
+def test_a_branch_stays_on_orbits_of_one_number_of_turns(step):
+    """Orbits of five and six turns start side by side; the state half a period later passes through spikes."""
+    values = {"a": 0.22007763, "b": 0.1756}
+    system = cd.build("roessler").with_parameters(**values, c=6.4154).with_initial(x=-2.0223, y=-3.7837, z=0.02444)
+    branch = cd.continue_orbit(system, {"c": (5.9, 6.8)}, start="guess", step=step)
+    assert kinds(branch) == [Special.PERIOD_DOUBLING, Special.FOLD]
+    assert branch["branch_end_text"].values.tolist() == ["the parameter reached its limit"]
+    assert branch["c"].values[[0, -1]].tolist() == [6.8, 6.8]
+    assert np.ptp(branch["period_time"]) < 2
+
+
 def test_a_branch_ends_where_beyond_every_orbit_is_one_of_a_family():
     """Two masses on a belt that slip one after the other may do so with any delay; they are coupled if both slip."""
     system = cd.build("two-masses-on-belt").with_parameters(k=0.3847, F_k=0.4935, belt=0.1908, F_s=1.0837)
