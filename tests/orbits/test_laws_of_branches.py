@@ -321,10 +321,10 @@ def test_an_orbit_of_many_turns_passes_where_it_touches_a_surface_of_the_field(s
 @pytest.mark.parametrize("step", [None, 0.002])
 def test_a_branch_stays_on_orbits_of_one_number_of_turns(step):
     """Orbits of five and six turns start side by side; the state half a period later passes through spikes."""
-    values = {"a": 0.22007763, "b": 0.1756}
-    system = cd.build("roessler").with_parameters(**values, c=6.4154).with_initial(x=-2.0223, y=-3.7837, z=0.02444)
+    system = cd.build("roessler").with_parameters(a=0.22898916010028217, b=0.21403835930751522, c=6.400442674669338)
+    system = system.with_initial(x=-2.018621652291931, y=-3.7786413302394237, z=0.02433874340614788)
     branch = cd.continue_orbit(system, {"c": (5.9, 6.8)}, start="guess", step=step)
-    assert kinds(branch) == [Special.PERIOD_DOUBLING, Special.FOLD]
+    assert sorted(kinds(branch)) == [Special.FOLD, Special.PERIOD_DOUBLING]
     assert branch["branch_end_text"].values.tolist() == ["the parameter reached its limit"]
     assert branch["c"].values[[0, -1]].tolist() == [6.8, 6.8]
     assert np.ptp(branch["period_time"]) < 2
