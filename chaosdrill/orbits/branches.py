@@ -144,7 +144,7 @@ def _append(branch: Branch, curve: Curve, part: Continued, jumps: bool) -> Locat
     if jumps and len(part.points) > 1:
         # what happens in the last step does so before its end
         with suppress(LostError):
-            part.points.insert(-1, curve.between(*part.points[-2:], TUNING.before_touch))
+            part.points.insert(-1, curve.between(part.points[-2], part.points[-1], TUNING.before_touch))
     followed, _ = curve.followed(part.points[len(part.points) // 2]) or (part.points[0].orbit, None)
     segment, end = BranchSegment(curve, part.points, structural_rank(curve.problem, followed)), None
     if any(test.end == part.end for test in TESTS):

@@ -327,7 +327,7 @@ def test_a_branch_stays_on_orbits_of_one_number_of_turns(step):
     assert sorted(kinds(branch)) == [Special.FOLD, Special.PERIOD_DOUBLING]
     assert branch["branch_end_text"].values.tolist() == ["the parameter reached its limit"]
     assert branch["c"].values[[0, -1]].tolist() == [6.8, 6.8]
-    assert np.ptp(branch["period_time"]) < 2
+    assert np.ptp(branch["period_time"].values) < 2
 
 
 def test_a_branch_ends_where_beyond_every_orbit_is_one_of_a_family():
