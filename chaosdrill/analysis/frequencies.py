@@ -76,7 +76,7 @@ def incommensurate(points: np.ndarray) -> bool:
 
 
 def quasiperiodic(points: np.ndarray) -> bool:
-    """Whether strobed states have sharp lines, not all of one frequency, and one at no small fraction of a cycle a sample.
+    """Whether strobed states have sharp lines, not all of one frequency, one of them at no small fraction of a cycle.
 
     All lines of an adding machine are at fractions, and the phase of one that runs ever faster has none. A smooth torus
     of one frequency is a curve, along which its points are in order; other functions of one angle, as strange

@@ -12,9 +12,10 @@ from chaosdrill.analysis.classification import contracts
 from chaosdrill.analysis.frequencies import quasiperiodic
 from chaosdrill.analysis.ordering import LAST, comes_back, ordered
 from chaosdrill.analysis.stationarity import departs
-from chaosdrill.analysis.tori import only_grows
+from chaosdrill.analysis.tori import examine, only_grows, stopped
 from chaosdrill.analysis.words import BOUNDED, RULES, Evidence
 from chaosdrill.analysis.words import words as words_of
+from chaosdrill.engine.shifts import Shifts
 
 CHANNEL = 0.51435527
 """A point of the cycle of period three of the logistic map where it is born."""
@@ -314,6 +315,47 @@ def test_an_adding_machine_of_an_interval_has_lines_at_fractions(base):
     assert quasiperiodic(np.cos(angles) + np.cos(angles[:, ::-1]) / 2)
     # that of a phase which runs ever faster moves with the part of the record that is looked at
     assert not quasiperiodic(np.cos(1e-4 * np.arange(2048.0) ** 2)[:, np.newaxis])
+
+
+def test_a_function_of_one_angle_that_is_no_curve_is_no_torus():
+    """Keller's pinched maps (1996): their lines are as sharp as those of a torus, all of one frequency."""
+    angle, x, points = 0.3, 1.0, []
+    for _ in range(3048):
+        x, angle = 4 * abs(np.cos(np.pi * angle)) * np.tanh(x), (angle + np.sqrt(2) - 1) % 1
+        points.append((x, np.cos(2 * np.pi * angle), np.sin(2 * np.pi * angle)))
+    assert not quasiperiodic(np.array(points[1000:]))
+
+
+@pytest.mark.parametrize("off", [0.0, 1e-7])
+def test_what_comes_back_as_near_as_always_is_no_cycle(off):
+    """An adding machine of base 4 has parts of 2e-7 after 64 points; a cycle of 64 is approached, or left out."""
+    digits = np.arange(1024)[:, np.newaxis] // 4 ** np.arange(8, dtype=np.int64) % 4
+    machine = digits @ (0.3 * 5e-3 ** np.arange(8))
+    cycle = machine[np.arange(1024) % 64] + off * np.exp(-np.arange(1024) / 100)
+    windows = np.stack([[machine, cycle], np.zeros((2, 1024))], axis=-1)
+    found = examine(windows, np.abs(windows[:, :, :1]).max(axis=1), Shifts.none(1))
+    assert found.long_cycle.tolist() == [False, True]
+
+
+def test_chaos_that_ends_is_not_chaotic():
+    rng = np.random.default_rng(8)
+    path = np.zeros((2, 1024, 2))
+    path[:, :, 0] = rng.random((2, 1024))
+    path[0, 980:, 0] = 0.7
+    ends = stopped(path, np.ones((2, 1)))
+    assert ends.tolist() == [True, False]
+    known = {"lead": np.full(2, 0.6), "late": np.full(2, 0.5), "margin": np.full(2, 0.1), "length": np.full(2, 1024.0)}
+    assert [cd.Outcome(int(one)).meaning for one in words_of(Evidence.of(2, stopped=ends, **known))] == [
+        "transient",
+        "chaotic",
+    ]
+
+
+@pytest.mark.parametrize(("early", "word"), [(0.0, "undecided"), (30.0, "quasiperiodic")])
+def test_a_torus_is_reached_by_growth_or_decay(early, word):
+    """An exchange of intervals follows one angle for a while, and then another one; no tangent changes meanwhile."""
+    known = {"lead": np.array([early / 1000]), "length": np.array([1000.0]), "torus_reached": np.array([True])}
+    assert cd.Outcome(int(words_of(Evidence.of(1, margin=np.ones(1), **known))[0])).meaning == word
 
 
 @pytest.mark.parametrize("rate", [2.1e-3, 3.2e-3, 8e-3])
