@@ -11,8 +11,9 @@ from functools import partial
 
 import numpy as np
 
-from chaosdrill.analysis.classification import OPEN_ANSWERS, Verdict, add_passages, add_regularity, judge, undrawn
+from chaosdrill.analysis.classification import OPEN_ANSWERS, add_passages, add_regularity, undrawn
 from chaosdrill.analysis.cycles import Begun, Cycles, at_points, continued, escapes, linearised, search
+from chaosdrill.analysis.judging import Verdict, judge
 from chaosdrill.analysis.matching import moments
 from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.recurrence import CLOSE, sizes

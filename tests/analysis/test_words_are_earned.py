@@ -6,7 +6,7 @@ import sympy
 
 import chaosdrill as cd
 from chaosdrill.analysis.base import Points
-from chaosdrill.analysis.classification import judge
+from chaosdrill.analysis.judging import judge
 from chaosdrill.analysis.plan import make_plan
 from chaosdrill.analysis.tori import examine, only_grows
 from chaosdrill.engine.numerics import Numerics

@@ -1,0 +1,257 @@
+"""What points of a grid are on, by their exponents and the points of their section.
+
+Neither decides alone. Before a period doubling a slow transient alternates about the cycle, so that its points come
+back after two periods to any tolerance that is wider than its slow decay; near any bifurcation the exponent of a short
+run has no sign; in chaos a laminar stretch repeats for a while. What is not beyond doubt is left undecided here.
+"""
+
+from dataclasses import dataclass, fields, replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.analysis.classification import Averages, add_regularity, add_rests, add_turns, evidence_of, undrawn
+from chaosdrill.analysis.recurrence import CLOSE, FLOOR, ROUND_OFF, Recurrence, recurrence
+from chaosdrill.analysis.resting import is_left, rests
+from chaosdrill.analysis.statistics import error_of_exponents
+from chaosdrill.analysis.tori import LEAST, aside
+from chaosdrill.analysis.words import Evidence, words
+from chaosdrill.dataset import Outcome
+from chaosdrill.dataset.outcomes import MEASURED
+from chaosdrill.engine.batch import Batch
+
+if TYPE_CHECKING:
+    from chaosdrill.analysis.plan import Plan
+
+SPLIT = 1e-5
+"""Least relative distance between the points of a cycle at which it differs from one of half its period."""
+
+DECAY = 1e-4
+"""A transient whose points nearly come back after twice the period of its cycle loses more than this part of its
+amplitude meanwhile, at the required distance from the doubling."""
+
+HYPERBOLIC = 1e-5
+"""Logarithm of a multiplier, averaged over whole cycles, below which a cycle is attracting."""
+
+NEUTRAL = 1e-6
+"""Logarithm of a multiplier that counts as zero."""
+
+
+@dataclass
+class Verdict:
+    """What P points are on."""
+
+    outcome: np.ndarray
+    """int (P,): their outcome without further steps; an exponent near zero alone does not make a torus."""
+    period: np.ndarray  # int (P,)
+    decided: np.ndarray  # bool (P,): whether that is beyond doubt
+    exponents: np.ndarray  # (P, m): descending spectra
+    errors: np.ndarray  # (P, m): their standard errors
+    lead: np.ndarray  # (P,): largest exponent that is free to have any sign
+    margin: np.ndarray  # (P,): beyond which it differs from zero
+    evidence: Evidence
+    cycle: np.ndarray  # int (P,): length of the cycle that the record repeats, in units of lengths; 0: unknown, or none
+    moves: np.ndarray  # bool (P,): whether nothing says that the motion dies out
+
+    def at(self, which: np.ndarray) -> "Verdict":
+        """The verdict on some of the points."""
+        parts = {one.name: getattr(self, one.name) for one in fields(self) if one.name != "evidence"}
+        return Verdict(evidence=self.evidence.at(which), **{name: values[which] for name, values in parts.items()})
+
+
+def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, before: np.ndarray | None = None) -> Verdict:
+    """Judge some points of a batch by the averages over blocks with these ends, and by the section.
+
+    ``before`` are the states of all points before the record, to tell by what only grows.
+    """
+    paths, size = aside(batch.window[which], plan.shifts), plan.shifts.sizes(batch.sizes[which])
+    found = recurrence(paths, size, plan.max_period, 2 * plan.max_period)
+    noisy = plan.system.draws
+    if not plan.maps or noisy:
+        # at the ends of parts of a duration, or where the system itself never repeats, a return tells no period
+        found = replace(found, period=np.zeros_like(found.period))
+    times = batch.times[which]
+    if plan.section is not None and plan.system.forced and not plan.system.autonomous:
+        found = replace(found, period=_in_phase(plan, batch, which, found.period, ends))
+    cycle, certain, lasts = _cycle_length(plan, batch, which, found.period, ends)
+    whole = certain & (_first_whole(ends, cycle) >= 0)
+    begin = np.where(whole, _first_whole(ends, cycle), 0)
+    averages = _averages(plan, batch, which, begin)
+    exponents, errors = averages.exponents, averages.errors
+    windows, known = undrawn(plan.system, batch.window[which]), batch.sizes[which]
+    early = None if before is None else undrawn(plan.system, before[which])
+    points = batch.counts[which][:, sorted(plan.section)].sum(axis=1) if plan.section is not None else ends[-1]
+    part = np.minimum(1.0, windows.shape[1] / np.maximum(points, 1))
+    e = evidence_of(
+        plan.system, plan.structure, plan.shifts, averages, windows, known, batch.outcome[which], early, part
+    )
+    e.measured[:] = plan.exponents > 0
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        multiplier = e.lead * lasts
+        distance = found.residual / -np.expm1(np.minimum(multiplier, -1e-300))
+        split = (found.splitting > SPLIT) & (found.residual <= DECAY * found.splitting)
+        e.recurs = (found.period > 0) & split
+        neutral = whole & (np.abs(multiplier) <= NEUTRAL)
+        e.exact = e.recurs & (_residual(plan, paths, size, found, e.recurs & neutral) <= ROUND_OFF)
+        attracting = np.where(whole, multiplier < -HYPERBOLIC, e.negative)
+        e.attracts = attracting & (distance <= CLOSE) & (found.splitting > 10 * distance)
+        centre = e.recurs & neutral & (found.residual <= ROUND_OFF)
+    e.winds = _winds(plan, batch, which) & ~e.recurs & ~e.noisy
+    e.rests, moves = _at_rest(plan, batch, which, e, before)
+    e.ended = np.where(e.rests, int(Outcome.OK), e.ended)
+    if not plan.max_extension and plan.maps and plan.section is None and not noisy:
+        _look_closer(plan, e, windows, known)
+    if not plan.maps and not plan.system.forced and not noisy:
+        # turns between two instants are not seen
+        add_turns(e, windows, plan.shifts, batch.length[which] <= windows.shape[1] * plan.where.unit)
+    outcome = words(e)
+    if batch.counts_returns:
+        grazed = np.array([plan.where.grazed(of_one) for of_one in times], dtype=bool)
+        outcome[grazed & (batch.outcome[which] == Outcome.OK)] = int(Outcome.NO_RETURN)
+        exponents[grazed], errors[grazed] = np.nan, np.nan
+    periodic = outcome == Outcome.PERIODIC
+    decided = (periodic & ((e.recurs & e.attracts) | centre)) | ((outcome == Outcome.CHAOTIC) & ~e.recurs)
+    decided |= ((outcome == Outcome.QUASIPERIODIC) & e.winds) | (outcome == Outcome.CONTRACTING)
+    if not plan.maps:
+        decided |= periodic & e.negative
+    ended = ~np.isin(outcome, MEASURED)
+    decided = (decided & moves) | (outcome == Outcome.EQUILIBRIUM) & e.rests | ended | ~e.measured
+    repeats = periodic & e.recurs & ((e.lead < e.margin) | e.exact | ~e.measured)
+    period = np.where(repeats, found.period, 0)
+    return Verdict(
+        outcome=outcome,
+        period=period,
+        decided=decided,
+        exponents=exponents,
+        errors=errors,
+        lead=e.lead,
+        margin=e.margin,
+        evidence=e,
+        cycle=np.where(certain & (period > 0), cycle, 0),
+        moves=moves,
+    )
+
+
+def _residual(plan: "Plan", windows: np.ndarray, known: np.ndarray, found: Recurrence, whole: np.ndarray) -> np.ndarray:
+    """Residuals, of some points relative to the sizes that the states have had, from which round-off may come."""
+    residual = found.residual.copy()
+    rows = np.flatnonzero(whole)
+    if len(rows):
+        residual[rows] = recurrence(windows[rows], known[rows] / FLOOR, plan.max_period, 2 * plan.max_period).residual
+    return residual
+
+
+def _averages(plan: "Plan", batch: Batch, which: np.ndarray, begin: np.ndarray) -> Averages:
+    """Exponents from the beginning of a block to the end, with errors from all blocks, point by point."""
+    sums, times, length = batch.sums[which], batch.times[which], batch.length[which]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        exponents = _means(sums, begin, times)
+        late = _means(sums, np.full(len(which), (times.shape[1] - 1) // 2), times)
+        spans = np.diff(times, axis=1)
+        rates = np.diff(sums, axis=1) / spans[..., np.newaxis]
+        if batch.counts_returns:
+            # blocks that last longer count more
+            apart = rates - (sums[:, -1] / length[:, np.newaxis])[:, np.newaxis]
+            rates = apart * (spans / spans.mean(axis=1, keepdims=True))[..., np.newaxis]
+        rates = np.where(np.isfinite(rates), rates, np.nan).transpose(1, 0, 2)
+        errors = error_of_exponents(rates, plan.numerics, batch.steps[which], length)
+    order = np.argsort(-exponents, axis=1, kind="stable")
+    exponents, errors, late = (np.take_along_axis(one, order, 1) for one in (exponents, errors, late))
+    neutral = np.full(len(which), plan.structure.most_neutral)
+    if plan.structure.autonomous and plan.structure.symmetries:
+        neutral = plan.structure.neutral(batch.flow(which))
+    return Averages(exponents, errors, late, length, neutral, plan.computed == plan.system.free)
+
+
+def _look_closer(plan: "Plan", e: Evidence, windows: np.ndarray, known: np.ndarray) -> None:
+    """Look for tori and long cycles in sufficiently long records whose exponent is indistinguishable from zero."""
+    rows = np.isfinite(windows[:, :, 0]).sum(axis=1)
+    unclear = np.flatnonzero(~e.positive & ~e.negative & ~e.recurs & (rows >= LEAST) & (rows == windows.shape[1]))
+    if len(unclear):
+        add_regularity(e, unclear, windows[unclear], known[unclear], plan.shifts)
+
+
+def _winds(plan: "Plan", batch: Batch, which: np.ndarray) -> np.ndarray:
+    """Whether nothing but phases moves, point by point."""
+    if not (plan.structure.autonomous and plan.structure.symmetries):
+        return np.zeros(len(which), dtype=bool)
+    return plan.structure.winds(batch.flow(which))
+
+
+def _at_rest(
+    plan: "Plan", batch: Batch, which: np.ndarray, e: Evidence, before: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Which points of a system without forcing are at rest, and which go on moving for all that is known.
+
+    A motion that neither rests nor ends has a zero exponent, that of the flow (Haken 1983,
+    doi:10.1016/0375-9601(83)90209-8).
+    """
+    if plan.system.forced or not plan.structure.autonomous:
+        return np.zeros(len(which), dtype=bool), np.ones(len(which), dtype=bool)
+    went = np.isin(batch.outcome[which], (Outcome.OK, Outcome.NO_RETURN))
+    with np.errstate(invalid="ignore"):
+        rest = went & rests(batch.x[which], batch.sizes[which], batch.flow(which), plan.where.unit)
+    moving = [i for i, t in enumerate(plan.system.transitions) if not t.marks_only()]
+    unmoved = batch.counts[which][:, moving].sum(axis=1) == 0
+
+    def left(k: int) -> bool:
+        p = int(which[k])
+        at = partial(batch.rates, p, mode=int(batch.mode[p]))
+        return is_left(at, batch.x[p], batch.sizes[p], None if before is None else before[p])
+
+    add_rests(e, rest, unmoved, left)
+    rest &= ~e.stirs
+    return rest, ~(rest | e.sinks | e.shrinks) | e.stirs
+
+
+def _cycle_length(
+    plan: "Plan", batch: Batch, which: np.ndarray, period: np.ndarray, ends: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Length of a cycle with a number of iterates, in units of lengths, whether it is certain, and its duration."""
+    each = batch.length[which] / ends[-1]
+    if plan.section is None or batch.counts_returns:
+        return period, period > 0, period * each
+    crossings = np.maximum(batch.counts[which][:, sorted(plan.section)].sum(axis=1), 1)
+    length = int(ends[-1]) * period / crossings
+    if not plan.system.forced:
+        return np.zeros_like(period), np.zeros(len(which), dtype=bool), length * each
+    cycle = np.rint(length).astype(int)
+    # a crossing more or less in the record moves the estimate by this much
+    certain = (cycle > 0) & (np.abs(length - cycle) <= (length + 1) / crossings)
+    return cycle, certain, cycle * each
+
+
+def _in_phase(plan: "Plan", batch: Batch, which: np.ndarray, period: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """The least multiples of periods that take whole forcing periods, 0 where none does.
+
+    What comes back to a section at another phase of the forcing goes on otherwise.
+    """
+    answer = np.zeros_like(period)
+    for p in np.flatnonzero(period).tolist():
+        times = batch.times[which[p]] / batch.period[which[p]]
+        points = int(batch.counts[which[p], sorted(plan.section or ())].sum())
+        for multiple in range(period[p], plan.max_period + 1, period[p]):
+            begin = int(_first_whole(ends, np.array([multiple]))[0]) if batch.counts_returns else 0
+            # the number of points in a record of whole forcing periods
+            of = int(ends[-1] - ends[begin]) if batch.counts_returns else points
+            turns = (times[-1] - times[begin]) * multiple / max(of, 1)
+            # where no part of a record is whole nothing can be said against it
+            if abs(turns - np.rint(turns)) <= CLOSE if begin >= 0 else multiple == period[p]:
+                answer[p] = multiple
+                break
+    return answer if batch.counts_returns else np.where(answer > 0, answer, period)
+
+
+def _first_whole(ends: np.ndarray, cycle: np.ndarray) -> np.ndarray:
+    """The first block from which the record consists of whole cycles of a length; -1 without one."""
+    fits = (ends[-1] - ends[:-1]) % np.maximum(cycle, 1)[:, np.newaxis] == 0
+    return np.where(fits.any(axis=1) & (cycle > 0), fits.argmax(axis=1), -1)
+
+
+def _means(sums: np.ndarray, begin: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Mean growth rates from the beginning of a block to the end, -inf where rank was lost; shape (P, m)."""
+    last, rows = sums[:, -1], np.arange(len(sums))
+    growth = last - sums[rows, begin]
+    time = times[:, -1] - times[rows, begin]
+    return np.where(np.isneginf(last), -np.inf, growth / time[:, np.newaxis])
