@@ -38,9 +38,10 @@ def _end(functions, tables, settings, end, state, buffer, scratch):
     j = -1
     if end == settings.phase:
         j = 0
-        # the guard has come back since the last event
-        state.sides[0] = -tables.active[0, 1]
         run.evaluations += 1
+    elif end == BEHIND:
+        # on the way the guard has come back
+        state.sides[0] = -tables.active[0, 1]
     run.turning = 0
     outcome = state_outcome(x, tables.bounds)
     strobe = te if end == 1.0 else -1.0
