@@ -39,8 +39,8 @@ def _end(functions, tables, settings, end, state, buffer, scratch):
     if end == settings.phase:
         j = 0
         run.evaluations += 1
-    elif end == BEHIND:
-        # on the way the guard has come back
+    elif end == 1.0:
+        # on the way from the event the guard has come back
         state.sides[0] = -tables.active[0, 1]
     run.turning = 0
     outcome = state_outcome(x, tables.bounds)

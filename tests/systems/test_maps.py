@@ -9,6 +9,9 @@ import pytest
 import sympy
 
 import chaosdrill as cd
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
+from chaosdrill.engine.structure import examine
 from tests.support.discrete import HENON, LOGISTIC, clocked, timed
 
 MAPS = {"henon": HENON, "logistic": LOGISTIC}
@@ -36,6 +39,46 @@ def test_sweeps_equal_the_clock_to_the_bit() -> None:
     assert np.array_equal(here["outcome"], there["outcome"])
     section = there["section"].sel(state=["x"]).values
     assert np.array_equal(here["section"].values, section, equal_nan=True)
+
+
+def test_an_iterate_is_evaluated_once() -> None:
+    # a clock's three steps an iterate evaluated as many terms of series as three times the order
+    run = Run(cd.Map(**HENON), 1.0, Numerics(), tangents=np.eye(2))
+    run.advance(100)
+    assert (run.strobes, run.evaluations) == (100, 100)
+
+
+@pytest.fixture(scope="module")
+def with_loss() -> tuple[cd.Map, cd.HybridSystem]:
+    """A map that loses rank at once and leaves its bounds after 46 iterates, and its reader's clock as a system."""
+    images = ["Piecewise(a*x*(1 - x), x > 1/2, a*(1 - x)*x)", "x"]
+    own = cd.Map("x y", {"a": 3.9}, images, initial={"x": 0.3}, bounds={"x": (0, 0.97), "y": None})
+    words = {name: getattr(own, name) for name in ("states", "time", "parameters", "modes", "transitions", "bounds")}
+    return own, cd.HybridSystem(name="its clock", period=1, initial={"x": 0.3}, **words)
+
+
+@pytest.mark.parametrize("pieces", [(40,), (1, 1, 2, 36), (1, 40, 20)])
+def test_records_equal_the_clock_to_the_bit(with_loss: tuple[cd.Map, cd.HybridSystem], pieces: tuple[int, ...]) -> None:
+    states, tables = [], []
+    for system in with_loss:
+        run = Run(system, 1.0, Numerics(), tangents=np.eye(2), deficient=examine(system).deficient)
+        samples, events, rows, outcome = np.zeros((64, 3)), np.zeros((7, 10)), [], cd.Outcome.OK
+        for count in pieces:
+            target, full = count, True
+            while full and outcome == cd.Outcome.OK:
+                outcome, full = run.advance(target, samples, events)
+                target, (taken, met) = 0, run.filled()
+                # a clock tells the time of its event up to rounding
+                rows += [samples[:taken].copy(), np.delete(events[:met], 1, axis=1)]
+        assert outcome == (cd.Outcome.ESCAPED if sum(pieces) > 46 else cd.Outcome.OK)
+        assert run.strobes == min(sum(pieces), 46)
+        tables.append([np.vstack(rows[first::2]) for first in (0, 1)])
+        states.append([*(one for one in run.states if one.dtype != run.states.run.dtype), np.array(run.live)])
+    assert states[0][-1] == 1
+    for own, other in zip(*states, strict=True):
+        assert np.array_equal(own, other)
+    for own, other in zip(*tables, strict=True):
+        assert np.array_equal(own, other)
 
 
 def test_orbits_equal_the_fixed_points() -> None:
