@@ -128,7 +128,7 @@ def on_a_cycle(unit):
         duffing.with_parameters(X=unit, V=1 / unit).with_initial(x=unit),
         methods=["taylor", "rk4"],
         tolerances=[1e-4, 1e-8],
-        periods=20,
+        periods=8,
         transient=100,
         repeats=1,
     )

@@ -185,7 +185,7 @@ def test_attributes_of_ones_own_are_welcome(results, tmp_path):
 
 
 def test_an_archive_of_a_scene_may_say_who_made_it(tmp_path):
-    tree = run(parse_scene(small_scene("motion", "diagram"), "two.toml"))
+    tree = run(parse_scene(small_scene("motion"), "one.toml"))
     tree.attrs |= {"creator_name": "me", "license": "CC0", "id": "doi:10.5281/zenodo.1"}
     tree["motion"].attrs["project"] = "drilling"
     tree["motion"]["states"].attrs["note"] = "a cycle"

@@ -140,7 +140,7 @@ def edges(system):
 @pytest.mark.parametrize("name", MAKERS)
 def test_a_tangent_costs_in_proportion_to_the_operations(name):
     """The Jacobian of rotors that all see their mean is full; what a tangent takes is not."""
-    assert edges(MAKERS[name](96)) <= 2.05 * edges(MAKERS[name](48))
+    assert edges(MAKERS[name](64)) <= 2.05 * edges(MAKERS[name](32))
 
 
 @pytest.mark.parametrize("name", MAKERS)
@@ -150,7 +150,7 @@ def test_code_does_not_grow_with_the_system(name):
     def instructions(system):
         return sum(line.startswith("  ") for code in write(system.placed).single[:1] for line in code.text.splitlines())
 
-    assert instructions(MAKERS[name](80)) == instructions(MAKERS[name](40))
+    assert instructions(MAKERS[name](60)) == instructions(MAKERS[name](40))
 
 
 def test_advection_is_two_products_a_state():

@@ -52,7 +52,7 @@ PLACES = st.tuples(*[st.floats(-1.5, 1.5).map(lambda v: round(v, 3)) for _ in ra
 
 # no shrinking: every example builds a system, and the failing one is printed anyway
 @settings(
-    max_examples=40,
+    max_examples=20,
     phases=[Phase.explicit, Phase.generate],
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
 )

@@ -40,7 +40,7 @@ def drawn(name, number):
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", lists.FAMILIES)
-@examples(20)
+@examples(10)
 @given(number=NUMBERS)
 def test_a_list_is_the_closed_forms(name, method, number):
     family, numbers, times = drawn(name, number)

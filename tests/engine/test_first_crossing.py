@@ -105,7 +105,7 @@ def towards(g, up):
 SEPARATE = st.lists(INSIDE, max_size=4, unique_by=lambda r: round(r * 50))
 
 
-@settings(max_examples=150)
+@settings(max_examples=80)
 @given(inside=SEPARATE, outside=st.lists(OUTSIDE, max_size=5), pairs=st.lists(PAIRS, max_size=15), up=st.booleans())
 def test_the_first_root_of_a_polynomial_with_known_roots_is_found(inside, outside, pairs, up):
     g = product([*inside, *outside], pairs)

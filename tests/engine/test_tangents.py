@@ -254,7 +254,7 @@ def test_tangents_are_the_derivative_of_the_flow(augmented, name, event, source)
         np.testing.assert_allclose(tangents, expected, rtol=0, atol=2e-7 * scale)
         assert not np.any(result[1][held(system, source)])
         checked += 1
-        if checked == 3:
+        if checked == 2:
             return
     assert checked > 0, "no start leads through this event alone"
 
@@ -316,7 +316,7 @@ def put_on_guard(guard, mode, j, c, x, gradient):
 
 
 @pytest.mark.parametrize(("name", "mode", "j"), GUARDS)
-@settings(max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.filter_too_much])
+@settings(max_examples=10, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.filter_too_much])
 @given(seed=st.integers(0, 2**32 - 1), size=st.sampled_from([1e-3, 0.1, 1.0, 3.0]))
 def test_the_flow_goes_over_into_the_flow(augmented_of_direction, name, mode, j, seed, size):
     system = augmented_of_direction(name)

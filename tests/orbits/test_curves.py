@@ -48,9 +48,8 @@ def test_the_curve_starts_from_the_point_on_the_branch(wall):
     assert (np.diff(result.arclength) > 0).all()
 
 
-@pytest.mark.parametrize(("wall", "omega"), [(1.4, 0.5), (1.2, 1.8)])
-def test_grazing_of_the_free_vibration(wall, omega):
-    system = build("impact-oscillator", {"zeta": 0.1, "wall": wall, "omega": omega}, {})
+def test_grazing_of_the_free_vibration():
+    system = build("impact-oscillator", {"zeta": 0.1, "wall": 1.2, "omega": 1.8}, {})
     limits = {"omega": (0.5, 2.0), "wall": (0.1, 6.0)}
     result = followed(system, limits, "grazing", 0.06, transient=100)
     w, height = result.values.T

@@ -117,7 +117,7 @@ def test_weak_and_strong_relaxation(van_der_pol, mu):
     assert np.isfinite(found.checks.exponents).all()
 
 
-@pytest.mark.parametrize(("mu", "method"), [(1e2, "dop853"), (1e2, "radau"), (1e4, "radau")])
+@pytest.mark.parametrize(("mu", "method"), [(1e2, "dop853"), (1e4, "radau")])
 def test_a_stiff_relaxation(van_der_pol, mu, method):
     stiff = van_der_pol.with_parameters(mu=mu).with_initial(x=2.0)
     found = find_orbit(stiff, 1, "attractor", 200, Numerics(method, 1e-11))

@@ -156,7 +156,6 @@ def turn(u, v):
 @pytest.mark.parametrize(
     ("images", "kind", "multiplicity"),
     [
-        ({x: x + mu * x - x**3, y: y + mu * y - y**3}, Special.BRANCH_POINT, 2),
         ({x: x + mu * x - x**3, y: y + mu * y - y**3, z: z + mu * z}, Special.BRANCH_POINT, 3),
         (dict(zip((x, y, z, w), (*turn(x, y), *turn(z, w)), strict=True)), Special.NEIMARK_SACKER, 4),
         (dict(zip((x, y), turn(x, y), strict=True)), Special.NEIMARK_SACKER, 2),

@@ -231,7 +231,7 @@ def test_more_cells_are_no_more_artists(chart, draw):
     assert artists[1] < 2 * artists[0]
 
 
-@pytest.mark.parametrize(("cells", "least", "most"), [(50, 150, 150), (1000, 150, 300), (5000, 300, 300)])
+@pytest.mark.parametrize(("cells", "least", "most"), [(50, 150, 150), (1000, 150, 300), (3000, 300, 300)])
 def test_every_cell_has_a_dot_as_far_as_prints_show(chart, cells, least, most):
     wide = chart.isel(seed=[0], q=np.arange(cells) % 4).assign_coords(q=np.linspace(0, 1, cells))
     with style():

@@ -1,4 +1,4 @@
-"""Reports and pictures from four threads at once are those made alone, and matplotlib is left as it was."""
+"""Reports and pictures from two threads at once are those made alone, and matplotlib is left as it was."""
 
 import threading
 from io import BytesIO
@@ -19,12 +19,12 @@ def _picture(dataset):
     return stored.getvalue()
 
 
-def test_four_threads_make_what_one_makes(written, tmp_path, monkeypatch):
+def test_two_threads_make_what_one_makes(written, tmp_path, monkeypatch):
     monkeypatch.setitem(mpl.rcParams, "font.size", 14.0)
     archive, page = written.archive, written.path.read_bytes()
     diagram = cd.open(archive)["diagram"].to_dataset()
     alone, before = _picture(diagram), dict(mpl.rcParams)
-    ready, faults = threading.Barrier(4), []
+    ready, faults = threading.Barrier(2), []
 
     def make(number):
         ready.wait(60)
@@ -38,7 +38,7 @@ def test_four_threads_make_what_one_makes(written, tmp_path, monkeypatch):
         except Exception as fault:
             faults.append(repr(fault))
 
-    threads = [threading.Thread(target=make, args=(number,)) for number in range(4)]
+    threads = [threading.Thread(target=make, args=(number,)) for number in range(2)]
     for thread in threads:
         thread.start()
     for thread in threads:

@@ -1,6 +1,7 @@
 """Duration of a Hunt-Crossley contact against its integral in 30 digits, velocities by Lambert's W."""
 
 import math
+from functools import cache
 
 import mpmath
 import pytest
@@ -15,6 +16,7 @@ EXPONENTS = [1.0, 1.5, 2.0]
 ARGUMENTS = ("v", "lam", "n", "k")
 
 
+@cache
 def exact(v, lam, n, k):
     """The integral in as many digits as its differences need."""
     with mpmath.workdps(contact_durations.DIGITS + contact_durations.lost(v, lam)):

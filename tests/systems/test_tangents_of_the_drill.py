@@ -56,7 +56,7 @@ def test_tangents_are_the_derivative_of_the_flow(contact):
             continue
         errors.append(np.abs(expected - run.vectors[:3]).max() / max(1.0, np.abs(run.vectors).max()))
         met |= {t.name for t, count in zip(system.transitions, run.counts, strict=True) if count}
-        if len(errors) >= 20 and met >= MET[contact] | ROCK:
+        if len(errors) >= 10 and met >= MET[contact] | ROCK:
             break
     assert met >= MET[contact] | ROCK
     assert np.median(errors) < 1e-9
