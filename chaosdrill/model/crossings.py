@@ -123,22 +123,17 @@ def _stripped_once(g: Any) -> tuple[Any, int]:
 def _undone(g: Any) -> tuple[Any, int] | None:
     """What vanishes with a sum of a monotone function and a number, as u - log(3) with exp(u) - 3; None if g is none.
 
-    It is a number also where g is none, as ``sqrt(1 + x) - 1`` is not below -1.
+    Roots and logarithms stay: where they are no numbers, the guard has no value, and its run ends.
     """
     number, rest = g.as_independent(*g.free_symbols, as_Add=True)
     factor, f = rest.as_coeff_Mul()
     value, there = -number / factor, None
     if not (value.is_real and g.free_symbols):
         return None
-    if isinstance(f, sympy.log):
-        there = sympy.exp(value) if abs(value) < TUNING.largest_logarithm else None
-    elif isinstance(f, sympy.exp):
-        there = sympy.log(value) if value > 0 else None
-    elif f.is_Pow and f.exp.is_Rational and f.exp > 0 and f.exp.p % 2 == 1 and number:
-        if f.exp.q == 1:
-            there = sympy.sign(value) * abs(value) ** (1 / f.exp)
-        elif f.exp.q == 2 and value > 0:
-            there = value ** (1 / f.exp)
+    if isinstance(f, sympy.exp) and value > 0:
+        there = sympy.log(value)
+    elif f.is_Pow and f.exp.is_Integer and f.exp > 0 and f.exp % 2 == 1 and number:
+        there = sympy.sign(value) * abs(value) ** (1 / f.exp)
     return None if there is None else (f.args[0] - there, 1 if factor > 0 else -1)
 
 

@@ -52,9 +52,6 @@ class Tuning:
     kinks: int = 5
     """Surfaces of kinks, at most: the modes double with each of them."""
 
-    largest_logarithm: float = 600.0
-    """Number up to which a logarithm is compared with its exponential, which is then a double with room to spare."""
-
     # random places at which expressions are compared: the more differ nowhere by chance
     drawn: tuple[float, float] = (0.1, 1.5)
     """Range of sizes of states, times and parameters: of either side of 1, and none near 0."""

@@ -30,8 +30,7 @@ class Written:
         ("tanh(x)**3", 1),
         ("exp(x) - 1", 1),
         ("1 - exp(x)", -1),
-        ("3*log(2 + 2*x) - 3*log(2)", 1),
-        ("sqrt(4 + x) - 2", 1),
+        ("exp(x - log(2)) - 1/2", 1),
         ("(1 - x)**3 - 1", -1),
         ("x + x*v**2", 1),
         ("1e-9*x", 1),
@@ -61,7 +60,7 @@ def test_a_threshold_may_be_written_in_many_ways(guard):
         "x*(1 + sin(t))",
         "x - v",
         "(1 + x)**2 - 1",
-        "log(x) - 800",
+        "log(1 + x)",
     ],
 )
 def test_what_may_vanish_elsewhere_is_another_surface(guard):
