@@ -92,6 +92,14 @@ LINK = re.compile(r"!?\[([^\]\[]*)\]\(([^()\s]+(?:\([^()\s]*\)[^()\s]*)*)\)")
 
 DOI = re.compile(r"10\.\d{4,9}/\S+")
 
+NAMED = re.compile(r"`((?:tests|studies|chaosdrill)/[\w/]+\.\w+)`")
+
+
+@pytest.mark.parametrize("page", LINKS_PAGES, ids=lambda page: f"{page.parent.name}-{page.stem}")
+def test_files_that_a_page_names_are_there(page):
+    named = NAMED.findall(page.read_text(encoding="utf-8"))
+    assert [name for name in named if not (ROOT / name).exists() and "/out/" not in name] == []
+
 
 def prose(page):
     """Text of a page without its code."""
