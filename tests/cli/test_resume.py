@@ -235,17 +235,16 @@ def test_parts_of_which_a_kill_left_some_after_the_archive_are_forgotten(call, s
     assert {path.name for path in tmp_path.iterdir()} == {"out.nc", "scene.toml"}
 
 
-@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
-def test_a_full_disk_at_the_end_loses_nothing(call, scene, tmp_path, whole, monkeypatch, number):
+def test_a_full_disk_at_the_end_loses_nothing(call, scene, tmp_path, whole, monkeypatch):
     def full(*_, **__):
-        raise OSError(number, os.strerror(number))
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     # the spectrum has been kept by then
     monkeypatch.setattr(xr.DataTree, "to_netcdf", full)
     answer = call("run", scene, "-o", tmp_path / "out.nc")
     monkeypatch.undo()
     assert answer.code == 1
-    assert os.strerror(number) in answer.err
+    assert os.strerror(errno.ENOSPC) in answer.err
     assert "continue with --resume" in answer.err
     answer = call("run", scene, "-o", tmp_path / "out.nc", "--resume")
     assert answer.code == 0
