@@ -324,6 +324,9 @@ def settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch):
         if out_first(g[1], 1, off, total, h):
             return how, side, order
         nearest = 2.0 * off / abs(g[1])
+        if nearest < h and size(ws, uint64(i), nearest) - abs(g[0]) < 3.0 * off:
+            # clear of the error there, whatever the other terms are
+            return how, side, order
     left = left_out(functions, tables, settings, state, ws, i, j, h, t, scratch)
     # derivatives of what an interpolation leaves out are larger than that
     limit = VANISHING * total + 100.0 * left
