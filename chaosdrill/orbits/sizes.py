@@ -3,7 +3,7 @@ the motion departs from linear.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,7 +26,6 @@ class _Path:
     states: np.ndarray  # (k, d): at its start and after each part of a unit
     maps: np.ndarray  # (k, d, d): tangent maps from its start to there, or none
     kinds: np.ndarray  # int (E,): transitions taken, without those that change nothing
-    met: np.ndarray  # (2 E, d): states before and after all events
 
 
 def sizes_met(system: HybridSystem, numerics: Numerics, unit: float | None = None) -> np.ndarray:
@@ -41,26 +40,41 @@ def sizes_met(system: HybridSystem, numerics: Numerics, unit: float | None = Non
     unit : float, optional
         A period of the forcing, or a characteristic time.
     """
-    base = _path(system, unit or TUNING.unit, numerics, tangents=True)
-    states = base.states
+    d, parts, length = len(system.state_names), TUNING.characteristic_samples, unit or TUNING.unit
+    run = Run(system, length, numerics, samples=parts)
+    path = np.zeros((2 + TUNING.sized_units * parts, d + len(system.quadratures) + 1))
+    path[-1, :d] = run.x
+    run.advance(TUNING.sized_units, path[:-1])
     if not system.forced:
-        events = events_until_escape(Place(system), numerics, unit or TUNING.unit)
+        events = events_until_escape(Place(system), numerics, length)
         if len(events) > 1:
-            states = np.vstack([events[:, layout.EVENT_COLUMNS :].reshape(-1, states.shape[1]), states[:1]])
-    largest = np.abs(states).max(axis=0)
+            path = np.concatenate([events[:, layout.EVENT_COLUMNS :].reshape(-1, d), path[-1:, :d]])
+    largest = np.abs(path[:, :d]).max(axis=0)
     found = np.where(np.isfinite(largest), largest, 0.0)
-    met = np.maximum(found, np.abs(base.met).max(axis=0, initial=0.0))
-    moves = np.abs(base.maps).max(axis=0)
-    np.fill_diagonal(moves, 0.0)
-    for given in (met, np.nan_to_num((moves * met).max(axis=1), posinf=0.0)):
+    for given in _given(system, numerics, found, length):
         found = np.where(found > TUNING.rounded * given, found, given)
-    found = sizes_beside(system, numerics, found, unit, base)
+    found = sizes_beside(system, numerics, found, unit)
     return np.where(found > 0, found, 1.0)
 
 
-def sizes_beside(
-    system: HybridSystem, numerics: Numerics, known: np.ndarray, unit: float | None = None, base: _Path | None = None
-) -> np.ndarray:
+def _given(system: HybridSystem, numerics: Numerics, sizes: np.ndarray, unit: float) -> Iterator[np.ndarray]:
+    """Largest values at events, and what changes of other states by their sizes give a state in some units."""
+    d = len(sizes)
+    run = Place(system).run(unit, numerics, tangents=np.eye(d), orthonormalise=False)
+    events = np.zeros((TUNING.most_events, layout.EVENT_COLUMNS + 2 * d))
+    moves = np.zeros((d, d))
+    for _ in range(TUNING.sized_units):
+        outcome, full = run.advance(1, events=events)
+        if outcome != Outcome.OK or full:
+            break
+        met = np.abs(events[: run.filled()[1], layout.EVENT_COLUMNS :]).reshape(-1, d)
+        sizes = np.maximum(sizes, met.max(axis=0, initial=0.0))
+        moves = np.maximum(moves, np.abs(run.vectors.T))
+    yield sizes
+    yield np.nan_to_num((np.where(np.eye(d, dtype=bool), 0.0, moves) * sizes).max(axis=1), posinf=0.0)
+
+
+def sizes_beside(system: HybridSystem, numerics: Numerics, known: np.ndarray, unit: float | None = None) -> np.ndarray:
     """Sizes of the states that stay zero on the motion from the system's own start, shape (d,), and the known ones.
 
     Each such state is displaced at the start, farther and farther, until the motion departs from the linear response:
@@ -74,8 +88,6 @@ def sizes_beside(
         Sizes of the states; 0 where unknown.
     unit : float, optional
         A period of the forcing, or a characteristic time; by default a turn of the fastest linear motion.
-    base : _Path, optional
-        That motion, with its tangents, if it is known in this unit.
 
     Returns
     -------
@@ -85,9 +97,8 @@ def sizes_beside(
     """
     if known.all():
         return known
-    if unit is None or base is None:
-        unit = unit or math.tau * sizes_of(system)[1]
-        base = _path(system, unit, numerics, tangents=True)
+    unit = unit or math.tau * sizes_of(system)[1]
+    base = _path(system, unit, numerics, tangents=True)
     found, moved = known.copy(), np.zeros_like(known)
     for i in np.flatnonzero(known == 0).tolist():
         for side in (-1.0, 1.0):
@@ -158,16 +169,12 @@ def _path(system: HybridSystem, unit: float, numerics: Numerics, tangents: bool 
     run = Run(system, unit / parts, numerics, tangents=np.eye(d) if tangents else None, orthonormalise=False)
     events = np.zeros((TUNING.most_events, layout.EVENT_COLUMNS + 2 * d))
     states, maps, kinds, outcome = [run.x.copy()], [run.vectors.T.copy()], [], Outcome.OK
-    met = [events[:0, layout.EVENT_COLUMNS :]]
     for _ in range(TUNING.sized_units * parts):
         outcome, full = run.advance(1, events=events)
-        rows = events[: run.filled()[1]]
-        kinds += rows[:, layout.EVENT_KIND].astype(int).tolist()
-        met.append(rows[:, layout.EVENT_COLUMNS :].copy())
+        kinds += events[: run.filled()[1], layout.EVENT_KIND].astype(int).tolist()
         if outcome != Outcome.OK or full:
             break
         states.append(run.x.copy())
         maps.append(run.vectors.T.copy())
     taken = [k for k in kinds if not system.transitions[k].marks_only()]
-    sides = np.concatenate(met).reshape(-1, d)
-    return _Path(outcome, np.array(states), np.array(maps), np.array(taken, dtype=int), sides)
+    return _Path(outcome, np.array(states), np.array(maps), np.array(taken, dtype=int))
