@@ -23,6 +23,16 @@ _EXPONENTIAL = (sympy.exp, sympy.cosh, sympy.sinh)
 
 def without_overflow(expression: Any) -> Any:
     """An expression without quotients of exponentials that overflow, and without sums that leave a tail to rounding."""
+    made = _once(expression)
+    # what has been made may be what more can be made of
+    for _ in range(TUNING.passes):
+        if made is expression or (more := _once(made)) == made:
+            break
+        made = more
+    return made
+
+
+def _once(expression: Any) -> Any:
     return _rewritten(expression, {}) if expression.has(*_EXPONENTIAL, sympy.tanh) else expression
 
 
@@ -245,7 +255,7 @@ def _quotient(product: Any) -> Any:
     for place, base, power in sorted(divisors, key=lambda found: not found[1].has(*_EXPONENTIAL)):
         rest = factors[:place] + factors[place + 1 :]
         if (made := _removed(base, int(-power), rest)) is not None:
-            return without_overflow(made)
+            return _once(made)
         below = _Divisor.of(base)
         if below is None:
             continue
@@ -269,7 +279,7 @@ def _quotient(product: Any) -> Any:
             whole = base ** (-power)
         made = sympy.Mul(*changed, *rest, whole)
         if made != product:
-            return without_overflow(made)
+            return _once(made)
     return _multiplied(product)
 
 
@@ -342,7 +352,7 @@ def _multiplied(product: Any) -> Any:
     exponent = sympy.Add(*exponents)
     if any(a.free_symbols & b.free_symbols for a, b in combinations(exponents, 2)):
         others = [f for f in factors if not isinstance(f, sympy.exp)]
-        return without_overflow(sympy.Mul(_exp(exponent), *others))
+        return _once(sympy.Mul(_exp(exponent), *others))
     for i, factor in enumerate(factors):
         if not (isinstance(factor, (sympy.cosh, sympy.sinh)) or factor.is_Add) or not factor.has(*_EXPONENTIAL):
             continue
@@ -354,7 +364,7 @@ def _multiplied(product: Any) -> Any:
         if isinstance(factor, sympy.sinh):
             (a, f), (b, _) = found.items()
             made = sympy.tanh(factor.args[0]) * sympy.Add(*(abs(f) * _exp(exponent + c) for c in (a, b)))
-        return without_overflow(sympy.Mul(made, *others))
+        return _once(sympy.Mul(made, *others))
     return product
 
 
@@ -399,9 +409,9 @@ def _logarithm(e: Any) -> Any:
         known = isinstance(factor, sympy.exp) or inner == factor == base or _is_positive(base)
         found += [power * whole] if whole is not None and known else []
         rest += [] if whole is not None and known else [factor]
-    if not found:
-        return e
     left = sympy.Mul(*rest)
+    if not found or left.is_nonpositive:
+        return e
     return sympy.Add(*found, sympy.log(left) if left != 1 else 0)
 
 
@@ -434,7 +444,7 @@ def _tail(total: Any) -> Any:
                 del left[term], left[other]
                 joined.append(both)
                 break
-    return without_overflow(sympy.Add(*left, *joined)) if joined else total
+    return _once(sympy.Add(*left, *joined)) if joined else total
 
 
 def _partners(term: Any) -> Iterator[tuple[Any, Any]]:

@@ -30,6 +30,8 @@ class Tuning:
     """Denominator in an exponent above which a fraction is written as the decimal number that it was read from."""
     far: float = 200.0
     """Logarithm of a number beside an exponential from which on the two are one: their product may be any double."""
+    passes: int = 4
+    """Times that quotients and logarithms are looked for again in what has been made of them."""
     same_ratio: float = 1e-14
     """Relative difference up to which the numbers of two sums have one ratio: they are rounded."""
     multiplied_out: int = 2
