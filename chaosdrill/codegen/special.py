@@ -1,6 +1,6 @@
 """Numerical code of the functions of `chaosdrill.model.special`.
 
-All of them rest on x = lam v, y = lam s and the variable p with p^2/2 = x - ln(1 + x) = -y - ln(1 - y), in which both
+Contacts rest on x = lam v, y = lam s and the variable p with p^2/2 = x - ln(1 + x) = -y - ln(1 - y), in which both
 sides of a contact are one analytic function: y = Y(p), x = -Y(-p). Its Taylor series has the radius 2 sqrt(pi), and the
 closed form with Lambert's W is used by nobody: it is NaN at x = 1e-8 and wrong by 1e-9 at x = 1e-4.
 
