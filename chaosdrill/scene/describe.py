@@ -102,7 +102,8 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
 
 def images(system: "HybridSystem") -> Mapping[Any, Any]:
     """The images of a map; empty for any other system."""
-    return vars(system).get("images", {})
+    # of a system whose record is kept they are read when they are asked for
+    return getattr(system, "images", {})
 
 
 def _texts(expressions: Mapping[str, Any]) -> Any:
