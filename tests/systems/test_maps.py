@@ -1,7 +1,10 @@
 """Discrete maps: equal to the same map with a clock to the bit, to published figures, and to closed forms."""
 
+import json
 import math
 import pickle
+import subprocess
+import sys
 from typing import Any
 
 import numpy as np
@@ -267,6 +270,11 @@ def test_a_scene_is_checked_as_a_map() -> None:
 def test_a_scene_runs_and_is_verified(tmp_path: Any) -> None:
     cd.run(cd.parse_scene(SCENE), tmp_path / "map.nc")
     assert cd.verify(tmp_path / "map.nc").exact
+    # a second process finds what was derived, and reads the images when they are asked for
+    (tmp_path / "map.toml").write_text(SCENE)
+    command = [sys.executable, "-m", "chaosdrill", "check", "--json", str(tmp_path / "map.toml")]
+    told = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)
+    assert told["map"] == {"x next": "-a*x**2 + y + 1", "y next": "b*x"}
 
 
 def test_a_map_is_saved_as_a_scene(tmp_path: Any) -> None:
