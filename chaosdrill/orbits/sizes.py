@@ -169,7 +169,10 @@ def _path(system: HybridSystem, unit: float, numerics: Numerics, tangents: bool 
     run = Run(system, unit / parts, numerics, tangents=np.eye(d) if tangents else None, orthonormalise=False)
     events = np.zeros((TUNING.most_events, layout.EVENT_COLUMNS + 2 * d))
     states, maps, kinds, outcome = [run.x.copy()], [run.vectors.T.copy()], [], Outcome.OK
-    for _ in range(TUNING.sized_units * parts):
+    for k in range(TUNING.sized_units * parts):
+        if system.forced:
+            # the clock of the field would begin anew with every part
+            run.begin_at(origin=k % parts * run.period)
         outcome, full = run.advance(1, events=events)
         kinds += events[: run.filled()[1], layout.EVENT_KIND].astype(int).tolist()
         if outcome != Outcome.OK or full:

@@ -8,6 +8,7 @@ import pytest
 import chaosdrill as cd
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.orbits.find import starting_orbit
+from chaosdrill.orbits.sizes import sizes_beside
 from chaosdrill.orbits.verification import check, describe, verify
 
 BY_METHOD = [("taylor", 1e-8), ("dop853", 1e-12), ("dop853", 1e-13), ("radau", 1e-13)]
@@ -216,3 +217,12 @@ def test_an_orbit_without_forcing_in_any_unit_of_time(unit):
     orbit = cd.periodic_orbit(system, transient=60 * unit)
     assert float(orbit["period_time"]) == pytest.approx(6.66328685932313 * unit, rel=1e-11)
     assert time == pytest.approx(6.66328685932313 * unit, rel=1e-4)
+
+
+def test_a_state_that_stays_zero_is_as_large_as_what_changes_the_events_of_a_forced_motion():
+    """x is sin(2 pi t), so that y meets a border at half."""
+    hit = cd.Transition("hit", "on", "on", "x + y - 1.5", +1, reset={"x": "x - 1"})
+    modes = {"on": {"x": "2*pi*cos(2*pi*t)", "y": "0"}}
+    system = cd.HybridSystem(states="x y", modes=modes, transitions=[hit], time="t", period="1")
+    sizes = sizes_beside(system, Numerics(), np.array([1.0, 0.0]), 1.0)
+    assert sizes == pytest.approx([1.0, 0.5], rel=1e-4)
