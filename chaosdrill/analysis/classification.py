@@ -8,8 +8,8 @@ import numpy as np
 from chaosdrill.analysis.recurrence import ROUND_OFF, recurrence
 from chaosdrill.analysis.resting import lengthens, stirs
 from chaosdrill.analysis.stationarity import departs, stationarity
-from chaosdrill.analysis.statistics import SINKS, STAYS, leading
-from chaosdrill.analysis.tori import REPEATS, Regularity, aside, closes, examine, only_grows, stopped
+from chaosdrill.analysis.statistics import SINKS, STAYS, block_ends, leading
+from chaosdrill.analysis.tori import REPEATS, Regularity, aside, closes, examine, goes_on, only_grows, stopped
 from chaosdrill.analysis.words import Evidence, words
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.shifts import Shifts
@@ -158,6 +158,8 @@ def evidence_of_records(
     unclear = np.flatnonzero(~e.positive & ~e.negative)
     drifts = e.drifts.copy()
     _add_seen(e, unclear, examine(windows[unclear], known[unclear], shifts, flow), flow is None)
+    if part < 1.0 and flow is None:
+        _add_early(e, np.flatnonzero(e.ordered), windows, known, coarse, shifts, part)
     # the whole record tells more of growth than its last points
     e.drifts |= drifts
     e.leaving[unclear], e.settling[unclear] = leaving[unclear], settling[unclear]
@@ -172,6 +174,26 @@ def evidence_of_records(
     if flow is not None:
         add_turns(e, windows, shifts)
     return e
+
+
+def _add_early(
+    e: Evidence,
+    which: np.ndarray,
+    windows: np.ndarray,
+    known: np.ndarray,
+    coarse: np.ndarray,
+    shifts: Shifts,
+    part: float,
+) -> None:
+    """Take the word of a torus back where earlier states of a record are not on the curve of its last ones."""
+    count = windows.shape[1]
+    ends = block_ends(round(count / part), coarse.shape[1] - 1)
+    steps = ends - ends[-1] + count - 1
+    # what the record begins with may still be on its way
+    early = np.flatnonzero((steps < 0) & (ends > 0))
+    goes = goes_on(windows[which], known[which], coarse[which][:, early], steps[early], shifts)
+    e.ordered[which] &= goes
+    e.torus[which] &= goes
 
 
 def _is_open(e: Evidence) -> np.ndarray:

@@ -22,8 +22,11 @@ LONGEST = 16.0
 jump."""
 
 LONGER = 0.1
-"""Extents by which that way may be longer than that of either half of the points. Along a spiral that grows by a part g
-in the record it is about the number of points times g longer; at a departure all of the way is in the later half."""
+"""Extents by which that way may be longer than that of either half of the points, and by twice of which those of halves
+may be longer than those of quarters on average, since a jump cuts off twice as much there. Along a spiral that grows by
+a part g in the record it is about the number of points times g longer; at a departure all of the way is in the later
+half. The graph of a strange nonchaotic attractor has dips of all widths, about as many of each. That one doubling finds
+none is not rare, but another does then."""
 
 NEARBY = np.array(sorted(np.linspace(-3.0, 3.0, 13), key=abs))
 """Around a line turns are tried so far off, in parts of one over the squared number of points: jumps move a line by
@@ -31,8 +34,13 @@ that. Of two that do as well the nearer counts."""
 
 RESOLVED = 16.0
 """Points of that angle at least, without a gap, on a piece of the way as long as the extent: those of a cycle of many
-points, which come back, are as far apart in angle as in space. An exchange of intervals follows an angle for so many
-points, with so many jumps, by chance the less often the more points a jump takes."""
+points, which come back, are as far apart in angle as in space."""
+
+JUMP, APART, RARE = 0.1, 8.0, 256
+"""Part of the extent that neighbours on a curve are apart at a jump, at least, times that they are further apart than
+those on one side of it, which a curve that is steep for a while is not, and points that a jump takes at least. An
+exchange of intervals follows an angle until it comes to an interval that is shorter than one over the number of points,
+and jumps at the ends of the others: so many points do with so few jumps as often as by chance one is so short."""
 
 LAST, BACK, STAYS = 16, 0.75, 0.5
 """Last points of which the nearest return is looked for, within such a part of all, and part of its distance that is
@@ -61,6 +69,11 @@ LEFT, SLOWER = 0.02, 0.9
 record that it has in the second at most: it settles on a torus then. A spiral goes on to its centre, a third of the
 extent away and more."""
 
+BESIDE, MOST, DOUBT = 2, 0.9, 32
+"""Points on either side between which another state of a motion lies, part of all other states that do at least, and
+how far the turn that brings them there may be off, in parts of one over the squared number of points: near a fraction
+points are in one order at many turns."""
+
 PARTS = 4
 """Parts of a turn in which a state may repeat itself, at most: the strongest line is then that of the parts."""
 
@@ -78,6 +91,54 @@ def ordered(points: np.ndarray) -> tuple[bool, bool]:
     on_curves, on_a_spiral : bool
         On curves that stay where they are and are no cycle; on curves that move evenly.
     """
+    curves, turn, parts = _order(points)
+    if not curves:
+        return False, False
+    moves = any(_moves_on(points[k::curves], turn, WAVES * parts) for k in range(curves))
+    return not moves and not comes_back(points), moves
+
+
+def goes_on(points: np.ndarray, others: np.ndarray, steps: np.ndarray) -> bool:
+    """Whether other states of a motion lie on the curves along which points run, at the angles of their times.
+
+    Parameters
+    ----------
+    points : ndarray, shape (W, n)
+        As in `ordered`.
+    others : ndarray, shape (K, n)
+        States before or behind them.
+    steps : ndarray of int, shape (K,)
+        How many points behind the first of them, negative before it.
+    """
+    curves, turn, _ = _order(points)
+    if not curves:
+        return False
+    paths = [points[k::curves] for k in range(curves)]
+    asked = [(others[steps % curves == k], (steps[steps % curves == k] - k) // curves) for k in range(curves)]
+    count, most = len(paths[0]), max(int(np.abs(later).max(initial=1)) for _, later in asked)
+    off = np.arange(DOUBT * most // count + 1) / (count * most)
+    for one in turn + np.column_stack([off, -off]).ravel()[1:]:
+        lie = [_beside(path, one, *of) for path, of in zip(paths, asked, strict=True)]
+        if np.concatenate(lie).mean() >= MOST:
+            return True
+    return False
+
+
+def _beside(points: np.ndarray, turn: float, others: np.ndarray, later: np.ndarray) -> np.ndarray:
+    """Which other states, shape (K, n), so many points later, lie between the points beside them by angle."""
+    angle, extent = _angles(len(points), turn), np.ptp(points, axis=0)
+    order = np.argsort(angle, kind="stable")
+    place = np.searchsorted(angle[order], later * turn - np.floor(later * turn))
+    near = points[order[(place[:, np.newaxis] + np.arange(-BESIDE, BESIDE)) % len(points)]]
+    lacks = np.maximum(near.min(axis=1) - others, others - near.max(axis=1))
+    return np.asarray((lacks <= LEFT * extent).all(axis=1))
+
+
+def _order(points: np.ndarray) -> tuple[int, float, int]:
+    """On how many curves points lie in the order of an angle, its turn from one on a curve to the next, and its parts.
+
+    On none, 0, if they do not.
+    """
     for curves in range(1, len(points) // FEWEST + 1):
         path = points[::curves]
         fills = full(path)
@@ -90,10 +151,9 @@ def ordered(points: np.ndarray) -> tuple[bool, bool]:
                 continue
             nearby = turn + NEARBY / len(path) ** 2
             best = nearby[np.argmin([way, *(_way(told, one)[0] for one in nearby[1:])])]
-            if all(_follows(points[k::curves], best) for k in range(curves)):
-                moves = any(_moves_on(points[k::curves], best, WAVES * parts) for k in range(curves))
-                return not moves and not comes_back(points), moves
-    return False, False
+            if _follow([points[k::curves] for k in range(curves)], best):
+                return curves, float(best), parts
+    return 0, 0.0, 0
 
 
 def _turns(values: np.ndarray) -> Iterator[tuple[float, int]]:
@@ -104,11 +164,28 @@ def _turns(values: np.ndarray) -> Iterator[tuple[float, int]]:
                 yield (line + k) / parts, parts
 
 
+def _follow(paths: list[np.ndarray], turn: float) -> bool:
+    """Whether points run along curves in the order of their angle, with few jumps."""
+    if not all(_follows(path, turn) for path in paths):
+        return False
+    return sum(_jumps(path, turn) for path in paths) * RARE <= sum(map(len, paths))
+
+
+def _jumps(points: np.ndarray, turn: float) -> int:
+    """Number of jumps of the closed curve along which points run."""
+    steps = _steps(points, turn)
+    beside = np.minimum(np.roll(steps, 1, axis=0), np.roll(steps, -1, axis=0))
+    return int(((steps > JUMP * np.ptp(points, axis=0)) & (steps > APART * beside)).any(axis=1).sum())
+
+
 def _follows(points: np.ndarray, turn: float) -> bool:
-    """Whether points run along a curve in the order of their angle, and either half of them along all of it."""
-    half, extent = len(points) // 2, np.ptp(points, axis=0)
-    way, early, late = (_way(part, turn) / extent for part in (points, points[:half], points[half:]))
-    if not ((way <= LONGEST) & (way - np.minimum(early, late) <= LONGER)).all():
+    """Whether points run along a curve in the order of their angle, and any part of them along all of it."""
+    extent = np.ptp(points, axis=0)
+    (way,), halves, quarters = (
+        np.array([_way(part, turn) / extent for part in np.array_split(points, parts)]) for parts in (1, 2, 4)
+    )
+    grown = np.maximum(way - halves.min(axis=0), (halves.mean(axis=0) - quarters.mean(axis=0)) / 2)
+    if not ((way <= LONGEST) & (grown <= LONGER)).all():
         return False
     angle = np.sort(_angles(len(points), turn))
     return bool(np.diff(angle, append=angle[0] + 1.0).max() * RESOLVED * way.max() <= 1.0)
@@ -240,8 +317,13 @@ def _rest(columns: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, float]:
 
 def _way(points: np.ndarray, turn: float) -> np.ndarray:
     """Way to and fro of every state along the closed curve, shape (n,)."""
+    return np.asarray(_steps(points, turn).sum(axis=0))
+
+
+def _steps(points: np.ndarray, turn: float) -> np.ndarray:
+    """How far neighbours along it are apart, shape (W, n)."""
     path = points[np.argsort(_angles(len(points), turn), kind="stable")]
-    return np.asarray(np.abs(path[1:] - path[:-1]).sum(axis=0) + np.abs(path[0] - path[-1]))
+    return np.asarray(np.abs(np.concatenate([path[1:] - path[:-1], path[:1] - path[-1:]])))
 
 
 def _angles(count: int, turn: float) -> np.ndarray:

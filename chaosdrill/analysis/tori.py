@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from chaosdrill.analysis import ordering
 from chaosdrill.analysis.frequencies import incommensurate, quasiperiodic
 from chaosdrill.analysis.gaps import fills
 from chaosdrill.analysis.ordering import comes_back, ordered
@@ -307,6 +308,24 @@ def examine(
         elif smooth[k] and not parting[k]:
             curve[k], line[k], torus[k] = _by_neighbours(windows[k], paths[k], known[k], flow, shifts)
     return Regularity(drifts, cycle, torus, converges, agrees, curve, line, in_order, returns)
+
+
+def goes_on(
+    windows: np.ndarray, known: np.ndarray, others: np.ndarray, steps: np.ndarray, shifts: Shifts
+) -> np.ndarray:
+    """Whether other states of motions lie on the curves along which their section points run; bool, shape (P,).
+
+    Parameters
+    ----------
+    windows, known, shifts
+        As in `examine`; of points that are in order.
+    others, steps : ndarray, shapes (P, K, n), (K,)
+        As in `chaosdrill.analysis.ordering.goes_on`.
+    """
+    states, others = shifts.quotient(windows[:, :, :-1]), shifts.quotient(others)
+    moves = _one_over_extent(states, shifts.sizes(known)) > 0
+    each = zip(states, others, moves, strict=True)
+    return np.array([ordering.goes_on(path[:, of], other[:, of], steps) for path, other, of in each], dtype=bool)
 
 
 def closes(paths: np.ndarray, known: np.ndarray) -> np.ndarray:
