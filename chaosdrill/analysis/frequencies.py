@@ -16,8 +16,9 @@ ORDER = 1000
 """Integers up to which a common measure is looked for: a cycle of as many turns of either kind is found. There are so
 many relations that the best of incommensurate frequencies lacks about 2e-7."""
 
-LOW = 32
-"""The same between two lines of a torus: on a smooth one those that are seen are of low order."""
+LOW = 16
+"""The same between two lines of a torus: on a smooth one those that are seen are of low order. With twice as many some
+of three unrelated frequencies agree by chance within the errors of 1,024 points."""
 
 HARMONICS = 8
 """Integers up to which a line is a harmonic of the strongest, or of its part, and says nothing of the others."""

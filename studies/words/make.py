@@ -8,6 +8,7 @@ word in 1,000 is wrong at every length.
 """
 
 import argparse
+import hashlib
 import json
 import sys
 import time
@@ -20,6 +21,7 @@ from records import FAMILIES
 from runs import RUNS
 from runs import called as called_by_spectra
 
+import chaosdrill
 from chaosdrill.analysis.classification import Averages, evidence_of_records
 from chaosdrill.analysis.statistics import block_ends, standard_error
 from chaosdrill.analysis.tori import LENGTH
@@ -80,19 +82,27 @@ def called(states, growth):
     return [Outcome(int(code)).meaning for code in words(evidence)]
 
 
+def digest():
+    """What tells the code apart that makes records and calls them: a word of older code is none of this."""
+    package = Path(chaosdrill.__file__).parent
+    sources = sorted(HERE.glob("*.py")) + sorted(package.rglob("*.py"))
+    return hashlib.sha256(b"".join(one.read_bytes() for one in sources)).hexdigest()[:16]
+
+
 def main():
     """Make the records, call them, write the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--records", type=int, default=6000, help="records of all families and lengths together")
     parser.add_argument("--runs", type=int, default=15, help="runs of each family and length that spectra call")
     parser.add_argument("--seed", type=int, default=SEED, help="from which they are made")
-    parser.add_argument("--keep", type=Path, help="file of the words found so far, from which a run goes on")
+    parser.add_argument("--keep", type=Path, help="file of words found by the same code, from which a run goes on")
     given = parser.parse_args()
+    code = digest()
     kept = json.loads(given.keep.read_text()) if given.keep and given.keep.exists() else {}
 
     def found(name, length, work):
         """Words and which records are too short, from the file or by work."""
-        key = f"{name}, {length} of seed {given.seed}, {given.records} and {given.runs}"
+        key = f"{name}, {length} of seed {given.seed}, {given.records} and {given.runs} by {code}"
         if key not in kept:
             said, too_short = work()
             kept[key] = list(said), [bool(one) for one in too_short]
