@@ -10,7 +10,7 @@ from maps import map_system
 import chaosdrill as cd
 from chaosdrill.analysis.classification import contracts
 from chaosdrill.analysis.frequencies import quasiperiodic
-from chaosdrill.analysis.ordering import LAST, comes_back, ordered
+from chaosdrill.analysis.ordering import LAST, comes_back, goes_on, ordered
 from chaosdrill.analysis.stationarity import departs
 from chaosdrill.analysis.tori import examine, only_grows, stopped
 from chaosdrill.analysis.words import BOUNDED, RULES, Evidence
@@ -21,6 +21,8 @@ CHANNEL = 0.51435527
 """A point of the cycle of period three of the logistic map where it is born."""
 
 X, Y, M, R = sympy.symbols("x y m r", real=True)
+
+GOLDEN = (np.sqrt(5) - 1) / 2
 
 
 def words(found):
@@ -324,6 +326,39 @@ def test_a_function_of_one_angle_that_is_no_curve_is_no_torus():
         x, angle = 4 * abs(np.cos(np.pi * angle)) * np.tanh(x), (angle + np.sqrt(2) - 1) % 1
         points.append((x, np.cos(2 * np.pi * angle), np.sin(2 * np.pi * angle)))
     assert not quasiperiodic(np.array(points[1000:]))
+
+
+@pytest.mark.parametrize(("sigma", "angle"), [(2.32, 0.29), (1.63, 0.56), (2.0, 0.3)])
+def test_a_graph_with_dips_of_all_widths_is_no_curve(sigma, angle):
+    """Keller's maps again: of 1,024 points either half shows all dips of the first two, but no quarter does."""
+    x, points = 1.0, []
+    for _ in range(1524):
+        x, angle = 2 * sigma * abs(np.cos(np.pi * angle)) * np.tanh(x), (angle + np.sqrt(2) - 1) % 1
+        points.append((x, np.cos(2 * np.pi * angle), np.sin(2 * np.pi * angle)))
+    assert ordered(np.array(points[500:])) == (False, False)
+
+
+@pytest.mark.parametrize(("pieces", "in_order"), [(1, True), (3, True), (8, False)])
+def test_a_torus_takes_many_points_a_jump(pieces, in_order):
+    """Pieces of a circle in reversed order: so many points of an exchange of intervals are often on as many."""
+    angle = (0.3 + GOLDEN * np.arange(1024)) % 1
+    place = (pieces - 1 - np.floor(pieces * angle) + pieces * angle % 1) / pieces
+    assert ordered(place[:, np.newaxis])[0] == in_order
+
+
+@pytest.mark.parametrize("turn", [GOLDEN, 7 / 85 + 2e-6])
+@pytest.mark.parametrize("slip", [0.0, 0.05])
+def test_earlier_states_of_a_torus_are_on_its_curve(turn, slip):
+    """Of 16,384 points the last are on a curve; beside a fraction their order does not tell the turn to all digits.
+
+    Where intervals are exchanged the angle slips at times, here once before.
+    """
+    count = np.arange(16384)
+    place = (0.3 + turn * count + slip * (count > 9000)) % 1.0
+    path = np.column_stack([place, np.exp(-place) + 0.2 * np.cos(2 * np.pi * place)])
+    begin, earlier = 16384 - 2048, np.arange(63, 16384 - 2048, 64)
+    assert ordered(path[begin:]) == (True, False)
+    assert goes_on(path[begin:], path[earlier], earlier - begin) == (slip == 0.0)
 
 
 @pytest.mark.parametrize("off", [0.0, 1e-7])
