@@ -189,7 +189,7 @@ def test_scenes_and_arguments_are_refused_in_the_same_words(duffing, line, argum
 
 
 EXCLUDED = [
-    ("periodic-orbit", 'start = "search"\nmax_period = 2\nat = "x > 0"', 'start = "search" looks for all'),
+    ("periodic-orbit", 'start = "search"\nmax_period = 2\nat = "x > 0"', 'start = "search" counts forcing periods, or'),
     ("periodic-orbit", "max_period = 2", 'applies with start = "search" only'),
     ("continuation", 'sweep.gamma = { start = 0.1, stop = 0.9 }\nfollow = "fold"', "sweep names only 'gamma'"),
     ("trajectory", "times = [1.0]\nsamples = 4", "times are given"),

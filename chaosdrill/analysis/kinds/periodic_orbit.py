@@ -87,6 +87,14 @@ VARIABLES = table(
 )
 
 
+_OF_SEARCH = 'applies with start = "search" only'
+_OF_ONE = {
+    "period": 'start = "search" looks for all up to max_period',
+    "at": 'start = "search" counts forcing periods, or the most frequent event of each orbit',
+}
+"""Settings of a single orbit, with the reason for which a search takes none of them."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class PeriodicOrbit(Orbit):
     """Settings of `periodic_orbit`."""
@@ -136,8 +144,8 @@ class PeriodicOrbit(Orbit):
         searches = table.get("start") == "search"
         if searches and "max_period" not in table:
             yield ("max_period",), 'missing; start = "search" needs the longest period to look for'
-        words = 'start = "search" looks for all up to max_period' if searches else 'applies with start = "search" only'
-        for name in ("period", "at") if searches else ("max_period", "seeds", "random"):
+        unused = _OF_ONE if searches else dict.fromkeys(("max_period", "seeds", "random"), _OF_SEARCH)
+        for name, words in unused.items():
             if name in table:
                 yield (name,), told(f"{words}; leave it out", table[name])
 
