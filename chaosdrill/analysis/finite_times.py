@@ -75,7 +75,7 @@ def finite_times(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
         "exponent": np.arange(1, count + 1, dtype=np.int32),
         "order": np.arange(1, WINDOWS.orders + 1, dtype=np.int32),
     }
-    over_values = swept(given, job)
+    over_values = swept(system, given, job)
     if over_values is None:
         found, message = _told(system, windows, given, job)
         told = {"message": message} if message else None

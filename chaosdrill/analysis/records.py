@@ -134,7 +134,7 @@ def over_records(system: HybridSystem, given: Any, job: Job, measure: Measure) -
     SettingsError
         A store or a scheduler without points that they could keep or share.
     """
-    over_values = swept(given, job)
+    over_values = swept(system, given, job)
     where = find_section(system, given, job.numerics)
     labels = {"state": list(system.state_names), **measure.coords}
     if over_values is None:
@@ -153,7 +153,7 @@ def over_records(system: HybridSystem, given: Any, job: Job, measure: Measure) -
     return dataset({parameter: values, **labels, **over}, labels, said)
 
 
-def swept(given: Any, job: Job) -> tuple[str, np.ndarray] | None:
+def swept(system: HybridSystem, given: Any, job: Job) -> tuple[str, np.ndarray] | None:
     """The swept parameter and its values, made ready for; None for a single run.
 
     Raises
@@ -161,7 +161,9 @@ def swept(given: Any, job: Job) -> tuple[str, np.ndarray] | None:
     SettingsError
         Of a single run, a store or a scheduler, which only the points of a sweep could use.
     """
-    compile_ahead(ONE_RUN)
+    # a map iterates without the flow
+    if not system.discrete:
+        compile_ahead(ONE_RUN)
     if given.sweep is not None:
         ((parameter, values),) = given.sweep.items()
         return parameter, values

@@ -51,6 +51,13 @@ def test_an_iterate_is_evaluated_once() -> None:
     assert (run.strobes, run.evaluations) == (100, 100)
 
 
+def test_no_flow_is_compiled_ahead(monkeypatch: pytest.MonkeyPatch) -> None:
+    for place in ("engine.ahead", "analysis.records"):
+        monkeypatch.setattr(f"chaosdrill.{place}.compile_ahead", lambda part: pytest.fail(f"{part} is compiled"))
+    for analysis in (cd.zero_one_test, cd.finite_time_exponents):
+        analysis(cd.Map(**LOGISTIC), transient=100, periods=200)
+
+
 @pytest.fixture(scope="module")
 def with_loss() -> tuple[cd.Map, cd.HybridSystem]:
     """A map that loses rank at once and leaves its bounds after 46 iterates, and its reader's clock as a system."""
