@@ -1,7 +1,9 @@
 """Read a scene from a file, or report all its faults."""
 
+import errno
 import os
 import re
+import stat
 import sys
 import tomllib
 from collections.abc import Iterator, Mapping
@@ -20,6 +22,7 @@ from chaosdrill.typed import PATH, TABLE, TEXT, expecting
 # a long text or comment is not a key, nor is a text that its line does not close
 _TOKEN = re.compile(rf"""{COMMENT}|{LONG_STRING}|(?P<key>{DOTTED})|"[^\n]*""")
 _PLACE = re.compile(r"\s*\(at (?:line (\d+), column (\d+)|end of document)\)$")
+_UNWRITTEN = "a pipe into which nothing writes; name a file, or '-' for standard input"
 
 
 @expecting(SceneError, path=PATH, changes=TABLE)
@@ -67,11 +70,22 @@ def load_scene(path: str | os.PathLike[str], changes: Mapping[str, Any] | None =
 
 def _read_file(path: str | os.PathLike[str]) -> bytes:
     try:
-        with open(path, "rb") as file:
-            return file.read(TUNING.bytes + 1)
+        with open(path, "rb", opener=_at_once) as file:
+            begun: bytes | None = b""
+            if not stat.S_ISREG(mode := os.fstat(file.fileno()).st_mode):
+                # nothing, and not none so far: the other end of a pipe is closed
+                if stat.S_ISFIFO(mode) and (begun := file.raw.read(1)) == b"":
+                    raise OSError(errno.EPIPE, _UNWRITTEN)
+                os.set_blocking(file.fileno(), True)
+            return (begun or b"") + file.read(TUNING.bytes + 1)
     except (OSError, ValueError) as fault:
         reason = fault.strerror if isinstance(fault, OSError) else fault
         raise SceneError(f"{path}: cannot read the scene: {reason}") from None
+
+
+def _at_once(path: str, flags: int) -> int:
+    """A handle of a file; the opening of a pipe does not wait for its other end."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def _read_stdin() -> bytes:

@@ -1,5 +1,9 @@
 """Files that are no scenes are refused quickly and in one line."""
 
+import os
+import time
+from concurrent.futures import ThreadPoolExecutor
+
 import pytest
 from support.effort import Effort
 
@@ -27,6 +31,26 @@ def test_ten_megabytes(tmp_path):
 
 def test_a_device_without_end():
     assert "larger than" in refusal("/dev/zero")
+
+
+def test_a_pipe_is_a_scene_unless_nothing_writes_into_it(tmp_path):
+    os.mkfifo(tmp_path / "pipe.toml")
+    assert refusal(tmp_path / "pipe.toml").endswith(
+        "a pipe into which nothing writes; name a file, or '-' for standard input"
+    )
+    reading, writing = os.pipe()
+    # more than a pipe holds, which comes after the scene is asked for
+    scene = '[system]\nmodel = "duffing"\n[analysis.motion]\nkind = "trajectory"\nperiods = 1\n#' + "#" * 200_000
+
+    def write():
+        with open(writing, "w") as pipe:
+            time.sleep(0.05)
+            pipe.write(scene)
+
+    with ThreadPoolExecutor(1) as other:
+        other.submit(write)
+        assert load_scene(f"/dev/fd/{reading}").text == scene
+    os.close(reading)
 
 
 def test_missing(tmp_path):
