@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
+from chaosdrill.errors import SettingsError
 from chaosdrill.plots._types import Axes, Dataset, Figure, Integers, Line2D, Normalize, States, Truths
 from chaosdrill.plots.categories import (
     ATTRACTED,
@@ -226,6 +227,11 @@ def mark_attractors(axes: Axes, dataset: Dataset, across: str, up: str) -> list[
     from matplotlib.patheffects import withStroke
 
     names = [str(name) for name in dataset["state"].values]
+    needed = {across: 0, up: 0, **json.loads(dataset.attrs.get("initial", "{}"))}
+    if lost := [name for name in needed if name not in (*names, "mode")]:
+        raise SettingsError(
+            f"ds lacks the state {lost[0]!r}, without which points of attractors have no place; select all states"
+        )
     plane = np.array([_fixed(dataset).get(name, np.nan) for name in names])
     points = dataset["attractor_state"].transpose("attractor_number", "state").values[: TUNING.told_attractors]
     off = np.array([name not in (across, up) for name in names])

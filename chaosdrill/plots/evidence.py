@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from chaosdrill.errors import SettingsError
 from chaosdrill.plots._types import Axes, DataArray, Dataset, Figure
 from chaosdrill.plots.figures import legend_above, legend_inside, legend_outside, new_figure, one_panel
 from chaosdrill.plots.labels import axis_label, label, shorten, state_label, subscript, time_unit, uncertain
@@ -148,6 +149,8 @@ def spread(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     """
     figure, axes = one_panel(ax, TUNING.evidence_height)
     (sweep,) = map(str, dataset["outcome"].dims)
+    if 2 not in dataset["order"]:
+        raise SettingsError("ds lacks the variances, of order 2; select them, as in ds.sel(order=[2])")
     dataset = dataset.sortby(sweep).transpose(sweep, ...)
     means, values = dataset["lyapunov_exponent"], dataset[sweep].values
     width = np.sqrt(dataset["cumulant"].isel(window=-1).sel(order=2).values.clip(min=0))

@@ -204,6 +204,7 @@ def plot(
         raise SettingsError(f"{lost[0]} has been selected to one value; give several, as in ds.sel({lost[0]}=[value])")
     ds = _with_dimensions(undated(ds))
     _check_dimensions(ds)
+    _check_special_points(ds)
     suited = {picture.name: picture for picture in PICTURES if picture.suits(ds)}
     if not suited or (kind is not None and kind not in suited):
         raise SettingsError(
@@ -306,6 +307,18 @@ def _check_dimensions(ds: Dataset) -> None:
         raise SettingsError(
             f"ds has the dimension {further[0]!r}, which a {kind} has not; choose one of it, as in "
             f"ds.isel({further[0]}=0), or draw one after the other on the axes of your own (ax)"
+        )
+
+
+def _check_special_points(ds: Dataset) -> None:
+    """Raise a SettingsError if points of branches were left out, so that the special points stand at other ones."""
+    if not {"special_index", "special_point"} <= ds.variables.keys():
+        return
+    places, kinds = ds["special_index"].values, ds["special_point"].values
+    if any(place >= kinds.size or not kinds[place] for place in places.ravel().tolist()):
+        raise SettingsError(
+            "ds lacks points of branches, and special_index counts all of them; draw the whole result and narrow the "
+            "axes, as in cd.plot(result).set_xlim(low, high)"
         )
 
 

@@ -638,8 +638,17 @@ def test_of_many_states_and_exponents_the_first_dozen_are_drawn_and_it_is_said()
         ("diagram", {"iterate": 0}, "one entry of 'iterate' alone"),
         ("basin", {"v": 0}, "one entry of 'v' alone"),
         ("diagram", {"exponent": slice(0)}, "no entry of 'exponent'; select some"),
+        ("basin", {"state": [0]}, "lacks the state 'v', without which points of attractors have no place"),
     ],
 )
 def test_a_part_that_a_picture_cannot_be_drawn_of_is_told(request, result, part, told):
     with pytest.raises(SettingsError, match=re.escape(told)):
         cd.plot(request.getfixturevalue(result).isel(part))
+
+
+def test_spreads_are_told_to_need_variances():
+    logistic = cd.Map("x", {"a": 3.9}, ["a*x*(1 - x)"], initial={"x": 0.3})
+    ds = cd.finite_time_exponents(logistic, periods=64, sweep={"a": [3.7, 3.9]})
+    assert cd.plot(ds.sel(order=[2])).figure
+    with pytest.raises(SettingsError, match=re.escape("select them, as in ds.sel(order=[2])")):
+        cd.plot(ds.sel(order=[1]))

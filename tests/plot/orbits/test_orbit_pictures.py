@@ -574,3 +574,10 @@ def test_what_one_per_cent_does_is_drawn_as_bars_of_their_lengths():
     )
     drawn = right.patches[names.index("α")].get_width()
     assert drawn == pytest.approx(moved / float(form["period"]) * 0.3 / 100, rel=1e-8)
+
+
+@pytest.mark.parametrize("part", [slice(1), slice(1, None)])
+def test_special_points_are_not_drawn_at_other_points(continuation, part):
+    assert continuation.sizes["special"]
+    with pytest.raises(cd.SettingsError, match="draw the whole result and narrow the axes"):
+        cd.plot(continuation.isel(point=part))
