@@ -21,7 +21,7 @@ LOW = 16.0
 """Heights of a rebound that may be none, in those of which guards are told no longer to be zero."""
 
 MOST = 30_000
-"""Rebounds that are taken one after the other; a restitution of 1 - 0.5 v**0.2 needs a tenth of them."""
+"""Rebounds that are taken one after the other; a restitution of 1 - 0.5 v**0.2 needs a third of them."""
 
 FIRST_CYCLE = 8
 """Rebounds within which the guard is looked for at which a cycle begins; twice as many each time it is not found."""
@@ -106,9 +106,9 @@ def time_left(functions, tables, settings, j, transition, hardest, t, state, scr
     What they move has to be below the tolerance beside the hardest before them, and the error of their time below the
     tolerance of that of the hardest; what nobody could tell from none may move as much as that.
 
-    Where cycles last T, and the next one is r times as long, T r/(1 - r) is left; where r changes by dr a cycle,
-    1/(1 - q) times that, with q = dr/(1 - r)**2. By how much such an end moves from one cycle to the next says how
-    exact it is.
+    Where cycles last T, and the next one is r times as long, T r/(1 - r) is left; where 1/(1 - r) grows by q a cycle,
+    1/(1 - q) times that. So q is constant for lengths that fall as a power of their number, however far apart it is
+    looked for. By how much such an end moves from one cycle to the next says how exact it is.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def time_left(functions, tables, settings, j, transition, hardest, t, state, scr
     if low:
         allowed = max(allowed, 2.0 * abs(event[place.speed]) / force)
     total = error = drift = 0.0
-    begin_mode, begin_guard, begun = run.mode, j, 0.0
+    begin_mode, begin_guard, cycle = run.mode, j, 0.0
     hits, wait = 0, FIRST_CYCLE
     known, check, checks, looked = 0, 2, 0, 0
     length = seen = ratio = end = moved = unsure = walk = 0.0
@@ -157,6 +157,7 @@ def time_left(functions, tables, settings, j, transition, hardest, t, state, scr
         for i in range(n):
             ahead[i] = y[i] + flight * rates[i]
         total += flight
+        cycle += flight
         functions.field(target, t + total, c, ahead, later)
         for i in range(n):
             y[i] += 0.5 * flight * (rates[i] + later[i])
@@ -176,12 +177,12 @@ def time_left(functions, tables, settings, j, transition, hardest, t, state, scr
         hits += 1
         if target != begin_mode or g != begin_guard:
             if hits == wait:
-                begin_mode, begin_guard, begun = target, g, total
+                begin_mode, begin_guard, cycle = target, g, 0.0
                 hits, wait = 0, 2 * wait
                 known, check, checks, looked = 0, 2, 0, 0
             continue
-        before, length = length, total - begun
-        begun = total
+        before, length = length, cycle
+        cycle = 0.0
         hits = 0
         known += 1
         if known < check:
@@ -194,12 +195,13 @@ def time_left(functions, tables, settings, j, transition, hardest, t, state, scr
         else:
             mean, turn = (length / length_before) ** (1.0 / span) if length_before > 0.0 else ratio, 0.0
         short = 1.0 - mean
-        settling = turn / (short * short)
-        checks = checks + 1 if short > 0.0 and abs(settling) < FASTEST else 0
+        shorter = short + turn * span
+        settling = turn / (short * shorter)
+        checks = checks + 1 if short > 0.0 and shorter > 0.0 and abs(settling) < FASTEST else 0
         if checks < 2:
             continue
-        following = mean + turn
-        left = length * following / ((1.0 - following) * (1.0 - settling))
+        following = short / (1.0 + settling * short)
+        left = length * (1.0 - following) / (following * (1.0 - settling))
         end_before, end = end, total + left
         moved_before, moved = moved, abs(end - end_before)
         if checks < 4:

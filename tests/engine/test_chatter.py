@@ -232,6 +232,17 @@ def test_rebounds_by_any_law(law):
         assert not run["event_time_error"][:-1].any()
 
 
+@pytest.mark.parametrize("method", ["taylor", "dop853"])
+def test_tens_of_thousands_of_rebounds_are_over(method):
+    """Of 1 - c sqrt(w) all flights from w on take 4 sqrt(w)/c, to first order in sqrt(w)."""
+    times = flights([(1.0, 1.0)], lambda e, speed, time: 1 - 0.4 * math.sqrt(speed))
+    limit = math.fsum(times[:-1]) + 10 * math.sqrt(times[-1] / 2)
+    ball = rests("law", [(1.0, 1.0)], "1 - 0.4*sqrt(-v)")
+    run = cd.trajectory(ball, duration=2 * limit, samples=1, tolerance=1e-6, method=method, max_events=60_000)
+    assert int(run["outcome"]) == 0
+    assert abs(float(run["event_time"][-1]) - limit) < float(run["event_time_error"][-1]) < 1e-6
+
+
 @pytest.mark.parametrize("method", ["taylor", "dop853", "radau"])
 @pytest.mark.parametrize("guard", ["x", "x + x**2/2"])
 def test_a_ball_that_never_rests_does_not_fall_through_its_floor(guard, method):
