@@ -28,6 +28,9 @@ BESIDE = ("scale", "sides", "hardest", "extent", "doubt", "normal")
 NEAR = 1e-9
 """Relative distance within which a stalled run counts as on a surface."""
 
+CANCELLED = 2.0**-40
+"""Part of its terms down to which a sum at the end of a run counts as lost in rounding, in thousands of roundings."""
+
 
 class Run:
     """State of a run, continued by ``advance``.
@@ -329,12 +332,14 @@ class Run:
         k, system, mode = int(self.standing["blocked"]), self.system, int(self.standing["mode"])
         if outcome == Outcome.ESCAPED:
             return self._beyond()
-        if k < 0 and outcome != Outcome.STALLED:
+        if k < 0 and outcome not in (Outcome.STALLED, Outcome.STEP_UNDERFLOW):
             return ""
         state = ", ".join(f"{name} = {x:.6g}" for name, x in zip(system.state_names, self.x.tolist(), strict=True))
         where = f"in mode {system.mode_names[mode]!r}, time {self.elapsed:.10g}, at {state}"
         if k >= 0:
             return f"{ending_term(system, mode, k)}: {where}"
+        if outcome == Outcome.STEP_UNDERFLOW and (k := self._cancelled(mode)) >= 0:
+            return f"{ending_term(system, mode, k)}, which is lost in the rounding of its terms: {where}"
         if outcome == Outcome.STALLED and (found := self._facing(mode)) is not None:
             surface, other = found[0].xreplace(_names(system)), found[1]
             return (
@@ -357,6 +362,21 @@ class Run:
             f"beyond bounds at time {self.elapsed:.10g}: {'; '.join(told)}; where such a state is meant, as in a small "
             f"unit, give the system wider ones: bounds={{{told[0].split(' = ')[0]!r}: (low, high)}}"
         )
+
+    def _cancelled(self, mode: int) -> int:
+        """Number of an operation whose argument is a sum of which rounding alone is left; -1 for none."""
+        system, names = self.system, _names(self.system)
+        numbers = {**system.parameters, **dict(zip(system.state_names, self.x.tolist(), strict=True))}
+        for k, one in enumerate(kernels_of(system).written.steep[mode]):
+            argument = one.argument.xreplace(names)
+            # of a symbol that is neither a state nor a parameter, it is the time
+            given = {symbol: numbers.get(symbol.name, self.elapsed) for symbol in argument.free_symbols}
+            terms = [term.subs(given) for term in argument.args] if argument.is_Add else []
+            if terms and all(term.is_number for term in terms):
+                sizes = [float(abs(term)) for term in terms]
+                if float(abs(sum(terms))) <= CANCELLED * sum(sizes):
+                    return k
+        return -1
 
     def _facing(self, mode: int) -> "tuple[Any, int] | None":
         """The surface on which the state is and another mode, if both modes lead across it to each other."""

@@ -184,3 +184,12 @@ def test_an_integral_of_a_high_power_of_an_oscillation():
     run = cd.trajectory(system, duration=8 * np.pi, samples=4)
     assert float(run["power"][-1]) == pytest.approx(8 * np.pi * 35 / 128, abs=1e-10)
     assert float(run["peaks"][-1]) == pytest.approx(8 * np.pi / np.sqrt(31), abs=1e-10)
+
+
+def test_a_sum_that_ends_in_rounding_is_named():
+    """The root of (1 - sin(t))**2, written out, whose base touches zero at pi/2."""
+    system = cd.HybridSystem(states="x", modes={"on": {"x": "sqrt(1 - 2*sin(t) + sin(t)**2)"}})
+    run = cd.trajectory(system, duration=10.0, samples=3)
+    told = "sqrt(sin(t)**2 - 2*sin(t) + 1) ends where sin(t)**2 - 2*sin(t) + 1 = 0, which is lost in the rounding"
+    assert run.attrs["message"].startswith(told)
+    assert "in mode 'on', time 1.570" in run.attrs["message"]
