@@ -102,7 +102,7 @@ def evidence_of(
         if averages.complete and contracts(system):
             found.torus_possible = ~(exponents.sum(axis=1) * length < -SHRUNK)
     found.chaos_possible = np.full(points, _chaos_possible(system, n))
-    found.stirs = (ended == Outcome.OK) & stirs(shifts.quotient(windows[:, :, :-1]), shifts.sizes(known))
+    found.stirs = (ended == Outcome.OK) & stirs(shifts.quotient(windows[:, :, :-1]), shifts.sizes(known), part)
     # what grows where only a condition or a step sees it has no tangent that tells
     unseen = structure.symmetries > len(shifts.lines)
     open_ = np.flatnonzero((ended == Outcome.OK) & (unseen | ~(found.lead < -found.margin)))

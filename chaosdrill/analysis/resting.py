@@ -77,7 +77,7 @@ def is_left(
     return bool(np.linalg.eigvals(matrix).real.max() > LEFT * np.linalg.norm(matrix, 2))
 
 
-def stirs(windows: np.ndarray, known: np.ndarray) -> np.ndarray:
+def stirs(windows: np.ndarray, known: np.ndarray, part: np.ndarray | float = 1.0) -> np.ndarray:
     """Whether a state that is too small to be seen grows evenly to the end, so that the motion will move again.
 
     Parameters
@@ -86,12 +86,14 @@ def stirs(windows: np.ndarray, known: np.ndarray) -> np.ndarray:
         States in order, at equal intervals or at a section; NaN behind the last.
     known : ndarray, shape (P, n)
         Sizes that states have had on the way.
+    part : float or ndarray, shape (P,)
+        Part of the record that the windows are of: growth is compared with a power of the whole time.
 
     Returns
     -------
     ndarray of bool, shape (P,)
     """
-    found = np.zeros(len(windows), dtype=bool)
+    found, part = np.zeros(len(windows), dtype=bool), np.broadcast_to(part, len(windows))
     # a state that is small nowhere takes no further look
     some = np.flatnonzero((np.abs(windows) <= CLOSE * known[:, np.newaxis]).any(axis=(1, 2)))
     rows = np.zeros(len(windows), dtype=np.int64)
@@ -106,7 +108,8 @@ def stirs(windows: np.ndarray, known: np.ndarray) -> np.ndarray:
         size = np.log(np.where(end > 0, end, 1.0)).reshape(len(here), PARTS, each, -1).mean(axis=2)
         grown = np.diff(size, axis=1)
         least, most = grown.min(axis=1), grown.max(axis=1)
-        found[here] = (small & (least * count > POWER * each) & (most <= EVEN * least)).any(axis=1)
+        whole = (count / part[here])[:, np.newaxis]
+        found[here] = (small & (least * whole > POWER * each) & (most <= EVEN * least)).any(axis=1)
     return found
 
 

@@ -247,7 +247,7 @@ def _changed(problem: Problem, border: Border, after: Orbit) -> Change:
     system, before = problem.plain, border.good
     if recounted(problem, before, after) or reflected(problem, before, after):
         return Change(Special.REGULAR, "")
-    old, new = (Counter(o.events(system).split()) for o in (before, after))
+    old, new = (Counter(o.events(system)) for o in (before, after))
     # in the order of declaration: where an orbit's sequence begins may be a matter of the last digit
     declared = [t.name for t in system.transitions]
     appeared, vanished = (sorted(changed.elements(), key=declared.index) for changed in (new - old, old - new))
@@ -301,7 +301,7 @@ def _emptied(queue: list[Orbit]) -> Iterator[Orbit]:
 def recounted(problem: Problem, before: Orbit, after: Orbit) -> bool:
     """Whether only the number of rebounds before chatter is completed changes, which means nothing."""
     transitions = {t.name: t for t in problem.plain.transitions}
-    old, new = (Counter(o.events(problem.plain).split()) for o in (before, after))
+    old, new = (Counter(o.events(problem.plain)) for o in (before, after))
     replaced = {transitions[name].completes for name in old} - {None}
     return old != new and all(name in replaced for name in (old - new) + (new - old))
 

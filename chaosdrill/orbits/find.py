@@ -90,7 +90,12 @@ def inadmissible_words(problem: Problem, orbit: Orbit, shot: Shot) -> str:
 
 
 def at_rest(problem: Problem, orbit: Orbit) -> bool:
-    """Whether the orbit is at rest: no event occurs, except for slips of zero length."""
+    """Whether the orbit is at rest: no event occurs, except for slips of zero length.
+
+    What forcing leaves where it is, as a parametric one does, is an orbit: nearby motions feel it.
+    """
+    if problem.forced and orbit.eventless:
+        return False
     if not orbit.eventless and orbit.durations.min() > TUNING.slip_at_rest * orbit.durations.sum():
         return False
     total = float(orbit.durations.sum())

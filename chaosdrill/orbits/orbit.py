@@ -127,11 +127,10 @@ class Orbit:
             self.drift,
         )
 
-    def events(self, system: "HybridSystem") -> str:
+    def events(self, system: "HybridSystem") -> list[str]:
         """Names of the events, in order."""
-        return " ".join(
-            system.transitions[k].name for k in self.segments[self.segments[:, at.SEGMENT_END] >= 0, at.SEGMENT_OUTCOME]
-        )
+        ends = self.segments[self.segments[:, at.SEGMENT_END] >= 0, at.SEGMENT_OUTCOME]
+        return [system.transitions[k].name for k in ends.tolist()]
 
 
 def _between(one: np.ndarray | None, other: np.ndarray | None, part: float) -> np.ndarray | None:

@@ -219,7 +219,6 @@ def nothing(system: "HybridSystem", parameters: tuple[str, ...], outcome: "Outco
     )  # fmt: skip
 
 
-def _cycle(events: str) -> str:
+def _cycle(names: list[str]) -> str:
     """The names of a cycle of events, beginning where they come first in the alphabet."""
-    names = events.split()
     return " ".join(min((names[k:] + names[:k] for k in range(len(names))), default=[]))
