@@ -191,7 +191,9 @@ def _at_rest(
         return np.zeros(len(which), dtype=bool), np.ones(len(which), dtype=bool)
     went = np.isin(batch.outcome[which], (Outcome.OK, Outcome.NO_RETURN))
     with np.errstate(invalid="ignore"):
-        rest = went & rests(batch.x[which], batch.sizes[which], batch.flow(which), plan.where.unit)
+        rest = went & rests(
+            batch.x[which], batch.sizes[which], batch.flow(which), plan.where.unit, batch.rounding(which)
+        )
     moving = [i for i, t in enumerate(plan.system.transitions) if not t.marks_only()]
     unmoved = batch.counts[which][:, moving].sum(axis=1) == 0
 

@@ -243,9 +243,11 @@ def may_be_left(plan: Plan, parameters: Mapping[str, np.ndarray], found: Arrays,
     if plan.system.draws:
         return False
     outcome = int(found["outcome"][point])
-    if outcome == Outcome.EQUILIBRIUM:
+    waits = outcome == Outcome.NO_RETURN and plan.structure.autonomous and not plan.system.forced
+    if outcome == Outcome.EQUILIBRIUM or waits:
         here = plan.system.with_parameters(**{name: float(values[point]) for name, values in parameters.items()})
-        growth = float(linearised(here, found["state"][point], int(batch.mode[point])).real.max())
+        state = batch.x[point] if waits else found["state"][point]
+        growth = float(linearised(here, state, int(batch.mode[point])).real.max())
     else:
         growth = float(found["lead"][point])
     unit = batch.period[point] if plan.where.counts != "section" else plan.where.unit

@@ -38,13 +38,16 @@ TURNS, LONGER, SHRINKS = 3, 0.05, 0.5
 first at least, and part of their growth that is left in the later ones at most on the way to a cycle."""
 
 
-def rests(states: np.ndarray, known: np.ndarray, flow: np.ndarray, unit: float) -> np.ndarray:
+def rests(
+    states: np.ndarray, known: np.ndarray, flow: np.ndarray, unit: float, rounding: np.ndarray | float = 0.0
+) -> np.ndarray:
     """Whether nothing moves any more at states, by their rates and a time of the motion; shape (P,).
 
-    ``states``, ``flow`` and ``known``, the sizes that states have had on the way, have the shape (P, n).
+    ``states``, ``flow``, the ``rounding`` errors of it, and ``known``, the sizes that states have had on the way, have
+    the shape (P, n). Where a speed has come to zero, the sizes of it are those of rounding in the end.
     """
     still = REST * sizes(states[:, np.newaxis], known) + ROUNDED * known
-    return np.asarray((np.abs(flow) * unit <= still).all(axis=1))
+    return np.asarray(((np.abs(flow) * unit <= still) | (np.abs(flow) <= rounding)).all(axis=1))
 
 
 def is_left(

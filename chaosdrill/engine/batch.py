@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 
 _EVENT_ROWS = 64
 
+_ROUNDING = 4 * np.finfo(float).eps
+"""Rounding unit of the bounds of rates: that of the state, and that of the terms."""
+
 _NEWTON, _SINGULAR, _NEAR = 3, 1e-12, 1e-2
 """Steps to a point at rest, singular values that count as zero, and how far off the point may be, in sizes of the
 states."""
@@ -271,6 +274,18 @@ class Batch:
         kernels_of(self.system).functions.field(mode, 0.0, self._states.c[p], np.ascontiguousarray(state), found)
         return found[: self.x.shape[1]]
 
+    def rounding(self, which: np.ndarray) -> np.ndarray:
+        """Bounds of the rounding errors of `flow`, shape (len(which), n): those of its terms, however small it is."""
+        n = self.x.shape[1]
+        none = np.zeros(n + self._quadratures)
+        found = np.zeros((len(which), n))
+        error = kernels_of(self.system).functions.rate_error
+        for row, p in enumerate(which.tolist()):
+            mode = int(self.mode[p])
+            first = int(self._tables.active[mode, 0])
+            found[row] = [error(mode, first + i, 0.0, self._states.c[p], self.x[p], none) for i in range(n)]
+        return np.where(np.isfinite(found), _ROUNDING * found, 0.0)
+
     def rest(self, p: int) -> np.ndarray:
         """The point at rest near the present state of run p, by Newton's method; the state where there is none near."""
         n, mode, variation = self.x.shape[1], int(self.mode[p]), kernels_of(self.system).functions.variation
@@ -508,11 +523,11 @@ class Batch:
     def continue_from(self, other: "Batch") -> None:
         """Take over state, mode and standing of the guards, point by point, of another batch of the same system.
 
-        A point whose run there has ended keeps its own initial state. What a mode holds in a place that depends on the
+        A point whose run there has ended keeps its own initial state, but for one that waited for a section in vain. What a mode holds in a place that depends on the
         parameters, as a contact does, is put where it is held at these; other guards may stand otherwise at these, and
         are read anew.
         """
-        alive = np.flatnonzero(other.outcome == Outcome.OK)
+        alive = np.flatnonzero(np.isin(other.outcome, (Outcome.OK, Outcome.NO_RETURN)))
         for name in ("x", *BESIDE):
             getattr(self._states, name)[alive] = getattr(other._states, name)[alive]
         for entry in STANDING:
