@@ -28,7 +28,7 @@ a part g in the record it is about the number of points times g longer; at a dep
 half. The graph of a strange nonchaotic attractor has dips of all widths, about as many of each. That one doubling finds
 none is not rare, but another does then."""
 
-NEARBY = np.array(sorted(np.linspace(-3.0, 3.0, 13), key=abs))
+NEARBY = np.array(sorted(np.linspace(-8.0, 8.0, 33), key=abs))
 """Around a line turns are tried so far off, in parts of one over the squared number of points: jumps move a line by
 that. Of two that do as well the nearer counts."""
 
@@ -36,11 +36,12 @@ RESOLVED = 16.0
 """Points of that angle at least, without a gap, on a piece of the way as long as the extent: those of a cycle of many
 points, which come back, are as far apart in angle as in space."""
 
-JUMP, APART, RARE = 0.1, 8.0, 256
+JUMP, APART, RARE = 0.1, 8.0, 300
 """Part of the extent that neighbours on a curve are apart at a jump, at least, times that they are further apart than
-those on one side of it, which a curve that is steep for a while is not, and points that a jump takes at least. An
-exchange of intervals follows an angle until it comes to an interval that is shorter than one over the number of points,
-and jumps at the ends of the others: so many points do with so few jumps as often as by chance one is so short."""
+those on one side of it, which a curve that is steep for a while is not, and points that each jump but one takes at
+least. A rotation, cut once, has one. An exchange of more intervals follows an angle until it comes to one that is
+shorter than one over the number of points, and jumps at the ends of the others: so many points do with so few jumps as
+often as by chance one is so short."""
 
 LAST, BACK, STAYS = 16, 0.75, 0.5
 """Last points of which the nearest return is looked for, within such a part of all, and part of its distance that is
@@ -168,7 +169,7 @@ def _follow(paths: list[np.ndarray], turn: float) -> bool:
     """Whether points run along curves in the order of their angle, with few jumps."""
     if not all(_follows(path, turn) for path in paths):
         return False
-    return sum(_jumps(path, turn) for path in paths) * RARE <= sum(map(len, paths))
+    return (sum(_jumps(path, turn) for path in paths) - 1) * RARE <= sum(map(len, paths))
 
 
 def _jumps(points: np.ndarray, turn: float) -> int:
