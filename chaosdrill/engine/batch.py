@@ -14,6 +14,7 @@ from chaosdrill.engine.methods import METHODS
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import check_period, forcing_periods, repeats
 from chaosdrill.engine.run import BESIDE, STANDING, flow_of
+from chaosdrill.engine.scales import SMALLEST
 from chaosdrill.engine.setup import (
     modes_of_starts,
     scratch_of,
@@ -290,7 +291,7 @@ class Batch:
         """The point at rest near the present state of run p, by Newton's method; the state where there is none near."""
         n, mode, variation = self.x.shape[1], int(self.mode[p]), kernels_of(self.system).functions.variation
         x, column, jacobian, size = self.x[p].copy(), np.empty(n), np.empty((n, n)), self.sizes[p]
-        size = np.where(size > 0, size, 1.0)
+        size = np.where(size > SMALLEST, size, 1.0)
         for _ in range(_NEWTON):
             for j, unit in enumerate(np.diag(size)):
                 variation(mode, 0.0, self._states.c[p], x, unit, column)

@@ -92,9 +92,9 @@ def inadmissible_words(problem: Problem, orbit: Orbit, shot: Shot) -> str:
 def at_rest(problem: Problem, orbit: Orbit) -> bool:
     """Whether the orbit is at rest: no event occurs, except for slips of zero length.
 
-    What forcing leaves where it is, as a parametric one does, is an orbit: nearby motions feel it.
+    What parametric forcing leaves where it is, is an orbit: nearby motions feel it.
     """
-    if problem.forced and orbit.eventless:
+    if problem.is_modulated(orbit):
         return False
     if not orbit.eventless and orbit.durations.min() > TUNING.slip_at_rest * orbit.durations.sum():
         return False

@@ -580,6 +580,24 @@ class Problem:
         plane[at.START], plane[at.NORMAL] = orbit.starts[0, : self.states], rate[: self.states]
         return plane
 
+    def is_modulated(self, orbit: Orbit) -> bool:
+        """Whether the forcing acts on motions beside an orbit without events that it leaves at rest.
+
+        Parametric forcing does: the Jacobian there depends on the phase.
+        """
+        if not (self.forced and orbit.eventless):
+            return False
+        kernels, n, d = kernels_of(self.system), len(self.system.state_names), self.states
+        x, size = orbit.starts[0].copy(), np.where(self.sizes > 0, self.sizes, 1.0)
+        column, period = np.empty(n), self.period_at(orbit)
+        found = np.empty((TUNING.phases, d, d))
+        for k in range(TUNING.phases):
+            time = orbit.phase + k * period / TUNING.phases
+            for j in range(d):
+                kernels.functions.variation(int(orbit.segments[0, 0]), time, self._states.c[0], x, np.eye(n)[j], column)
+                found[k, :, j] = column[:d] * size[j] / size
+        return bool(np.ptp(found, axis=0).max() > TUNING.at_rest * np.abs(found).max())
+
     def _counts(self, orbit: Orbit) -> np.ndarray:
         return np.array([self.states, len(self.free), orbit.periods, self._clock, self.forced], dtype=np.int64)
 

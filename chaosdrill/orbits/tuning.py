@@ -109,6 +109,8 @@ class Tuning:
     """Part of the duration that a slip without motion takes at most."""
     at_rest: float = 1e-9
     """Part of its size by which a state moves at least along an orbit, if it is not a point at rest."""
+    phases: int = 16
+    """Phases of the forcing at which the Jacobian about a rest is compared: harmonics up to half of them are seen."""
     watched_units: int = 64
     """Periods, or characteristic times, over which a state that only grows is distinguished from one that returns."""
     repeats: float = 1e-6

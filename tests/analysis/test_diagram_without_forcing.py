@@ -74,3 +74,49 @@ def test_a_record_of_more_points_goes_on_from_one_of_fewer(roessler):
     short, long = (cd.poincare_section(roessler, periods=count, at="y > 0") for count in (70, 180))
     np.testing.assert_array_equal(long["section"].values[:70], short["section"].values)
     np.testing.assert_array_equal(long["time"].values[:70], short["time"].values)
+
+
+@pytest.mark.parametrize("m", [-0.5, -0.2, -0.1, 0.1])
+def test_a_rest_whose_speed_is_that_of_rounding_is_a_rest(m):
+    """x'' = -3 x' + x - x**3 + m: the speed fades to its rounding, and the section may never be met again."""
+    spring = cd.HybridSystem(
+        name="spring",
+        states="x v",
+        parameters={"m": 0.0},
+        modes={"on": {"x": "v", "v": "-3*v+x-x**3+m"}},
+        initial={"x": 1.2, "v": 0.0},
+    )
+    ds = cd.bifurcation_diagram(spring, {"m": [m]}, at="v > 0", transient=50, periods=64)
+    assert words(ds) == ["equilibrium"]
+
+
+def test_a_followed_rest_is_left_where_it_loses_its_stability_and_not_before():
+    """r' = m r + r**3 - r**5: the cycle is there from m = -1/4 on, and the rest loses its stability at 0."""
+    bautin = cd.HybridSystem(
+        name="bautin",
+        states="x v",
+        parameters={"m": 0.1},
+        modes={"on": {a: f"m*{a} + {b} + {a}*(x*x+v*v) - {a}*(x*x+v*v)**2" for a, b in (("x", "-2*v"), ("v", "2*x"))}},
+        initial={"x": 0.5, "v": 0.0},
+    )
+    m = np.linspace(-0.4, 0.1, 26)
+    ds = cd.bifurcation_diagram(bautin, {"m": m}, follow="both", at="v > 0", transient=50, periods=64)
+    forward, backward = np.reshape(words(ds), (26, 2)).T
+    assert forward.tolist() == np.where(m > 1e-9, "periodic", "equilibrium").tolist()
+    assert backward.tolist() == np.where(m > -0.25, "periodic", "equilibrium").tolist()
+
+
+def test_growth_too_small_to_be_seen_is_no_chaos():
+    """The rest of Mathieu's equation, damped, loses its stability at 0.0800; beyond, a motion of period 2 attracts."""
+    mathieu = cd.HybridSystem(
+        name="mathieu",
+        states="q p",
+        parameters={"a": 0.1},
+        modes={"on": {"q": "p", "p": "-0.04*p-(1+a*cos(2*t))*q-q**3"}},
+        period="pi",
+        initial={"q": 0.0, "p": 0.1},
+    )
+    a = np.array([0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 0.09, 0.1])
+    ds = cd.bifurcation_diagram(mathieu, {"a": a}, follow="forward", transient=200, periods=64)
+    assert set(words(ds)) == {"periodic"}
+    assert ds["period"].values.ravel().tolist() == [1] * 6 + [2] * 2

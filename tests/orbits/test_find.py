@@ -8,11 +8,14 @@ import pytest
 import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 from support.closed_autonomous import belt, gait
 from support.closed_impact import one_impact
 
 import chaosdrill as cd
 from chaosdrill.dataset import Outcome
+from chaosdrill.dataset.branches import Special
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.model.derive import conserved_combinations, shift_directions
 from chaosdrill.orbits.branches import branches
@@ -484,6 +487,38 @@ def test_a_forced_system_without_force(drill):
     words = "a point at rest"
     nothing(build("impact-oscillator", {"amplitude": 0.0}), Outcome.EQUILIBRIUM, words, start="attractor")
     nothing(drill.with_parameters(a=0.0, b=0.3), Outcome.EQUILIBRIUM, words, start="attractor")
+
+
+@pytest.fixture(scope="module")
+def mathieu():
+    """A pendulum whose support shakes: it stays at rest, and the forcing acts on what is beside."""
+    q, p, t = sympy.symbols("q p t", real=True)
+    amplitude, damping = sympy.symbols("amplitude damping", real=True)
+    return cd.HybridSystem(
+        name="mathieu",
+        states=(q, p),
+        time=t,
+        parameters={"amplitude": 0.05, "damping": 0.04},
+        modes={"on": {q: p, p: -damping * p - (1 + amplitude * sympy.cos(2 * t)) * q - q**3}},
+        period=sympy.pi,
+        initial={q: 0.0, p: 0.0},
+    )
+
+
+def test_a_rest_under_parametric_forcing_is_an_orbit(mathieu):
+    """The tongue of Mathieu's equation, by SciPy's monodromy matrix; without forcing it is a point at rest."""
+
+    def largest(amplitude):
+        def field(t, s):
+            return [s[1], -0.04 * s[1] - (1 + amplitude * np.cos(2 * t)) * s[0]]
+
+        ends = [solve_ivp(field, (0, np.pi), s, "DOP853", rtol=1e-12, atol=1e-14).y[:, -1] for s in np.eye(2)]
+        return np.linalg.eigvals(np.transpose(ends)).real.min()
+
+    found = cd.continue_orbit(mathieu, {"amplitude": (0.02, 0.14)}, start="guess")
+    assert found["special_point"].values.max() == Special.PERIOD_DOUBLING
+    assert found["special_value"].values == pytest.approx(brentq(lambda a: largest(a) + 1, 0.05, 0.12), abs=1e-10)
+    nothing(mathieu.with_parameters(amplitude=0.0), Outcome.EQUILIBRIUM, "a point at rest")
 
 
 def test_an_angle_that_only_grows():

@@ -483,3 +483,17 @@ def test_a_test_function_that_fails_stops_nothing(monkeypatch):
     assert kinds(branch) == [Special.PERIOD_DOUBLING]
     assert float(branch["special_value"][0]) == pytest.approx(3.0, abs=1e-11)
     assert branch.attrs["message"].count("the test function of a level failed: ZeroDivisionError('no value')") == 1
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_a_map_of_pieces_goes_on_through_its_border(side):
+    """x -> a x + mu for x <= 0, b x + mu else: the fixed point mu / (1 - slope) passes 0 where both slopes are < 1."""
+    one = cd.Map((x,), {"mu": 0.2 * side}, {x: sympy.Piecewise((0.4 * x + mu, x <= 0), (-0.7 * x + mu, True))},
+                 initial={x: 0.2 * side / (0.6 if side < 0 else 1.7)})  # fmt: skip
+    found = cd.continue_orbit(one, {"mu": (-1.0, 1.0)}, start="guess")
+    names = ("branch 1", "branch 2")[::-side]
+    assert found["special_text"].item().startswith(" becomes ".join(names))
+    assert found["special_value"].item() == pytest.approx(0, abs=1e-10)
+    values, states = found["mu"].values, found["orbit_state"].values[:, 0]
+    assert (values.min(), values.max()) == (-1, 1)
+    assert states == pytest.approx(values / np.where(values < 0, 0.6, 1.7), abs=1e-10)
