@@ -524,9 +524,9 @@ class Batch:
     def continue_from(self, other: "Batch") -> None:
         """Take over state, mode and standing of the guards, point by point, of another batch of the same system.
 
-        A point whose run there has ended keeps its own initial state, but for one that waited for a section in vain. What a mode holds in a place that depends on the
-        parameters, as a contact does, is put where it is held at these; other guards may stand otherwise at these, and
-        are read anew.
+        A point whose run there has ended keeps its own initial state, but for one that waited for a section in vain.
+        What a mode holds in a place that depends on the parameters, as a contact does, is put where it is held at
+        these; other guards may stand otherwise at these, and are read anew.
         """
         alive = np.flatnonzero(np.isin(other.outcome, (Outcome.OK, Outcome.NO_RETURN)))
         for name in ("x", *BESIDE):

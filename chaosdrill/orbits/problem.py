@@ -585,12 +585,12 @@ class Problem:
 
         Parametric forcing does: the Jacobian there depends on the phase.
         """
-        if not (self.forced and orbit.eventless):
+        period = self.period_at(orbit)
+        if period is None or not orbit.eventless:
             return False
         kernels, n, d = kernels_of(self.system), len(self.system.state_names), self.states
         x, size = orbit.starts[0].copy(), np.where(self.sizes > 0, self.sizes, 1.0)
-        column, period = np.empty(n), self.period_at(orbit)
-        found = np.empty((TUNING.phases, d, d))
+        column, found = np.empty(n), np.empty((TUNING.phases, d, d))
         for k in range(TUNING.phases):
             time = orbit.phase + k * period / TUNING.phases
             for j in range(d):
