@@ -254,9 +254,10 @@ class _Transit:
         f, guard = self.f, self.event.guard
         moving = [i for i, x in enumerate(self.system.states) if self.gradient[i] != 0 and x not in self.mode.frozen]
         states = {i: f.variable(self.x[i]) for i in moving}
-        # a lone state is as exact as it is known
-        bound = None if guard.is_Symbol else rounding_bound(guard)
-        self.offsets = {} if bound is None else {i: f.variable(f.number(0.0)) for i in moving}
+        # a lone state is as exact as it is known, and so is what does not move
+        put = [i for i in moving if not (guard.is_Symbol or (self.rates and self.rates[i] == 0))]
+        bound = rounding_bound(guard) if put else None
+        self.offsets = {i: f.variable(f.number(0.0)) for i in put}
         if moving:
             needed = [guard, *(self.gradient[i] for i in moving)]
             needed += [] if bound is None else [bound]
@@ -284,7 +285,7 @@ class _Transit:
                 rounded = GUARDED * known * (GUARDED * known)
                 told = close | (value * value).compare("<=", rounded)
                 with f.when(square.compare(">", 0.0) & told):
-                    for i in moving:
+                    for i in put:
                         self.offsets[i].become(f.intrinsic("fabs", known * ways[i] / square))
         return [states[i].now if i in states else self.x[i] for i in range(self.n)]
 
