@@ -39,6 +39,14 @@ def pytest_collection_finish():
     gc.freeze()
 
 
+@pytest.fixture(autouse=True)
+def _figures_are_closed():
+    """A figure that stays open counts among those of later tests."""
+    yield
+    if pyplot := sys.modules.get("matplotlib.pyplot"):
+        pyplot.close("all")
+
+
 @pytest.fixture
 def interruptible():
     """Ctrl-C is heard, here and in processes that a test starts, also where it is ignored, as in a background job."""

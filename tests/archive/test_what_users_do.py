@@ -117,8 +117,7 @@ def shown():
     """Figures are those that a notebook would show."""
     pyplot.switch_backend("agg")
     pyplot.close("all")
-    yield pyplot
-    pyplot.close("all")
+    return pyplot
 
 
 def test_every_picture_is_drawn_from_data_in_hand(ds, shown):

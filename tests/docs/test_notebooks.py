@@ -4,7 +4,6 @@ import math
 import re
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import pytest
 
 ROOT = Path(__file__).parents[2]
@@ -74,4 +73,3 @@ def test_the_first_hour_has_no_stumble(tmp_path, monkeypatch, capsys):
     rate = float(spectrum["impacts_per_period"] / spectrum["forcing_period"])
     shrinking = -2 * own["zeta"] + 2 * math.log(own["e"]) * rate
     assert abs(float(spectrum["lyapunov_exponent"].sum()) - shrinking) < 1e-9
-    plt.close("all")

@@ -318,7 +318,6 @@ def test_words_of_pictures_are_of_iterates() -> None:
 
     axes = cd.plot(cd.poincare_section(cd.Map(**HENON), periods=20))
     assert "every iterate" in " ".join([axes.get_title(), *(t.get_text() for t in axes.figure.findobj(plt.Text))])
-    plt.close("all")
 
 
 def test_words_of_variables_are_of_iterates() -> None:
