@@ -211,6 +211,16 @@ def at_rest():
     return found["lyapunov_exponent"].values.tolist()
 
 
+def iterates():
+    """A map, alone and in a sweep, on the attractor, through an escape, and with its events kept."""
+    henon = cd.Map("x y", {"a": 1.4, "b": 0.3}, {"x": "1 - a*x**2 + y", "y": "b*x"}, initial={"x": 0.1})
+    alone = cd.lyapunov_spectrum(henon, periods=20, **TWO)
+    swept = cd.bifurcation_diagram(henon, {"a": [1.0, 1.4, 3.0]}, transient=5, periods=8, max_extension=0)
+    kept = cd.trajectory(henon, periods=5)
+    found = [*alone["lyapunov_exponent"].values, *kept["states"].values.ravel(), *swept["outcome"].values.ravel()]
+    return [*found, *swept["section"].values[:2, -2:].ravel()]
+
+
 def eventless(name, parameters, **given):
     """An orbit without events: in segments of a period, or from a plane to itself."""
     found = cd.periodic_orbit(cd.build(name, parameters), **given)
@@ -228,6 +238,7 @@ RUNS = {
         run.__name__: (run,)
         for run in (vector, orbit, section, steep, held, at_rest, emptied, facing, rebounds, touching, unproved)
     },
+    "iterates": (iterates,),
     **{f"counted {method}": (counted, method) for method in ("taylor", "dop853")},
     "alone dop853": (alone, "dop853"),
     "eventless forced": (lambda: eventless("duffing", {"amplitude": 0.1}, transient=3),),
