@@ -5,6 +5,13 @@ from typing import Any, NamedTuple
 UNIT = 2.0**-53
 """The rounding unit."""
 
+EPSILON = 2 * UNIT
+"""Distance from 1 to the next larger double."""
+
+ROUNDING = 4 * EPSILON
+"""Rounding unit of the bounds of guards: twice that of doubles for the state itself, twice that for fused operations
+that the bounds know nothing of."""
+
 CROSSED, ONE_SIDED, AT_SERIES, AT_ALL = range(4)
 """Whether the argument of an operation may pass through zero: it may; not in a series, and methods that need none go on
 with zero behind it; not in a series; never."""

@@ -14,7 +14,7 @@ import sympy
 from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Module, Number, Row, Test
 from chaosdrill.codegen.events import cancels, in_series
 from chaosdrill.codegen.expression import Expressions
-from chaosdrill.codegen.layout import UNIT
+from chaosdrill.codegen.layout import ROUNDING
 from chaosdrill.codegen.rounding import rounding_bound
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.codegen.tuning import TUNING
@@ -170,10 +170,6 @@ class Pointwise:
         return _Transit(self, name, event).write()
 
 
-GUARDED = 8 * UNIT
-"""Rounding unit of the bounds of guards, as in `chaosdrill.engine.guards`."""
-
-
 class _Transit:
     """The code of one event: onto the guard, which outcome, and all that its reset and its saltation need."""
 
@@ -282,7 +278,7 @@ class _Transit:
             if bound is not None:
                 # what is left of the value may be its rounding, and more than the tolerance of small states
                 known = values[bound] * unit
-                rounded = GUARDED * known * (GUARDED * known)
+                rounded = ROUNDING * known * (ROUNDING * known)
                 told = close | (value * value).compare("<=", rounded)
                 with f.when(square.compare(">", 0.0) & told):
                     for i in put:

@@ -8,10 +8,11 @@ the times of these cycles become a geometric series, whatever the law of the res
 
 import math
 
+from chaosdrill.codegen.layout import EPSILON
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.engine import guards
 from chaosdrill.engine.jit import inlined, inner, rare
-from chaosdrill.engine.layout import ADAPTIVE, AFFINE, EPSILON, MARKS_ONLY, RK4, TO_MODE
+from chaosdrill.engine.layout import ADAPTIVE, AFFINE, MARKS_ONLY, RK4, TO_MODE
 
 PROBE = 1e-3
 """Part of a fixed step after which a guard tells to which side the motion leads from zero: a shorter rebound is not

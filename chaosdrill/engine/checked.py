@@ -14,11 +14,11 @@ from collections.abc import Callable
 from typing import Any
 
 from chaosdrill.codegen.kinds import uint64
-from chaosdrill.codegen.layout import AT_ALL, AT_SERIES, CROSSED, ONE_SIDED
+from chaosdrill.codegen.layout import AT_ALL, AT_SERIES, CROSSED, EPSILON, ONE_SIDED
 from chaosdrill.engine import guards
 from chaosdrill.engine.jit import inlined, inner, rare, series
 from chaosdrill.engine.lanes import as_wide, chosen, every, larger, magnitude
-from chaosdrill.engine.layout import EPSILON, NONFINITE, SINGULAR, STEEP, STEP_UNDERFLOW, TAYLOR
+from chaosdrill.engine.layout import NONFINITE, SINGULAR, STEEP, STEP_UNDERFLOW, TAYLOR
 from chaosdrill.engine.polynomial import late_size, size, value
 
 DEFECT = 20.0

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from chaosdrill.codegen.layout import EPSILON
 from chaosdrill.engine.checked import (
     DENSE_DEFECT,
     DOUBT,
@@ -37,7 +38,7 @@ from chaosdrill.engine.dop853_tables import (
 )
 from chaosdrill.engine.guard_series import guard_polynomials
 from chaosdrill.engine.guard_times import MOST_HALVINGS, exact_times
-from chaosdrill.engine.guards import EPSILON, INTERPOLATED
+from chaosdrill.engine.guards import INTERPOLATED
 from chaosdrill.engine.jit import inner, series
 from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.scales import SMALLEST, fill, finest

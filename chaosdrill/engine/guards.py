@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from chaosdrill.codegen.kinds import uint64
+from chaosdrill.codegen.layout import EPSILON, ROUNDING
 from chaosdrill.engine.dop853_tables import NODES, TO_CHEBYSHEV
 from chaosdrill.engine.jit import inlined, inner, rare, series
 from chaosdrill.engine.lanes import exponent, power_of_two
@@ -35,12 +36,6 @@ from chaosdrill.engine.layout import (
 )
 from chaosdrill.engine.polynomial import derivative, keeps_side, size, value
 from chaosdrill.engine.roots import first_crossing, recrossing
-
-EPSILON = 2.220446049250313e-16
-
-ROUNDING = 4 * EPSILON
-"""Rounding unit of the bounds of guards: twice that of doubles for the state itself, twice that for fused operations
-that the bounds know nothing of."""
 
 VANISHING = 1e-13
 """Part of a guard's variation over a step below which its second and later derivatives count as zero."""

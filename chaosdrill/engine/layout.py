@@ -325,8 +325,6 @@ MARKS, LOSES_RANK, AFFINE, STEEP, TIMED, OPEN, PASSES = 1, 2, 4, 8, 16, 32, 64
 STAGE, GOAL, LAST, TAKEN, LEFT, CELL, MET = range(7)
 PROGRESS = 7
 
-EPSILON = 2.220446049250313e-16
-
 BEFORE, BEHIND = 1, 2
 """Which state of an event is a section point."""
 

@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from chaosdrill.codegen.layout import EPSILON
 from chaosdrill.engine.checked import (
     DENSE_DEFECT,
     coarsest,
@@ -23,7 +24,7 @@ from chaosdrill.engine.checked import (
 from chaosdrill.engine.dop853_tables import END, ROWS_A_VECTOR, STAGES, VECTORS, WEIGHTS
 from chaosdrill.engine.guard_series import guard_polynomials
 from chaosdrill.engine.guard_times import MOST_HALVINGS, exact_times
-from chaosdrill.engine.guards import EPSILON, INTERPOLATED
+from chaosdrill.engine.guards import INTERPOLATED
 from chaosdrill.engine.jit import inner
 from chaosdrill.engine.layout import ONGOING
 from chaosdrill.engine.radau_step import (

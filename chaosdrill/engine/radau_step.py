@@ -10,11 +10,12 @@ of the stages; for every tangent its rate at the start, then the tangents at the
 
 import math
 
+from chaosdrill.codegen.layout import EPSILON
 from chaosdrill.engine.checked import DOUBT, ROUNDING, rounding_of_rate
 from chaosdrill.engine.dop853_tables import PLACE, STAGES, WEIGHTS
 from chaosdrill.engine.jit import inner, rare, series
 from chaosdrill.engine.radau_tables import DEGREE, MOST_STAGES, NODES, PIVOT, POWERS, SLOPES, WEIGHTS_OF_RATES
-from chaosdrill.engine.scales import EPSILON, SMALLEST, fill
+from chaosdrill.engine.scales import SMALLEST, fill
 from chaosdrill.engine.step_control import TANGENTS, begun, size
 
 Z, F, WIDTHS = 1, 1 + MOST_STAGES, 1 + 2 * MOST_STAGES

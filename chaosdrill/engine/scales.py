@@ -7,10 +7,9 @@ reads that off its series, others take it from the first length that they try. A
 states and time.
 """
 
+from chaosdrill.codegen.layout import EPSILON
 from chaosdrill.engine.jit import inlined, inner, rare
 from chaosdrill.engine.lanes import larger, magnitude, smaller
-
-EPSILON = 2.220446049250313e-16
 
 SMALLEST = 1e-290
 """Size below which one over it overflows."""
