@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from chaosdrill.codegen import kernels_of
+from chaosdrill.codegen.layout import ROUNDING
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.ahead import LANES, ONE_RUN, await_part
@@ -23,23 +24,12 @@ from chaosdrill.engine.setup import (
     tables_of,
     values_of_constrained,
 )
+from chaosdrill.engine.tuning import RUNS
 from chaosdrill.errors import SettingsError
 
 if TYPE_CHECKING:
     from chaosdrill.engine.jit import Record
     from chaosdrill.model.system import HybridSystem
-
-_EVENT_ROWS = 64
-
-_ROUNDING = 4 * np.finfo(float).eps
-"""Rounding unit of the bounds of rates: that of the state, and that of the terms."""
-
-_NEWTON, _SINGULAR, _NEAR = 3, 1e-12, 1e-2
-"""Steps to a point at rest, singular values that count as zero, and how far off the point may be, in sizes of the
-states."""
-
-_RETURN_ROWS = 1024
-"""Events between two looks at a run whose length is counted by them: each look takes about as long as four events."""
 
 
 def alike(system: "HybridSystem", parameters: Mapping[str, np.ndarray], points: int) -> Iterator[np.ndarray]:
@@ -196,7 +186,7 @@ class Batch:
         self._after = returns is not None and returns.after
         self._section = np.zeros(0 if section is None else kinds, dtype=np.int64)
         self._section[sorted(section or ())] = at.BEHIND if self._after else at.BEFORE
-        rows = 0 if section is None else _RETURN_ROWS if self.counts_returns else _EVENT_ROWS
+        rows = 0 if section is None else RUNS.return_rows if self.counts_returns else RUNS.event_rows
         self._events = np.zeros((rows, at.EVENT_COLUMNS + 2 * n))
         self._spare = np.zeros((window, n + 1))
         self._scratch = scratch_of(system, m, numerics.method)
@@ -285,22 +275,22 @@ class Batch:
             mode = int(self.mode[p])
             first = int(self._tables.active[mode, 0])
             found[row] = [error(mode, first + i, 0.0, self._states.c[p], self.x[p], none) for i in range(n)]
-        return np.where(np.isfinite(found), _ROUNDING * found, 0.0)
+        return np.where(np.isfinite(found), ROUNDING * found, 0.0)
 
     def rest(self, p: int) -> np.ndarray:
         """The point at rest near the present state of run p, by Newton's method; the state where there is none near."""
         n, mode, variation = self.x.shape[1], int(self.mode[p]), kernels_of(self.system).functions.variation
         x, column, jacobian, size = self.x[p].copy(), np.empty(n), np.empty((n, n)), self.sizes[p]
         size = np.where(size > SMALLEST, size, 1.0)
-        for _ in range(_NEWTON):
+        for _ in range(RUNS.newton):
             for j, unit in enumerate(np.diag(size)):
                 variation(mode, 0.0, self._states.c[p], x, unit, column)
                 jacobian[:, j] = column / size
             rates = self.rates(p, x, mode) / size
             if not (np.isfinite(jacobian).all() and np.isfinite(rates).all()):
                 break
-            x = x - np.linalg.lstsq(jacobian, rates, rcond=_SINGULAR)[0] * size
-        near = (np.abs(x - self.x[p]) <= _NEAR * size).all()
+            x = x - np.linalg.lstsq(jacobian, rates, rcond=RUNS.singular)[0] * size
+        near = (np.abs(x - self.x[p]) <= RUNS.near * size).all()
         return x if near else self.x[p].copy()
 
     def run(self, transient: int, ends: np.ndarray) -> None:

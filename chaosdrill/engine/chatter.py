@@ -12,32 +12,8 @@ from chaosdrill.codegen.layout import EPSILON
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.engine import guards
 from chaosdrill.engine.jit import inlined, inner, rare
-from chaosdrill.engine.layout import ADAPTIVE, AFFINE, MARKS_ONLY, RK4, TO_MODE
-
-PROBE = 1e-3
-"""Part of a fixed step after which a guard tells to which side the motion leads from zero: a shorter rebound is not
-seen."""
-
-LOW = 16.0
-"""Heights of a rebound that may be none, in those of which guards are told no longer to be zero."""
-
-MOST = 30_000
-"""Rebounds that are taken one after the other; a restitution of 1 - 0.5 v**0.2 needs a third of them."""
-
-FIRST_CYCLE = 8
-"""Rebounds within which the guard is looked for at which a cycle begins; twice as many each time it is not found."""
-
-FASTEST = 0.9
-"""Part of its length by which what is left may be longer than that of a geometric series."""
-
-NEXT = 1.25
-"""Times as many cycles after which an end is looked at again; from one to the next it may move by rounding only."""
-
-FINE = 1e-3
-"""Part of the error that is allowed down to which an end is looked for: the rebounds that show it cost little."""
-
-SURE = 2.0
-"""Times by which the error of an end may be larger than what the cycles still to come move it, each as the last."""
+from chaosdrill.engine.layout import ADAPTIVE, AFFINE, FIXED, MARKS_ONLY, TO_MODE
+from chaosdrill.engine.tuning import REBOUNDS, STEPS
 
 
 @inlined
@@ -53,7 +29,7 @@ def normal_speed(event, n):
 @inlined
 def interpolated(tables, settings, mode, j):
     """Whether the polynomial of guard j goes through points of it, and leaves out more than rounding."""
-    return settings.method == ADAPTIVE and tables.marks[mode, j] & AFFINE == 0
+    return settings.stepping == ADAPTIVE and tables.marks[mode, j] & AFFINE == 0
 
 
 @inlined
@@ -69,9 +45,13 @@ def _is_low(functions, tables, settings, j, t, state, scratch):
     place = event_places(state.x.size)
     force = abs(event[place.pull])
     speed = abs(event[place.speed])
-    if settings.method == RK4 and 2.0 * speed <= PROBE * run.fixed_step * force:
+    if settings.stepping == FIXED and 2.0 * speed <= STEPS.probe * run.fixed_step * force:
         return True
-    noise = 2.0 * guards.INTERPOLATION_NOISE if interpolated(tables, settings, run.mode, j) else LOW * guards.ROUNDING
+    noise = (
+        2.0 * guards.INTERPOLATION_NOISE
+        if interpolated(tables, settings, run.mode, j)
+        else REBOUNDS.low * guards.ROUNDING
+    )
     error = functions.guard_error(run.mode, j, t, state.c, state.x, scratch.none)
     return speed * speed <= 2.0 * noise * error * force
 
@@ -127,17 +107,17 @@ def time_left(functions, tables, settings, j, transition, hardest, t, state, scr
     force = abs(event[place.pull])
     most = math.sqrt(settings.tolerance) * hardest / force
     allowed = settings.tolerance * hardest / force
-    fine = FINE * allowed
+    fine = REBOUNDS.fine * allowed
     if low:
         allowed = max(allowed, 2.0 * abs(event[place.speed]) / force)
     total = error = drift = 0.0
     begin_mode, begin_guard, cycle = run.mode, j, 0.0
-    hits, wait = 0, FIRST_CYCLE
+    hits, wait = 0, REBOUNDS.first_cycle
     known, check, checks, looked = 0, 2, 0, 0
     length = seen = ratio = end = moved = unsure = walk = 0.0
     best = -1.0
     speed, k = event[place.speed], transition
-    for _ in range(MOST):
+    for _ in range(REBOUNDS.most):
         speed, pull, jerk = event[place.speed], event[place.pull], event[place.jerk]
         target = tables.transitions[k, TO_MODE]
         # what does not leave is pressed on from the side to which it would be led
@@ -188,7 +168,7 @@ def time_left(functions, tables, settings, j, transition, hardest, t, state, scr
         known += 1
         if known < check:
             continue
-        span, check, looked = known - looked, max(known + 1, int(NEXT * known)), known
+        span, check, looked = known - looked, max(known + 1, int(REBOUNDS.further * known)), known
         ratio_before, ratio = ratio, length / before
         length_before, seen = seen, length
         if abs(ratio - ratio_before) > noise:
@@ -198,7 +178,7 @@ def time_left(functions, tables, settings, j, transition, hardest, t, state, scr
         short = 1.0 - mean
         shorter = short + turn * span
         settling = turn / (short * shorter)
-        checks = checks + 1 if short > 0.0 and shorter > 0.0 and abs(settling) < FASTEST else 0
+        checks = checks + 1 if short > 0.0 and shorter > 0.0 and abs(settling) < REBOUNDS.fastest else 0
         if checks < 2:
             continue
         following = short / (1.0 + settling * short)
@@ -209,8 +189,8 @@ def time_left(functions, tables, settings, j, transition, hardest, t, state, scr
             continue
         cycles = max(1.0, 1.0 / (short * span))
         rounding = noise * left / short * (1.0 / span if turn == 0.0 else 1.0 + 1.0 / (short * span))
-        away = SURE * cycles * max(max(moved, moved_before) - rounding, 0.0)
-        rounding *= SURE * cycles
+        away = REBOUNDS.sure * cycles * max(max(moved, moved_before) - rounding, 0.0)
+        rounding *= REBOUNDS.sure * cycles
         known_part = error + drift * left
         if not low and end - known_part - away - rounding > most:
             break

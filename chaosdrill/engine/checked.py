@@ -18,57 +18,9 @@ from chaosdrill.codegen.layout import AT_ALL, AT_SERIES, CROSSED, EPSILON, ONE_S
 from chaosdrill.engine import guards
 from chaosdrill.engine.jit import inlined, inner, rare, series
 from chaosdrill.engine.lanes import as_wide, chosen, every, larger, magnitude
-from chaosdrill.engine.layout import NONFINITE, SINGULAR, STEEP, STEP_UNDERFLOW, TAYLOR
+from chaosdrill.engine.layout import BY_SERIES, NONFINITE, SINGULAR, STEEP, STEP_UNDERFLOW
 from chaosdrill.engine.polynomial import late_size, size, value
-
-DEFECT = 20.0
-"""Defect of a series, times the length of the step, in units of the tolerance, above which the step is shortened."""
-
-DENSE_DEFECT = 100.0
-"""The same of a dense output, whose rates are two orders less exact than the step."""
-
-ROUNDING = 1e-12
-"""Relative rounding error of a rate, and of a state in units of its scale."""
-
-SHORTENINGS = 16
-"""Times that a step is shortened for a defect; what does not change then is round-off, as about a point at rest."""
-
-EARLIER = 7
-"""Places before the last at which the terms begin that tell how far a series goes whose last two are zero."""
-
-DOUBT = 4.0
-"""Times by which rounding may be larger than what it is seen to make of the rates."""
-
-FEW = 0.5
-"""Part of what an argument may move by within which its first eight terms say that all do not move it farther."""
-
-SAMPLED = 0.75
-"""Part of what an argument may move by that counts where its range is only known at a few places."""
-
-BEGIN = 2.0**-10
-"""Part of a step to its first place; from one to the next at most twice as far, which no turn of a smooth argument
-escapes."""
-
-PLACES = 600
-"""Places of one step; where more would be needed it ends at the last."""
-
-NEXT = 0.7
-"""Part of what an argument may move to the next place that is aimed at."""
-
-FINEST = 1e-14
-"""Part of a step between two places below which an argument is where its operation ends."""
-
-PASSED = 1e-3
-"""Part of its largest size below which an argument passes zero in a method that needs no series."""
-
-LARGEST = 1e300
-"""Size of an argument that has become infinite, as a hyperbolic cosine in a divisor does."""
-
-NUDGE = 1e-6
-"""Part of states and time by which an argument is seen to depend on them."""
-
-AHEAD = 1e-8
-"""Part of the longest step within which an operation ends that has stopped a run."""
+from chaosdrill.engine.tuning import CHECKS
 
 
 @series
@@ -123,7 +75,7 @@ def shows_all(late_size, size, tables, settings, mode, h, series):
         here = magnitude(series[row][0])
         allowed = free(tables.shapes[mode, k], settings.order, here)
         # the first terms alone say no to nearly all
-        near = late_size(series, row, h, uint64(1)) * h <= FEW * allowed
+        near = late_size(series, row, h, uint64(1)) * h <= CHECKS.few * allowed
         if not every(near):
             near = near | (size(series, row, h) - here <= allowed)
             hidden = larger(hidden, chosen(near, 0.0, 1.0))
@@ -135,8 +87,8 @@ def read(functions, mode, t, c, x, out):
     """What steep operations are applied to at a state; what is infinite is as large as a number that is none."""
     functions.watch(mode, t, c, x, out)
     for k in range(out.size):
-        if abs(out[k]) > LARGEST:
-            out[k] = math.copysign(LARGEST, out[k])
+        if abs(out[k]) > CHECKS.largest:
+            out[k] = math.copysign(CHECKS.largest, out[k])
 
 
 @inner
@@ -160,7 +112,7 @@ def may_hide_between(functions, tables, settings, h, t, state, scratch):
             moved = abs(there[k] - start[k])
             if math.isnan(moved):
                 return True
-            if shape[6] != ONE_SIDED and not moved <= SAMPLED * free(shape, settings.order, start[k]):
+            if shape[6] != ONE_SIDED and not moved <= CHECKS.sampled * free(shape, settings.order, start[k]):
                 return True
     # a root may have been taken across its branch point by less than the error of the step
     functions.field(mode, t + h, state.c, scratch.image, scratch.doubt)
@@ -192,7 +144,7 @@ def _apart(shapes, count, in_series, now, then, largest):
             elif (now[k] > 0.0) != (then[k] > 0.0):
                 unit = 0.0
             if shape[6] == AT_SERIES and not in_series:
-                unit = max(shape[4] * near, PASSED * largest[k])
+                unit = max(shape[4] * near, CHECKS.passed * largest[k])
         if moved != 0.0 and not moved <= most * unit:
             most = moved / unit if unit > 0.0 else math.inf
     return most, active
@@ -211,20 +163,20 @@ def has_ended(functions, tables, settings, t, state, scratch):
     now, then, doubt, place = scratch.watched[0], scratch.watched[1], scratch.watched[2], scratch.image
     count = tables.steep[mode, 0]
     read(functions, mode, t, c, x, now)
-    read(functions, mode, t * (1.0 + NUDGE), c, x, then)
+    read(functions, mode, t * (1.0 + CHECKS.nudge), c, x, then)
     for k in range(count):
         doubt[k] = abs(then[k] - now[k])
     for i in range(x.size):
         place[i] = x[i]
     for i in range(x.size):
-        place[i] = x[i] * (1.0 + NUDGE)
+        place[i] = x[i] * (1.0 + CHECKS.nudge)
         read(functions, mode, t, c, place, then)
         place[i] = x[i]
         for k in range(count):
             doubt[k] += abs(then[k] - now[k])
-    most = 8.0 * EPSILON / NUDGE
+    most = 8.0 * EPSILON / CHECKS.nudge
     for k in range(count):
-        if _may_end(tables.shapes[mode, k, 6], settings.method == TAYLOR) and abs(now[k]) <= most * doubt[k]:
+        if _may_end(tables.shapes[mode, k, 6], settings.stepping == BY_SERIES) and abs(now[k]) <= most * doubt[k]:
             return k
     return -1
 
@@ -236,7 +188,7 @@ def _fades(shapes, count, in_series, first, then):
     for k in range(count):
         through = shapes[k, 6]
         if through == AT_ALL or (through != CROSSED and in_series):
-            found |= abs(then[k]) <= ROUNDING * first[k]
+            found |= abs(then[k]) <= CHECKS.rounding * first[k]
     return found
 
 
@@ -268,29 +220,29 @@ def looks(agrees: Any) -> Callable[..., float]:
         for k in range(count):
             first[k] = abs(now[k])
         s = 0.0
-        ds = BEGIN * h
+        ds = CHECKS.begin * h
         failed = 0
-        for _ in range(PLACES):
+        for _ in range(CHECKS.places):
             # the last place is the end of the step to the bit
             end = s + ds if s + 1.01 * ds < h else h
             watch(functions, mode, t, c, ws, n, end, place, then)
-            apart, active = _apart(shapes, count, settings.method == TAYLOR, now, then, largest)
+            apart, active = _apart(shapes, count, settings.stepping == BY_SERIES, now, then, largest)
             if not apart <= 1.0:
-                if end - s <= FINEST * h:
+                if end - s <= CHECKS.finest * h:
                     return 0.0 if has_ended(functions, tables, settings, t, state, scratch) >= 0 else s
-                ds = (end - s) * (max(NEXT / apart, 0.1) if apart < math.inf else 0.25)
+                ds = (end - s) * (max(CHECKS.onward / apart, 0.1) if apart < math.inf else 0.25)
                 continue
             if active and not agrees(functions, tables, settings, end, t, state, ws, scratch):
                 if s > 0.0:
                     return s
-                if failed == SHORTENINGS:
+                if failed == CHECKS.shortenings:
                     return end
                 failed += 1
                 ds = 0.5 * end
                 continue
-            if end == h or _fades(shapes, count, settings.method == TAYLOR, first, then):
+            if end == h or _fades(shapes, count, settings.stepping == BY_SERIES, first, then):
                 return end
-            ds = (end - s) * (min(2.0, NEXT / apart) if apart > 0.0 else 2.0)
+            ds = (end - s) * (min(2.0, CHECKS.onward / apart) if apart > 0.0 else 2.0)
             s = end
             for k in range(count):
                 now[k] = then[k]
@@ -308,11 +260,11 @@ def guards_agree(functions, tables, settings, part, s, t, state, ws, scratch):
             row = uint64(n + settings.quadratures + j)
             error = functions.guard(mode, j, t + s, state.c, scratch.out[:n], scratch.gradient) - value(ws, row, s)
             moved = late_size(ws, row, s, uint64(1)) * s
-            bound = part * moved + ROUNDING * size(ws, row, s)
+            bound = part * moved + CHECKS.rounding * size(ws, row, s)
             if not abs(error) <= bound:
                 # near a pole the rounding of the state is what counts
                 doubt = functions.guard_error(mode, j, t + s, state.c, scratch.out[:n], scratch.none)
-                if not (doubt < math.inf and abs(error) <= bound + DOUBT * guards.ROUNDING * doubt):
+                if not (doubt < math.inf and abs(error) <= bound + CHECKS.doubt * guards.ROUNDING * doubt):
                     return False
     return True
 
@@ -335,7 +287,7 @@ def coarsest(functions, tables, tolerance, h, t, state, end, scratch):
     for i in range(scratch.doubt.size):
         first = rounding_of_rate(functions, tables, i, t, state, state.x, scratch)
         last = rounding_of_rate(functions, tables, i, t + h, state, end, scratch)
-        scratch.doubt[i] = DOUBT * max(first, last) * h / tolerance
+        scratch.doubt[i] = CHECKS.doubt * max(first, last) * h / tolerance
 
 
 @rare
@@ -374,15 +326,15 @@ def _tangents_agree(functions, settings, s, t, state, ws, scratch):
         for i in range(n):
             width = scale[i] if scale[i] > 0.0 else widest if widest > 0.0 else 1.0
             length = max(length, abs(direction[i]) / width)
-            part = (abs(slope[i] - rate[i]) - ROUNDING * abs(rate[i])) * s / width
+            part = (abs(slope[i] - rate[i]) - CHECKS.rounding * abs(rate[i])) * s / width
             off = part if not part <= off else off
-        if not off <= max(DEFECT * settings.tolerance, ROUNDING) * length:
+        if not off <= max(CHECKS.defect * settings.tolerance, CHECKS.rounding) * length:
             functions.variation(run.mode, (t + s) * (1.0 + 4.0 * EPSILON), state.c, place, direction, scratch.doubt[:n])
             for i in range(n):
                 width = scale[i] if scale[i] > 0.0 else widest if widest > 0.0 else 1.0
-                doubt = DOUBT * abs(scratch.doubt[i] - rate[i]) + ROUNDING * abs(rate[i])
+                doubt = CHECKS.doubt * abs(scratch.doubt[i] - rate[i]) + CHECKS.rounding * abs(rate[i])
                 part = (abs(slope[i] - rate[i]) - doubt) * s / width
-                if not part <= max(DEFECT * settings.tolerance, ROUNDING) * length:
+                if not part <= max(CHECKS.defect * settings.tolerance, CHECKS.rounding) * length:
                     return False
     return True
 
@@ -395,19 +347,19 @@ def series_agree(functions, tables, settings, s, t, state, ws, scratch):
     functions.field(state.run[0].mode, t + s, state.c, place, rate)
     told = False
     for i in range(place.size):
-        bound = ROUNDING * abs(rate[i]) * s
+        bound = CHECKS.rounding * abs(rate[i]) * s
         if i < state.x.size:
-            bound += max(DEFECT * settings.tolerance, ROUNDING) * state.scale[i]
+            bound += max(CHECKS.defect * settings.tolerance, CHECKS.rounding) * state.scale[i]
         else:
-            bound += DEFECT * settings.tolerance * late_size(ws, uint64(i), s, uint64(1)) * s
+            bound += CHECKS.defect * settings.tolerance * late_size(ws, uint64(i), s, uint64(1)) * s
         off = abs(slope[i] - rate[i]) * s
         if not off <= bound:
             if not told:
                 doubt_of_rates(functions, tables, s, t, state, scratch)
                 told = True
-            if not off <= bound + DOUBT * scratch.doubt[i] * s:
+            if not off <= bound + CHECKS.doubt * scratch.doubt[i] * s:
                 return False
-    if not guards_agree(functions, tables, settings, DEFECT * settings.tolerance, s, t, state, ws, scratch):
+    if not guards_agree(functions, tables, settings, CHECKS.defect * settings.tolerance, s, t, state, ws, scratch):
         return False
     return state.run[0].live == 0 or _tangents_agree(functions, settings, s, t, state, ws, scratch)
 
@@ -434,11 +386,11 @@ def proven(functions, tables, settings, h, t, state, ws, scratch):
         # where one of the last two is there it tells as much, and more of a state that begins with next to nothing
         if ws[i, uint64(order)] != 0.0 or ws[i, uint64(order - 1)] != 0.0:
             continue
-        for k in range(order - EARLIER, order - 1):
+        for k in range(order - CHECKS.earlier, order - 1):
             if ws[i, uint64(k)] != 0.0 and scale[i] > 0.0:
                 h = min(h, settings.reach * (scale[i] / abs(ws[i, uint64(k)])) ** (1.0 / k))
     whole = h
-    for _ in range(SHORTENINGS):
+    for _ in range(CHECKS.shortenings):
         if series_agree(functions, tables, settings, h, t, state, ws, scratch):
             return h
         h *= 0.6
@@ -467,7 +419,7 @@ def ending(functions, tables, settings, h, t, state, scratch):
     run, x = state.run[0], state.x
     mode, n = run.mode, x.size
     now, then, place, rate = scratch.watched[0], scratch.watched[1], scratch.image, scratch.before
-    soon = AHEAD * (run.longest if run.longest > 0.0 else run.period)
+    soon = CHECKS.ahead * (run.longest if run.longest > 0.0 else run.period)
     functions.field(mode, t, state.c, x, rate)
     for i in range(n):
         rate[i] = soon * rate[i] if abs(rate[i]) < math.inf else 0.0
@@ -486,7 +438,7 @@ def ending(functions, tables, settings, h, t, state, scratch):
             outcome = NONFINITE if outcome == STEP_UNDERFLOW else outcome
     read(functions, mode, t + soon, state.c, place, then)
     for k in range(tables.steep[mode, 0]):
-        may_end = _may_end(tables.shapes[mode, k, 6], settings.method == TAYLOR)
+        may_end = _may_end(tables.shapes[mode, k, 6], settings.stepping == BY_SERIES)
         if may_end and outcome != SINGULAR and _ends(now[k], then[k]):
             outcome = SINGULAR
             run.blocked = k

@@ -11,16 +11,7 @@ import math
 import numpy as np
 
 from chaosdrill.codegen.layout import EPSILON
-from chaosdrill.engine.checked import (
-    DENSE_DEFECT,
-    DOUBT,
-    coarsest,
-    dense_defect,
-    doubt_of_rates,
-    guards_agree,
-    looks,
-    may_hide_between,
-)
+from chaosdrill.engine.checked import coarsest, dense_defect, doubt_of_rates, guards_agree, looks, may_hide_between
 from chaosdrill.engine.dop853_tables import (
     DEGREE,
     DENSE,
@@ -37,15 +28,11 @@ from chaosdrill.engine.dop853_tables import (
     C,
 )
 from chaosdrill.engine.guard_series import guard_polynomials
-from chaosdrill.engine.guard_times import MOST_HALVINGS, exact_times
-from chaosdrill.engine.guards import INTERPOLATED
+from chaosdrill.engine.guard_times import exact_times
 from chaosdrill.engine.jit import inner, series
 from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.scales import SMALLEST, fill, finest
 from chaosdrill.engine.step_control import (
-    SMALLEST_GROWTH,
-    TANGENTS,
-    UNDERFLOW,
     accept,
     begin_anew,
     begun,
@@ -58,6 +45,7 @@ from chaosdrill.engine.step_control import (
     weigh,
 )
 from chaosdrill.engine.stepper import offered
+from chaosdrill.engine.tuning import CHECKS, DOP853, GUARDS, STEPS
 
 METHOD = {
     "summary": "adaptive Runge-Kutta of order 8, for right-hand sides that are not analytic; events as for taylor",
@@ -66,13 +54,6 @@ METHOD = {
 
 DENSE_NOISE = 4 * EPSILON * float(np.abs(DENSE).sum(axis=1).max())
 """Rounding units by which the dense output moves the polynomial of a state."""
-
-LARGEST_GROWTH = 6.0
-
-BLIND = 0.25
-"""Part of the square of the error of order 3, over the spread of the rates, below which that of order 5 is zero by
-accident: an order beyond the one that it stands for. Without it 1 in 100 of the longest steps through a pulse was
-believed though it was off by more than 50 tolerances, some by 1e6; with it none was, and 1 in 60 is shorter."""
 
 
 @series
@@ -133,8 +114,8 @@ def _estimate(stages, first, n, h, length):
         spread = 0.0
         for j in range(1, STAGES):
             spread = max(spread, abs(stages[first + j, i] - stages[first, i]))
-        if a * spread < BLIND * b * b:
-            a = min(BLIND * b * (b / spread), b)
+        if a * spread < DOP853.blind * b * b:
+            a = min(DOP853.blind * b * (b / spread), b)
         # before the square, which overflows where a state has decayed to nothing
         a *= stages[WEIGHTS, i] / length
         b *= stages[WEIGHTS, i] / length
@@ -169,7 +150,7 @@ def error_of(x, h, scale, least, longest, vectors, live, rounding, stages):
     for v in range(live):
         length = size(vectors[v], stages[WEIGHTS])
         if length > 0.0:
-            e = _estimate(stages, VECTORS + ROWS_A_VECTOR * v, x.size, h, length) / TANGENTS
+            e = _estimate(stages, VECTORS + ROWS_A_VECTOR * v, x.size, h, length) / STEPS.tangents
             error = e if not e <= error else error
     return error
 
@@ -200,13 +181,14 @@ def _agrees(functions, tables, settings, s, t, state, ws, scratch):
     dense_defect(functions, DEGREE, s, t, state, ws, scratch)
     rate, slope = scratch.before, scratch.after
     for i in range(state.x.size):
-        allowed = DENSE_DEFECT * settings.tolerance * state.scale[i] + DENSE_NOISE * abs(rate[i]) * s
+        allowed = CHECKS.dense_defect * settings.tolerance * state.scale[i] + DENSE_NOISE * abs(rate[i]) * s
         off = abs(slope[i] - rate[i]) * s
         if not off <= allowed:
             doubt_of_rates(functions, tables, s, t, state, scratch)
-            if not off <= allowed + DOUBT * scratch.doubt[i] * s:
+            if not off <= allowed + CHECKS.doubt * scratch.doubt[i] * s:
                 return False
-    return guards_agree(functions, tables, settings, DENSE_DEFECT * INTERPOLATED, s, t, state, ws, scratch)
+    part = CHECKS.dense_defect * GUARDS.interpolated
+    return guards_agree(functions, tables, settings, part, s, t, state, ws, scratch)
 
 
 _look = looks(_agrees)
@@ -240,7 +222,7 @@ def expand(place, p, t):
     halvings = 0
     longer = 0.0
     larger = 0.0
-    while h > UNDERFLOW * run.longest:
+    while h > STEPS.underflow * run.longest:
         attempt(functions, t, state.c, x, h, vectors, live, run, stages, stages[END])
         error = error_of(x, h, scale, least, run.period, vectors, live, scratch.none, stages) / tolerance
         if error > 1.0:
@@ -260,7 +242,7 @@ def expand(place, p, t):
             dense_output(functions, t, state.c, x, h, run, stages, scratch.workspace)
         if watching:
             left = guard_polynomials(functions, tables, settings, state, t, h, scratch)
-            if left == math.inf or (left > 1.0 and halvings < MOST_HALVINGS):
+            if left == math.inf or (left > 1.0 and halvings < STEPS.halvings):
                 halvings += 1
                 rejected = True
                 h *= 0.5
@@ -269,12 +251,12 @@ def expand(place, p, t):
             seen = _look(functions, tables, settings, h, t, state, scratch.workspace, scratch)
             if seen < h:
                 # what is wrong of the dense output may be wrong everywhere
-                h = max(seen, SMALLEST_GROWTH * h)
+                h = max(seen, STEPS.smallest_growth * h)
                 cut = True
                 continue
         if ends and is_stuck(functions, mode, t, state.c, x, stages[END], h, run.longest, scratch.doubt):
             return 0.0
-        accept(run, error, 8.0, h, wanted, rejected, LARGEST_GROWTH)
+        accept(run, error, 8.0, h, wanted, rejected, DOP853.largest_growth)
         if cut:
             begin_anew(run, h)
         break

@@ -17,15 +17,12 @@ from chaosdrill.engine.layout import (
     EVENT_SPEED,
     EVENT_STROBES,
     EVENT_TIME,
+    FIXED,
     MARKS_ONLY,
     RANK_DEFICIENT,
-    RK4,
     TO_MODE,
 )
-
-FAR = 1e15
-"""Scale of the states by which they are put onto a guard however far away it is: where steps are fixed an event is as
-exact as its bisection, and a guess of an orbit may end anywhere."""
+from chaosdrill.engine.tuning import GUARDS
 
 
 @inlined
@@ -132,9 +129,9 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
     scale = state.scale
     if not met:
         scale = scratch.none
-    elif settings.method == RK4:
+    elif settings.stepping == FIXED:
         scale = scratch.image
-        scale[:] = FAR
+        scale[:] = GUARDS.far
     key = tables.keys[mode, j]
     with_tangents = run.live + recorded
     event[place.complete] = 0.0
@@ -190,7 +187,7 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
             run.next_step = 0.0
         if flight > 0.0 and interpolated(tables, settings, mode, j):
             # of a longer step the polynomial leaves out what is not small beside the flight
-            longest = 0.1 * flight / math.sqrt(max(settings.tolerance, guards.INTERPOLATED))
+            longest = 0.1 * flight / math.sqrt(max(settings.tolerance, GUARDS.interpolated))
             if longest < run.tried:
                 run.next_step = min(run.next_step, longest) if run.next_step > 0.0 else longest
     if recorded:

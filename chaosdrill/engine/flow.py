@@ -11,13 +11,13 @@ from chaosdrill.engine.jit import compiled, inlined
 from chaosdrill.engine.layout import (
     DONE,
     EVENLY,
+    FIXED,
     FULL,
     INSTANTS,
     INVALID_START,
-    RK4,
     Method,
 )
-from chaosdrill.engine.records import FLOW_SIGNATURE, SMALLEST_STEP, machine_at, state_of, state_outcome, time_of
+from chaosdrill.engine.records import FLOW_SIGNATURE, machine_at, state_of, state_outcome, time_of
 from chaosdrill.engine.step import (
     advance,
     end_step,
@@ -31,6 +31,7 @@ from chaosdrill.engine.step import (
     up_to_strobe,
 )
 from chaosdrill.engine.tangents import begin_tangents, orthonormalise
+from chaosdrill.engine.tuning import STEPS
 
 
 @inlined
@@ -70,7 +71,7 @@ def flow(place, p, samples, events):
         te = -1.0
         j = -1
         ties = 0
-        if settings.method != RK4:
+        if settings.stepping != FIXED:
             # here it is no call: it would cost a twelfth of a step
             te, j, ties, h = guards.first_event(
                 functions, tables, settings, state, scratch.workspace, row, h, t, scratch
@@ -78,7 +79,7 @@ def flow(place, p, samples, events):
         te, j, ties = locate(functions, method, tables, settings, te, j, ties, h, t, state, scratch)
         if te == -2.0:
             return INVALID_START
-        if not h > SMALLEST_STEP * run.longest:
+        if not h > STEPS.smallest * run.longest:
             outcome = stop(functions, tables, settings, h, t, state, events, scratch)
             if outcome != DONE:
                 return outcome
@@ -87,7 +88,7 @@ def flow(place, p, samples, events):
         if not happens:
             te = h
         early = late = 0.0
-        if happens and settings.method != RK4:
+        if happens and settings.stepping != FIXED:
             if settings.recording == INSTANTS:
                 late = margin(functions, tables, settings, state, scratch, samples, row, j, te, h, t)
             instant = instant_after(run, settings.samples, te)

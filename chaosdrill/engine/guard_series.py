@@ -6,9 +6,9 @@ Value and slope at the start come from the guard itself, so that what vanishes t
 import math
 
 from chaosdrill.engine.dop853_tables import GUARD_DEGREE, NODES, PLACE, TO_CHEBYSHEV, TO_POWERS
-from chaosdrill.engine.guards import INTERPOLATED, INTERPOLATED_IN_TIME, INTERPOLATION_NOISE
+from chaosdrill.engine.guards import INTERPOLATION_NOISE, truncation
 from chaosdrill.engine.jit import series
-from chaosdrill.engine.layout import AFFINE, TIMED
+from chaosdrill.engine.layout import AFFINE
 from chaosdrill.engine.radau_tables import DEGREE
 
 
@@ -40,7 +40,7 @@ def guard_polynomials(functions, tables, settings, state, t, h, scratch):
                     g[k] += gradient[i] * ws[i, k]
         else:
             rest, largest = _interpolate(functions, mode, j, t, c, h, place, gradient, ws, g)
-            allowed = (INTERPOLATED_IN_TIME if marks[j] & TIMED else max(settings.tolerance, INTERPOLATED)) * largest
+            allowed = truncation(settings, marks[j]) * largest
             if rest > allowed:
                 noise = functions.guard_error(mode, j, t, c, x, scratch.none)
                 noise = max(noise, functions.guard_error(mode, j, t + h, c, place[:n], scratch.none))

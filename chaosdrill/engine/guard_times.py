@@ -9,12 +9,7 @@ from chaosdrill.engine.guards import ROUNDING, unit_of
 from chaosdrill.engine.jit import inner
 from chaosdrill.engine.layout import TIMED
 from chaosdrill.engine.records import state_of
-
-MOST_HALVINGS = 30
-"""Halvings of a step whose guards are not yet polynomials; one with a kink never is."""
-
-NEAR = 1e-6
-"""Events within this part of the step of the first one are located as well: which is first is then seen exactly."""
+from chaosdrill.engine.tuning import GUARDS
 
 
 def exact_times(arrive: Any) -> Callable[..., None]:
@@ -78,7 +73,7 @@ def exact_times(arrive: Any) -> Callable[..., None]:
         times, mode = scratch.times, state.run[0].mode
         first = state.x.size + settings.quadratures
         for j in range(tables.active[mode, 0]):
-            if times[j] > te + NEAR * h:
+            if times[j] > te + GUARDS.near * h:
                 times[j] = -1.0
             elif times[j] > 0.0 and tables.marks[mode, j] & TIMED == 0:
                 g = scratch.workspace[first + j]

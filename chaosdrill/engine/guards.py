@@ -21,6 +21,7 @@ from chaosdrill.engine.layout import (
     AFTER,
     ARMED,
     BEGIN,
+    BY_SERIES,
     FIRE,
     INVALID,
     MARKS,
@@ -30,39 +31,20 @@ from chaosdrill.engine.layout import (
     PASSED,
     PASSES,
     PUT,
-    TAYLOR,
     TIMED,
     UNSURE,
 )
 from chaosdrill.engine.polynomial import derivative, keeps_side, size, value
 from chaosdrill.engine.roots import first_crossing, recrossing
-
-VANISHING = 1e-13
-"""Part of a guard's variation over a step below which its second and later derivatives count as zero."""
-
-INTERPOLATED = 1e-10
-"""Least truncation error of the interpolated polynomial of a curved guard, beside its rounding error."""
+from chaosdrill.engine.tuning import GUARDS
 
 INTERPOLATION_NOISE = 4 * EPSILON * float((np.abs(TO_CHEBYSHEV[-2:]) / NODES**2).sum())
 """Rounding units by which the interpolation moves a polynomial, and its last two coefficients."""
-
-INTERPOLATED_IN_TIME = 1e-13
-"""The same for a guard of time alone, which is interpolated between values that are exact."""
 
 JUMPED, HELD, PUT_ACROSS, PLACED = 2, 3, 4, 5
 """A side times one of the first three says that the guard is about to fire: the last event's reset threw the state
 across it, the motion would not leave it any more, or the state was put beyond it from elsewhere. ``PLACED`` says that
 the guard is zero, and was crossed to this side with the surface of the last event."""
-
-PARALLEL = 1e-12
-"""Part by which the square of the cosine of two gradients may differ from 1 where guards that are zero at the same
-place are on one surface: the angle counts as zero up to 1e-6."""
-
-LATE = 100.0
-"""Tolerances by which a run may begin beyond a guard and be on it: no run that is right ends farther off."""
-
-NEAR = 1e-6
-"""Part of the step within which two roots, or a root and a strobe, are looked at for whether they coincide."""
 
 
 @inlined
@@ -154,7 +136,7 @@ def _placed(functions, tables, state, j, t, scratch):
         square += part * part
         own_square += own * own
         dot += part * own
-    if dot == 0.0 or not dot * dot >= (1.0 - PARALLEL) * square * own_square:
+    if dot == 0.0 or not dot * dot >= (1.0 - GUARDS.parallel) * square * own_square:
         return 0
     return run.way if dot > 0.0 else -run.way
 
@@ -243,12 +225,18 @@ def _state_at(ws, n, s, place):
         place[i] = value(ws, uint64(i), s)
 
 
+@inlined
+def truncation(settings, marks):
+    """Part of its size that the interpolated polynomial of a guard may leave out."""
+    return GUARDS.interpolated_in_time if marks & TIMED else max(settings.tolerance, GUARDS.interpolated)
+
+
 @rare
 def left_out(functions, tables, settings, state, ws, i, j, h, t, scratch):
     """Truncation error of the interpolated polynomial of guard j over the step."""
     mode = state.run[0].mode
     marks = tables.marks[mode, j]
-    if settings.method == TAYLOR:
+    if settings.stepping == BY_SERIES:
         return 0.0
     place = scratch.before[: state.x.size]
     noise = functions.guard_error(mode, j, t, state.c, state.x, scratch.none)
@@ -259,8 +247,7 @@ def left_out(functions, tables, settings, state, ws, i, j, h, t, scratch):
     largest = 0.0
     for k in range(9):
         largest = max(largest, abs(value(ws, uint64(i), 0.125 * k * h)))
-    part = INTERPOLATED_IN_TIME if marks & TIMED else max(settings.tolerance, INTERPOLATED)
-    return 2.0 * part * largest + INTERPOLATION_NOISE * noise
+    return 2.0 * truncation(settings, marks) * largest + INTERPOLATION_NOISE * noise
 
 
 @inlined
@@ -284,14 +271,14 @@ def _clear_side(ws, i, h, doubt):
 def begun_at(functions, tables, settings, state, j, here, reach, h, t, scratch):
     """Value of guard j where a run begins: 0 if that is beyond it by no more than the error of where another run ends.
 
-    That is `LATE` tolerances: of what the guard is made of, and of what it changes by in a step, ``reach``. The state
-    is then no better known than what it moves in the step. Time has no such error.
+    That is ``GUARDS.late`` tolerances: of what the guard is made of, and of what it changes by in a step, ``reach``. The
+    state is then no better known than what it moves in the step. Time has no such error.
     """
     run = state.run[0]
     if not here * tables.active[run.mode, 1 + j] > 0.0 or tables.marks[run.mode, j] & TIMED:
         return here
     error = functions.guard_error(run.mode, j, t, state.c, state.x, scratch.none)
-    if not abs(here) <= LATE * settings.tolerance * (error + reach):
+    if not abs(here) <= GUARDS.late * settings.tolerance * (error + reach):
         return here
     run.longest = h
     return 0.0
@@ -324,7 +311,7 @@ def settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch):
             return how, side, order
     left = left_out(functions, tables, settings, state, ws, i, j, h, t, scratch)
     # derivatives of what an interpolation leaves out are larger than that
-    limit = VANISHING * total + 100.0 * left
+    limit = GUARDS.vanishing * total + 100.0 * left
     hidden = False
     power = h
     for k in range(2, n + 1):
@@ -336,7 +323,7 @@ def settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch):
                 order = k
                 if out_first(g[k], k, off, total, h):
                     break
-        elif abs(g[k]) * power > VANISHING * total:
+        elif abs(g[k]) * power > GUARDS.vanishing * total:
             hidden = True
     if hidden:
         ahead = _clear_side(ws, i, h, off + left)
@@ -351,7 +338,7 @@ def settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch):
         lower = 0.0
         for k in range(order - 1, 0, -1):
             lower = (lower + abs(g[k])) * h
-        if lower > VANISHING * total:
+        if lower > GUARDS.vanishing * total:
             # what is left of the earlier terms counts farther away; the value is on its side by no more than its error
             g[0] = side * off
             order = 0
@@ -478,7 +465,7 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
         reach = abs(summit) + 2.0 * math.sqrt(summit * summit + 2.0 * doubt / abs(bend))
     if third != 0.0:
         reach = min(reach, 2.0 * abs(bend / third) + 2.0 * (6.0 * doubt / abs(third)) ** (1.0 / 3.0))
-    reach = max(reach, 10.0 * NEAR * h)
+    reach = max(reach, 10.0 * GUARDS.near * h)
     for _ in range(60):
         clear = min(s + reach, h)
         if marks & TIMED:
@@ -527,7 +514,7 @@ def earliest(functions, tables, settings, state, ws, row, count, h, t, scratch):
     least = math.inf
     for j in range(count):
         apart = times[j] - times[first]
-        if j == first or times[j] < 0.0 or apart > NEAR * h:
+        if j == first or times[j] < 0.0 or apart > GUARDS.near * h:
             continue
         if error < 0.0:
             error = least = root_error(functions, tables, settings, state, ws, row + first, first, te, t, scratch)
@@ -616,7 +603,7 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
 def coincides(functions, tables, settings, state, ws, row, j, te, instant, h, t, scratch):
     """Whether an instant behind the root of guard j at te, such as a strobe, is no later than the root may be."""
     apart = instant - te
-    return apart <= NEAR * h and (
+    return apart <= GUARDS.near * h and (
         apart <= root_error(functions, tables, settings, state, ws, row + j, j, te, t, scratch)
     )
 
@@ -634,7 +621,7 @@ def pass_sides(functions, tables, state, backs, s, t, gradient):
     for j in range(tables.active[mode, 0]):
         if 0.0 <= backs[j] <= s:
             direction = tables.active[mode, 1 + j]
-            at_end = s - backs[j] <= NEAR * s
+            at_end = s - backs[j] <= GUARDS.near * s
             if not at_end or functions.guard(mode, j, t, state.c, state.x, gradient) * direction <= 0.0:
                 state.sides[tables.keys[mode, j]] = -direction
 

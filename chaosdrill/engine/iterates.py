@@ -13,10 +13,8 @@ from chaosdrill.engine.layout import DONE, EVENLY, FULL, LAST, STAGE, TAKEN
 from chaosdrill.engine.records import FLOW_SIGNATURE, machine_at, results_type, state_of, state_outcome
 from chaosdrill.engine.step import end_step, pass_strobe
 from chaosdrill.engine.tangents import begin_tangents, orthonormalise
+from chaosdrill.engine.tuning import STEPS
 from chaosdrill.engine.window import keep
-
-BEHIND = 0.75
-"""Where in the period the step behind the event ends, which finds what the event has made of the state."""
 
 
 @inlined
@@ -24,7 +22,7 @@ def _next(settings, run):
     """Where in the period the next step ends, which begins where another one has ended."""
     if run.time < 0.5 * settings.phase:
         return settings.phase
-    return BEHIND if run.time < 0.5 else 1.0
+    return STEPS.behind if run.time < 0.5 else 1.0
 
 
 @inlined

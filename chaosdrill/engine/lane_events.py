@@ -25,25 +25,13 @@ from chaosdrill.engine.lanes import (
 from chaosdrill.engine.layout import ARMED, FIRE, ONGOING, TIMED, UNSURE, Method
 from chaosdrill.engine.records import state_of
 from chaosdrill.engine.roots import bernstein_weights
+from chaosdrill.engine.tuning import GUARDS, LANE
 
-DEGREE = 11
-"""Degree of the Bernstein form: in lanes a higher one costs little, and it isolates nearly all roots."""
-
-_WEIGHTS = bernstein_weights(DEGREE)
+_WEIGHTS = bernstein_weights(LANE.degree)
 
 # rows of a Bernstein form behind its coefficients
-REST, HIGHEST = DEGREE + 1, DEGREE + 2
-BERNSTEIN = HIGHEST + DEGREE + 1
-
-ITERATIONS = 12
-"""Newton steps before a root is left to the search for one trajectory."""
-
-SURE = 1e-8
-"""Part of the largest coefficient by which a value must be above zero to be called so: what only touches zero is looked
-at for one trajectory."""
-
-NOISE = 1e-14
-"""Part of the sum of a guard's terms that rounding may take from its polynomial, and more."""
+REST, HIGHEST = LANE.degree + 1, LANE.degree + 2
+BERNSTEIN = HIGHEST + LANE.degree + 1
 
 # columns of how the steps of a block end: outcome, guard, ties
 OUTCOME, GUARD, TIES = range(3)
@@ -88,7 +76,7 @@ def _first_order(j, slope_leads, lane, block, errors):
     if slope_leads:
         return 1 if guards.out_first(block.scaled[j, 1, lane] / h, 1, off, total, h) else 0
     bend = block.scaled[j, 2, lane]
-    if not abs(bend) > guards.VANISHING * total:
+    if not abs(bend) > GUARDS.vanishing * total:
         return 0
     return 2 if guards.out_first(bend / (h * h), 2, off, total, h) else 0
 
@@ -158,7 +146,7 @@ def _reaches(j, block):
         begin = chosen(double, second, chosen(simple, g[1], begin))
     sign = row_of(block.sign)[j]
     # of a sum and that of sizes, half the sum is that of the terms above zero
-    return ~(sign * begin + (0.5 * (sign * later + sizes) + NOISE * total) <= 0.0)
+    return ~(sign * begin + (0.5 * (sign * later + sizes) + LANE.noise * total) <= 0.0)
 
 
 @inlined
@@ -181,7 +169,7 @@ def _bernstein(a, order, sign, rest, block):
     of each coefficient the largest up to it."""
     b = row_of(block.bernstein)
     highest = spread(-math.inf)
-    for j in range(DEGREE + 1):
+    for j in range(LANE.degree + 1):
         value = a[0]
         for k in range(1, j + 1):
             value = value + _WEIGHTS[j, k] * a[k]
@@ -189,7 +177,7 @@ def _bernstein(a, order, sign, rest, block):
         highest = larger(highest, value)
         b[j] = value
         b[HIGHEST + j] = highest
-    for k in range(DEGREE + 1, order + 1):
+    for k in range(LANE.degree + 1, order + 1):
         rest = rest + magnitude(a[k])
     b[REST] = rest
 
@@ -204,17 +192,17 @@ def _isolated(block):
     """
     b = row_of(block.bernstein)
     rest = b[REST]
-    last = b[DEGREE]
+    last = b[LANE.degree]
     ahead = last
     valley = spread(-math.inf)
-    for m in range(1, DEGREE):
-        j = DEGREE - m
+    for m in range(1, LANE.degree):
+        j = LANE.degree - m
         value = b[j]
         rim = smaller(b[HIGHEST + j - 1], ahead)
         valley = larger(valley, smaller(rim - rest, rest - value))
         valley = larger(valley, smaller(rim + rest, -rest - value))
         ahead = larger(ahead, value)
-    highest = b[HIGHEST + DEGREE]
+    highest = b[HIGHEST + LANE.degree]
     # a coefficient that is no number is one of those that come after it, too
     none = (highest + rest <= 0.0) & (last + rest <= 0.0)
     return none, (b[0] < 0.0) & (highest > rest) & (valley < 0.0), ~(last > rest)
@@ -224,18 +212,18 @@ def _isolated(block):
 def _first_sign(block):
     """About where the control polygon of the Bernstein form first gets above zero."""
     b = row_of(block.bernstein)
-    value = b[DEGREE]
+    value = b[LANE.degree]
     low, high = value, value
-    place, at = spread(0.0), spread(float(DEGREE))
-    for m in range(1, DEGREE + 1):
+    place, at = spread(0.0), spread(float(LANE.degree))
+    for m in range(1, LANE.degree + 1):
         at = at - 1.0
         beyond = value > 0.0
-        before = b[DEGREE - m]
+        before = b[LANE.degree - m]
         place = chosen(beyond, at, place)
         low = chosen(beyond, before, low)
         high = chosen(beyond, value, high)
         value = before
-    return (place + low / (low - high)) * (1.0 / DEGREE)
+    return (place + low / (low - high)) * (1.0 / LANE.degree)
 
 
 @series
@@ -251,7 +239,7 @@ def _summit(a, order, sign, noise, block):
     bound, bend = spread(0.0), spread(0.0)
     largest = spread(-math.inf)
     at = spread(0.0)
-    for j in range(1, DEGREE):
+    for j in range(1, LANE.degree):
         at = at + 1.0
         value = b[j]
         turn = (b[j + 1] - value) - (value - b[j - 1])
@@ -260,19 +248,19 @@ def _summit(a, order, sign, noise, block):
         bend = chosen(above, turn, bend)
         bound = chosen(above, at, bound)
         highest = chosen(above, value, highest)
-    bound = bound * (1.0 / DEGREE)
+    bound = bound * (1.0 / LANE.degree)
     height, slope = _value_and_slope(a, order, bound)
-    hidden = ~(sign * height > SURE * highest)
+    hidden = ~(sign * height > LANE.sure * highest)
     none = highest < -math.inf
     if some(hidden):
-        summit = _inside(bound - slope / (DEGREE * (DEGREE - 1.0) * (sign * bend)))
+        summit = _inside(bound - slope / (LANE.degree * (LANE.degree - 1.0) * (sign * bend)))
         height, following = _value_and_slope(a, order, summit)
         summit = _inside(summit - following * (summit - bound) / (following - slope))
         height, slope = _value_and_slope(a, order, summit)
-        margin = SURE * highest + noise
+        margin = LANE.sure * highest + noise
         # in all of the step no point is higher than the tangent there
         top = sign * height + larger(sign * slope * (1.0 - summit), -(sign * slope * summit))
-        concave = DEGREE * (DEGREE - 1.0) * largest + order * (order - 1.0) * rest < 0.0
+        concave = LANE.degree * (LANE.degree - 1.0) * largest + order * (order - 1.0) * rest < 0.0
         none = hidden & concave & (top < -margin)
         seen = hidden & (sign * height > margin)
         bound = chosen(seen, summit, bound)
@@ -308,7 +296,7 @@ def _polish(a, order, searched, u):
     """Newton steps from u in the lanes of a mask: the roots, and where they have not settled."""
     before = spread(0.0)
     active = chosen(searched, 1.0, 0.0)
-    for _ in range(ITERATIONS):
+    for _ in range(LANE.iterations):
         f, d = _value_and_slope(a, order, u)
         step = f / d
         u = chosen(active > 0.0, u - step, u)
@@ -333,7 +321,7 @@ def _search(count, order, block):
             continue
         a = _without_zeros(j, order, block)
         sign = row_of(block.sign)[j]
-        noise = NOISE * row_of(block.total)[j]
+        noise = LANE.noise * row_of(block.total)[j]
         _bernstein(a, order, sign, noise, block)
         none, isolated, returns = _isolated(block)
         searched = candidates & isolated
@@ -374,7 +362,7 @@ def _first_of(count, block):
         second = chosen(sooner, first, smaller(second, time))
         which = chosen(sooner, float(j), which)
         first = chosen(sooner, time, first)
-    near = second - first <= guards.NEAR * row_of(block.h)[0]
+    near = second - first <= GUARDS.near * row_of(block.h)[0]
     alone[0] = chosen(near, 1.0, alone[0])
     row_of(block.which)[0] = which
     row_of(block.reach)[0] = chosen(which >= 0.0, first, -1.0)
@@ -427,7 +415,7 @@ def first_events(machine, place, settings, mode, lanes, places, first, ends, blo
 @inner
 def coincides(functions, tables, settings, state, first, j, te, instant, lane, block, scratch):
     """As ``guards.coincides`` for one lane."""
-    if instant - te > guards.NEAR * block.h[lane]:
+    if instant - te > GUARDS.near * block.h[lane]:
         return False
     count = tables.active[state.run[0].mode, 0]
     copy_lane(block.ws, 0, first + count, lane, settings.order, scratch.workspace)

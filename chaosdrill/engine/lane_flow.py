@@ -23,7 +23,6 @@ from chaosdrill.engine.layout import (
     TAKEN,
 )
 from chaosdrill.engine.records import (
-    SMALLEST_STEP,
     lane_functions_type,
     lane_room_type,
     machine_at,
@@ -33,11 +32,8 @@ from chaosdrill.engine.records import (
     within,
 )
 from chaosdrill.engine.step import add_to, end_step, instant_after, pass_strobe, stop, up_to_strobe
+from chaosdrill.engine.tuning import LANE, STEPS
 from chaosdrill.engine.window import keep
-
-ACTIVE = 64
-"""Runs under way at a time: enough to fill the lanes of every queue, few enough to stay in the cache."""
-
 
 _STOPPED = -2
 """In the place of a guard: the step of this lane had no length, and what comes of that has been done."""
@@ -126,7 +122,7 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
         ends[lane, OUTCOME] = DONE
         if te == -2.0:
             ends[lane, OUTCOME] = INVALID_START
-        elif not h > SMALLEST_STEP * run.longest:
+        elif not h > STEPS.smallest * run.longest:
             state = state_of(states, p)
             ends[lane, OUTCOME] = stop(functions, tables, settings, h, block.t[lane], state, row, scratch)
             note_section(p, state.run[0], tables, section, row, results, n, mode)
@@ -173,7 +169,7 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
 @inlined
 def _enqueue(queues, key, p):
     queue = queues[key]
-    queue[2 + uint64(queue[0] + queue[1]) % uint64(ACTIVE)] = p
+    queue[2 + uint64(queue[0] + queue[1]) % uint64(LANE.active)] = p
     queue[1] += 1
 
 
@@ -201,7 +197,7 @@ def lane_flow(place, lane_functions, which, stretches, results, frame, section, 
     under_way = 0
     begun = 0
     while True:
-        while under_way < ACTIVE and begun < which.size:
+        while under_way < LANE.active and begun < which.size:
             p = which[begun]
             begun += 1
             begin(p, machine, results, stretches)
@@ -219,10 +215,10 @@ def lane_flow(place, lane_functions, which, stretches, results, frame, section, 
         for lane in range(LANES):
             # lanes without a run repeat the first one
             if lane < count:
-                places[lane] = queue[2 + (queue[0] + lane) % ACTIVE]
+                places[lane] = queue[2 + (queue[0] + lane) % LANE.active]
             else:
                 places[lane] = places[0]
-        queue[0] = (queue[0] + count) % ACTIVE
+        queue[0] = (queue[0] + count) % LANE.active
         queue[1] -= count
         _step(machine, place, lane_functions, results, section, varying, places, count, room)
         for lane in range(count):

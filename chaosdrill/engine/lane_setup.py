@@ -7,8 +7,8 @@ import numpy as np
 from chaosdrill.codegen import kernels_of
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.lane_events import BERNSTEIN
-from chaosdrill.engine.lane_flow import ACTIVE
 from chaosdrill.engine.lanes import LANES, aligned
+from chaosdrill.engine.tuning import LANE
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -63,7 +63,7 @@ def block(system: "HybridSystem", m: int, constants: np.ndarray) -> at.Block:
 def room(system: "HybridSystem", m: int, constants: np.ndarray, row: np.ndarray, spare: np.ndarray) -> at.LaneRoom:
     """What ``lane_flow`` works in for a system with m tangents; see `block` and `chaosdrill.engine.layout.LaneRoom`."""
     return at.LaneRoom(
-        queues=np.zeros((len(system.modes) * (m + 1), 2 + ACTIVE), dtype=np.int64),
+        queues=np.zeros((len(system.modes) * (m + 1), 2 + LANE.active), dtype=np.int64),
         ends=np.zeros((LANES + 1, LANES), dtype=np.int64),
         row=row,
         spare=spare,

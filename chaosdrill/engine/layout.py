@@ -16,9 +16,9 @@ Cube = Annotated[Any, cube]
 Integers = Annotated[Any, integers]
 IntegerMatrix = Annotated[Any, integer_matrix]
 
-TUNING = np.dtype(
+SETTINGS = np.dtype(
     [
-        *((name, np.int64) for name in ("method", "order", "quadratures", "samples", "recording", "orthonormalise")),
+        *((name, np.int64) for name in ("stepping", "order", "quadratures", "samples", "recording", "orthonormalise")),
         *((name, np.int64) for name in ("absolute_time", "max_events", "max_stalls", "target", "own_jacobian")),
         *((name, np.float64) for name in ("tolerance", "reach", "dense_noise", "phase")),
     ],
@@ -29,7 +29,7 @@ is recorded: nothing, ``EVENLY`` so many samples a period, or states at ``INSTAN
 ``dense_noise`` is the rounding units by which the dense output of the method moves the polynomial of a state, ``phase``
 where between two strobes a map takes its iterate, 0 for other systems."""
 
-AllSettings = Annotated[Any, Array(RecordOf(TUNING), 1)]
+AllSettings = Annotated[Any, Array(RecordOf(SETTINGS), 1)]
 
 EVENLY, INSTANTS = 1, 2
 
@@ -213,7 +213,7 @@ class Machine(NamedTuple):
     search: Any
     """`chaosdrill.engine.first_event.first_event`, for lanes and orbits"""
     settings: AllSettings
-    """(1,) of TUNING"""
+    """(1,) of SETTINGS"""
     tables: Tables
     states: States
     scratch: Scratch
@@ -317,7 +317,7 @@ TO_MODE, MARKS_ONLY, RANK_DEFICIENT, COMPLETES, COMPLETED = range(5)
 MARKS, LOSES_RANK, AFFINE, STEEP, TIMED, OPEN, PASSES = 1, 2, 4, 8, 16, 32, 64
 
 # how a method is stepped: by the series that are part of the engine, by steps of one length, by steps that it chooses
-(TAYLOR, RK4, ADAPTIVE) = range(3)
+BY_SERIES, FIXED, ADAPTIVE = range(3)
 
 # columns of how far a run of a batch is: its stretch, the strobe where it is looked at and the last of all stretches,
 # section points kept; where stretches are counted in these, those left in this one, the strobes between two looks (else

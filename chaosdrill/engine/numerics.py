@@ -7,6 +7,7 @@ import numpy as np
 
 from chaosdrill.engine.dop853_tables import GUARD_DEGREE
 from chaosdrill.engine.methods import DEFAULT, METHODS, Method
+from chaosdrill.engine.tuning import RUNS
 
 ORDERS = np.arange(7, 28, 4)
 """Orders of the Taylor series: its coefficients are computed four at a time."""
@@ -50,7 +51,7 @@ class Numerics:
     @property
     def steps_a_period(self) -> int:
         """Steps that a method with a fixed step takes in a period, or in a unit of time."""
-        return self.steps or _STEPS
+        return self.steps or RUNS.fixed_steps
 
     @property
     def angle(self) -> float:
@@ -62,7 +63,7 @@ class Numerics:
         """Error that a step may make, as a part of what it moves: the tolerance, but for rounding."""
         if self.traits.fixed_step:
             return self.angle**5
-        return max(self.tolerance, _ROUNDING)
+        return max(self.tolerance, RUNS.rounding)
 
     @property
     def global_error(self) -> float:
@@ -81,19 +82,14 @@ class Numerics:
         """
         if not self.traits.series:
             return GUARD_DEGREE
-        return _nearest_order(6 - 0.62 * math.log(self.tolerance))
+        return _nearest_order(RUNS.order, self.tolerance)
 
     @property
     def batch_order(self) -> int:
         """The same for runs that are stepped in lanes: there the series is the smaller part of a step's cost."""
-        return self.order if not self.traits.series else _nearest_order(12.5 - 0.42 * math.log(self.tolerance))
+        return self.order if not self.traits.series else _nearest_order(RUNS.batch_order, self.tolerance)
 
 
-_STEPS = 200
-
-_ROUNDING = 4e-15
-"""What rounding adds to a step, however small the tolerance."""
-
-
-def _nearest_order(wanted: float) -> int:
-    return int(ORDERS[np.argmin(np.abs(ORDERS - wanted))])
+def _nearest_order(wanted: tuple[float, float], tolerance: float) -> int:
+    base, slope = wanted
+    return int(ORDERS[np.argmin(np.abs(ORDERS - (base + slope * math.log(tolerance))))])

@@ -12,23 +12,13 @@ import math
 import numpy as np
 
 from chaosdrill.codegen.layout import EPSILON
-from chaosdrill.engine.checked import (
-    DENSE_DEFECT,
-    coarsest,
-    dense_defect,
-    doubt_of_rates,
-    guards_agree,
-    looks,
-    may_hide_between,
-)
+from chaosdrill.engine.checked import coarsest, dense_defect, doubt_of_rates, guards_agree, looks, may_hide_between
 from chaosdrill.engine.dop853_tables import END, ROWS_A_VECTOR, STAGES, VECTORS, WEIGHTS
 from chaosdrill.engine.guard_series import guard_polynomials
-from chaosdrill.engine.guard_times import MOST_HALVINGS, exact_times
-from chaosdrill.engine.guards import INTERPOLATED
+from chaosdrill.engine.guard_times import exact_times
 from chaosdrill.engine.jit import inner
 from chaosdrill.engine.layout import ONGOING
 from chaosdrill.engine.radau_step import (
-    LEAST,
     Z,
     damped,
     dense_output,
@@ -41,12 +31,10 @@ from chaosdrill.engine.radau_step import (
     stage_tangents,
     tangent_error,
 )
-from chaosdrill.engine.radau_tables import DEGREE, FINE, FINEST, POWERS
+from chaosdrill.engine.radau_tables import DEGREE, POWERS
 from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.scales import fill, finest
 from chaosdrill.engine.step_control import (
-    SMALLEST_GROWTH,
-    UNDERFLOW,
     accept,
     begin_anew,
     is_stuck,
@@ -58,6 +46,7 @@ from chaosdrill.engine.step_control import (
     weigh,
 )
 from chaosdrill.engine.stepper import offered
+from chaosdrill.engine.tuning import CHECKS, GUARDS, RADAU, STEPS
 
 METHOD = {
     "summary": "implicit Runge-Kutta of order 5, 9 or 13 for stiff modes (Radau IIA); events as for taylor",
@@ -70,36 +59,27 @@ METHOD = {
 DENSE_NOISE = 4 * EPSILON * float(np.abs(POWERS).sum(axis=-1).max())
 """Rounding units by which the dense output moves the polynomial of a state."""
 
-LARGEST_GROWTH = 8.0
-
-FAILED_PART = 0.25
-"""Part of a step whose stages are not found that is tried next."""
-
 
 @inner
 def _kind(tolerance):
-    return (0 if tolerance > FINE else 1) if tolerance > FINEST else 2
+    return (0 if tolerance > RADAU.fine else 1) if tolerance > RADAU.finest else 2
 
 
 @inner
 def _agrees(functions, tables, settings, s, t, state, ws, scratch):
     """Whether the polynomial through the stages obeys the equations at s, but for what is stiff, as in an error."""
     dense_defect(functions, DEGREE, s, t, state, ws, scratch)
-    rate, slope, allowed = scratch.before, scratch.after, DENSE_DEFECT * max(settings.tolerance, LEAST)
+    rate, slope, allowed = scratch.before, scratch.after, CHECKS.dense_defect * max(settings.tolerance, RADAU.least)
     room, stages = scratch.implicit, scratch.stages
     if not damped(rate, slope, scratch.none, s, state.x.size, room, stages) <= allowed:
         doubt_of_rates(functions, tables, s, t, state, scratch)
         if not damped(rate, slope, scratch.doubt, s, state.x.size, room, stages) <= allowed:
             return False
-    return guards_agree(functions, tables, settings, DENSE_DEFECT * INTERPOLATED, s, t, state, ws, scratch)
+    part = CHECKS.dense_defect * GUARDS.interpolated
+    return guards_agree(functions, tables, settings, part, s, t, state, ws, scratch)
 
 
 _look = looks(_agrees)
-
-
-NOISE = 16.0
-"""Rounding errors of a state within which the error of an implicit step cannot be told. Where a relaxation of mu = 1e6
-began on its slow part, a size of one rounding error took 800,000 steps to the length of the next; of 16 it takes 39."""
 
 
 @offered
@@ -123,7 +103,7 @@ def expand(place, p, t):
     )
     mode, live = run.mode, run.live
     n = x.size
-    tolerance = max(settings.tolerance, LEAST)
+    tolerance = max(settings.tolerance, RADAU.least)
     kind = _kind(tolerance)
     order = 4.0 + 2.0 * kind
     functions.field(mode, t, state.c, x, stages[0])
@@ -135,7 +115,7 @@ def expand(place, p, t):
             row[i] = 0.0
             for k in range(n):
                 row[i] += room.at_start[i, k] * vectors[v, k]
-    known = weigh(x, scale, run.period, tolerance / NOISE, stages)
+    known = weigh(x, scale, run.period, tolerance / RADAU.noise, stages)
     if not math.isfinite(size(stages[0], stages[WEIGHTS])):
         return math.nan
     wanted = wanted_length(functions, t, state, known, tolerance, stages)
@@ -147,12 +127,12 @@ def expand(place, p, t):
     halvings = 0
     longer = 0.0
     larger = 0.0
-    while h > UNDERFLOW * run.longest:
+    while h > STEPS.underflow * run.longest:
         for j in range(3 + 2 * kind):
             for i in range(n):
                 stages[Z + j, i] = 0.0
         if not newton(functions, tables, kind, t, state, h, tolerance, scratch, False):
-            h *= FAILED_PART
+            h *= RADAU.failed
             rejected = True
             ends = True
             continue
@@ -177,7 +157,7 @@ def expand(place, p, t):
         dense_output(kind, x, h, resolved, stages, scratch.workspace)
         if watching:
             left = guard_polynomials(functions, tables, settings, state, t, h, scratch)
-            if left == math.inf or (left > 1.0 and halvings < MOST_HALVINGS):
+            if left == math.inf or (left > 1.0 and halvings < STEPS.halvings):
                 functions.field(mode, t, state.c, x, stages[0])
                 halvings += 1
                 rejected = True
@@ -188,12 +168,12 @@ def expand(place, p, t):
             if seen < h:
                 functions.field(mode, t, state.c, x, stages[0])
                 # what is wrong of the dense output may be wrong everywhere
-                h = max(seen, SMALLEST_GROWTH * h)
+                h = max(seen, STEPS.smallest_growth * h)
                 cut = True
                 continue
         if ends and is_stuck(functions, mode, t, state.c, x, stages[END], h, run.longest, scratch.doubt):
             return 0.0
-        accept(run, error, order, h, wanted, rejected, LARGEST_GROWTH)
+        accept(run, error, order, h, wanted, rejected, RADAU.largest_growth)
         if cut:
             begin_anew(run, h)
         break
@@ -208,7 +188,7 @@ def expand(place, p, t):
 @inner
 def _errors(functions, kind, t, state, h, tolerance, rounding, room, stages):
     """Error of a step with its tangents, if that of the states is within the tolerance, and that of `errors_of`."""
-    least = finest(tolerance / NOISE)
+    least = finest(tolerance / RADAU.noise)
     error, plain = errors_of(kind, state.x, h, state.scale, least, state.run[0].period, rounding, room, stages)
     if error <= tolerance:
         error = max(error, _tangents(functions, kind, t, state, h, tolerance, room, stages))

@@ -10,34 +10,16 @@ of the stages; for every tangent its rate at the start, then the tangents at the
 
 import math
 
-from chaosdrill.codegen.layout import EPSILON
-from chaosdrill.engine.checked import DOUBT, ROUNDING, rounding_of_rate
+from chaosdrill.engine.checked import rounding_of_rate
 from chaosdrill.engine.dop853_tables import PLACE, STAGES, WEIGHTS
 from chaosdrill.engine.jit import inner, rare, series
 from chaosdrill.engine.radau_tables import DEGREE, MOST_STAGES, NODES, PIVOT, POWERS, SLOPES, WEIGHTS_OF_RATES
 from chaosdrill.engine.scales import SMALLEST, fill
-from chaosdrill.engine.step_control import TANGENTS, begun, size
+from chaosdrill.engine.step_control import begun, size
+from chaosdrill.engine.tuning import CHECKS, RADAU, STEPS
 
 Z, F, WIDTHS = 1, 1 + MOST_STAGES, 1 + 2 * MOST_STAGES
 """Rows of ``stages``: increments of the stages, their rates, one over the sizes by which errors are told."""
-
-LEAST = 4e-15
-"""Tolerance of states, and of tangents, below which the error of a step is that of the sums that tell it."""
-
-LEFT = 1e-4
-"""Part of the tolerance that Newton's method may leave: the derivative of the step is that of its exact solution."""
-
-SLUGGISH = 0.03
-"""Part of an update that the next one may have, beyond which the Jacobians are computed anew, at the stages."""
-
-MOST_UPDATES = 12
-"""Updates of Newton's method; where its Jacobians are those of the stages, it needs four, or fails."""
-
-STILL = 0.5
-"""Part of an update from which on the next is as large, being round-off, or none that leads anywhere."""
-
-NOISE = 16.0 * EPSILON
-"""Rounding error of the rates, in sums of the sizes of their terms; only where updates no longer become smaller."""
 
 
 @series
@@ -216,9 +198,9 @@ def newton(functions, tables, kind, t, state, h, tolerance, scratch, predicted):
     before = math.inf
     part = 0.0
     count = 0
-    for update in range(MOST_UPDATES):
+    for update in range(RADAU.updates):
         _rates(functions, kind, t, state, h, stages)
-        if update == 0 or part > SLUGGISH:
+        if update == 0 or part > RADAU.sluggish:
             there, count = factors(functions, kind, t, state, h, room, stages, predicted or update > 0)
             if not there:
                 return False
@@ -230,11 +212,11 @@ def newton(functions, tables, kind, t, state, h, tolerance, scratch, predicted):
                 return False
             if change > 0.0:
                 largest = max(largest, change / (tolerance * _width(scale, stages, s, i)))
-        part = max(largest / before, SLUGGISH if update == 1 else 0.0)
+        part = max(largest / before, RADAU.sluggish if update == 1 else 0.0)
         before = largest
-        if largest <= LEFT or (update > 0 and part < STILL and largest * part <= LEFT * (1.0 - part)):
+        if largest <= RADAU.left or (update > 0 and part < RADAU.still and largest * part <= RADAU.left * (1.0 - part)):
             return True
-        if update > 1 and part > STILL and _is_round_off(functions, tables, t, state, h, tolerance, s, scratch):
+        if update > 1 and part > RADAU.still and _is_round_off(functions, tables, t, state, h, tolerance, s, scratch):
             return True
         if part > 2.0 and update > 2:
             return False
@@ -260,8 +242,8 @@ def _is_round_off(functions, tables, t, state, h, tolerance, s, scratch):
             total = abs(x[i])
             for k in range(x.size):
                 total += h * abs(slopes[i, k]) * (abs(x[k]) + abs(stages[Z + s - 1, k]))
-            own = DOUBT * h * rounding_of_rate(functions, tables, i, t, state, x, scratch)
-            if change > max(NOISE * total, own):
+            own = CHECKS.doubt * h * rounding_of_rate(functions, tables, i, t, state, x, scratch)
+            if change > max(RADAU.rates * total, own):
                 return False
     return True
 
@@ -378,7 +360,7 @@ def damped(rate, slope, doubt, s, n, room, stages):
     widths, weights, right = stages[WIDTHS], stages[WEIGHTS], room.right
     for i in range(n):
         off = abs(slope[i] - rate[i])
-        off = off if math.isnan(off) else max(off - ROUNDING * abs(rate[i]) - DOUBT * doubt[i], 0.0)
+        off = off if math.isnan(off) else max(off - CHECKS.rounding * abs(rate[i]) - CHECKS.doubt * doubt[i], 0.0)
         right[i] = math.copysign(off * s, slope[i] - rate[i]) * weights[i]
     solve(room.filter, n, room.filter_pivots, right)
     for i in range(n):
@@ -405,7 +387,7 @@ def tangent_error(kind, v, h, tolerance, room, stages, row):
     solve(room.filter, n, room.filter_pivots, right)
     for i in range(n):
         right[i] /= weights[i]
-    return size(right[:n], widths) / length * (tolerance / max(TANGENTS * tolerance, LEAST))
+    return size(right[:n], widths) / length * (tolerance / max(STEPS.tangents * tolerance, RADAU.least))
 
 
 @series

@@ -14,9 +14,6 @@ MOST_STAGES = 7
 DEGREE = MOST_STAGES + 1
 """Degree of the polynomial whose slope at the start is that of the motion as well."""
 
-FINEST, FINE = 1e-9, 1e-5
-"""Tolerances below which a step has 7 stages, and 5: more cost more a step, and make it longer."""
-
 
 def _nodes(stages: int) -> np.ndarray:
     """0, then the nodes on ]0, 1]."""

@@ -10,12 +10,6 @@ from chaosdrill.engine.jit import at_address, inlined, inner
 from chaosdrill.engine.lanes import magnitude
 from chaosdrill.engine.layout import DONE, ESCAPED, NONFINITE, LaneRoom, Machine, Results, State, States
 
-SMALLEST_STEP = 1e-15
-"""Shortest step, as a part of the longest one taken so far."""
-
-LARGE_GROWTH = 1e4
-"""Tangents are orthonormalised at once after an event that makes one this long."""
-
 STEPPER_SIGNATURES = {
     "expand": float64(int64, int64, float64),
     "locate": Tuple((float64, int64, int64))(int64, int64, float64, float64, float64),

@@ -8,12 +8,7 @@ from chaosdrill.engine.jit import compiled, inner
 from chaosdrill.engine.layout import CHECKED
 from chaosdrill.engine.records import machine_at, state_of, states_type, time_of
 from chaosdrill.engine.tangents import normals_of
-
-INDEPENDENT = 1e-6
-"""A direction counts as new if more than this part of it is orthogonal to the live tangents."""
-
-NEWTON = 20
-"""Steps onto the surfaces that a mode holds: one is exact where they are flat."""
+from chaosdrill.engine.tuning import TANGENTS
 
 
 @inner
@@ -59,7 +54,7 @@ def _revive(state, frame):
             for a in range(n):
                 length += row[a] * row[a]
             length = math.sqrt(length)
-            if length > INDEPENDENT * math.sqrt(before) > 0.0:
+            if length > TANGENTS.independent * math.sqrt(before) > 0.0:
                 break
         for a in range(n):
             row[a] /= length
@@ -102,7 +97,7 @@ def put_run(place, p):
     machine = machine_at(place)
     state, scratch, normals = state_of(machine.states, p), machine.scratch, machine.scratch.normals
     run, x, n = state.run[0], state.x, state.x.size
-    for _ in range(NEWTON):
+    for _ in range(TANGENTS.onto_surfaces):
         for a in range(n):
             scratch.metric[a] = state.scale[a]
         found = normals_of(machine.functions, machine.tables, run.mode, time_of(run), state, n, scratch)

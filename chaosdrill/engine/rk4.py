@@ -5,20 +5,17 @@ step pass unseen. It is here to be compared with.
 """
 
 from chaosdrill.engine import scales
-from chaosdrill.engine.chatter import PROBE
 from chaosdrill.engine.guards import begun_at, is_moved, is_thrown, is_zero, side_before, stand
 from chaosdrill.engine.jit import inner
 from chaosdrill.engine.layout import AFTER, BEGIN, FIRE, INVALID, ONGOING
 from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.stepper import offered
+from chaosdrill.engine.tuning import STEPS
 
 METHOD = {
     "summary": "fixed-step Runge-Kutta of order 4 with bisection, the method of the paper",
     "fixed_step": True,
 }
-
-_TIE = 1e-12
-"""Part of a step within which two roots coincide."""
 
 
 @inner
@@ -109,11 +106,11 @@ def locate(place, p, te, h, t):
     mode = run.mode
     count = tables.active[mode, 0]
     if run.fresh != ONGOING:
-        move(functions, run, t, c, x, PROBE * h, stages, 0, out, stages)
+        move(functions, run, t, c, x, STEPS.probe * h, stages, 0, out, stages)
         fires = -1
         for j in range(count):
-            ahead = functions.guard(mode, j, t + PROBE * h, c, out[: x.size], gradient)
-            how, side = _settle(functions, tables, settings, state, j, PROBE * h, ahead, t, scratch)
+            ahead = functions.guard(mode, j, t + STEPS.probe * h, c, out[: x.size], gradient)
+            how, side = _settle(functions, tables, settings, state, j, STEPS.probe * h, ahead, t, scratch)
             if how == INVALID:
                 return -2.0, j, 0
             sides[tables.keys[mode, j]] = side
@@ -149,11 +146,11 @@ def locate(place, p, te, h, t):
                 high = middle
             else:
                 low = middle
-        if found < 0 or high < best - _TIE * h:
+        if found < 0 or high < best - STEPS.tie * h:
             best = high
             found = j
             ties = 0
-        elif high <= best + _TIE * h:
+        elif high <= best + STEPS.tie * h:
             ties += 1
     return best, found, ties
 

@@ -10,18 +10,7 @@ import numpy as np
 from chaosdrill.codegen.kinds import uint64
 from chaosdrill.engine.jit import rare, series
 from chaosdrill.engine.lanes import part, put, spread
-
-DEGREE = 7
-"""Degree of the Bernstein form that is tried first."""
-
-DEPTH = 60
-"""Intervals that wait to be searched, at most."""
-
-BUDGET = 24
-"""Intervals tried with the Bernstein form of low degree."""
-
-WHOLE_BUDGET = 500
-"""Intervals tried with that of the whole polynomial."""
+from chaosdrill.engine.tuning import ROOTS
 
 
 def bernstein_weights(degree: int) -> np.ndarray:
@@ -34,7 +23,7 @@ def bernstein_weights(degree: int) -> np.ndarray:
     return weights
 
 
-_WEIGHTS = np.ascontiguousarray(bernstein_weights(DEGREE).T)
+_WEIGHTS = np.ascontiguousarray(bernstein_weights(ROOTS.degree).T)
 """Those of one coefficient side by side: of this degree they fill a vector register."""
 
 
@@ -163,7 +152,7 @@ def _search(a, n, degree, budget, stack, ends):
     count = 1
     while count > 0:
         budget -= 1
-        if budget < 0 or count + 1 > DEPTH:
+        if budget < 0 or count + 1 > ROOTS.depth:
             return -2.0
         count -= 1
         b = stack[count]
@@ -237,7 +226,7 @@ def _search_whole(a, n, stack, ends):
     for i in range(1, n + 1):
         for j in range(n, i - 1, -1):
             b[j] += b[j - 1]
-    u = _search(a, n, n, WHOLE_BUDGET, stack, ends)
+    u = _search(a, n, n, ROOTS.whole_budget, stack, ends)
     if u == -2.0:
         return _refine(a, n, 0.0, 1.0, 0.5) if _value(a, n, 1.0) >= 0.0 else -1.0
     return u
@@ -270,13 +259,13 @@ def first_crossing(g, start, n, h, up, a, stack, ends):
             most += max(a[n], 0.0)
     if a[0] + most + rest < 0.0:
         return -1.0
-    for k in range(n + 1, DEGREE + 1):
+    for k in range(n + 1, ROOTS.degree + 1):
         a[k] = 0.0
     b = spread(a[0])
-    for k in range(1, DEGREE + 1):
+    for k in range(1, ROOTS.degree + 1):
         b = b + a[k] * part(_WEIGHTS, k, 0)
     put(stack, 0, 0, b)
-    u = _search(a, n, DEGREE, BUDGET, stack, ends)
+    u = _search(a, n, ROOTS.degree, ROOTS.budget, stack, ends)
     if u == -2.0:
         u = _search_whole(a, n, stack, ends)
     return u * h if u >= 0.0 else -1.0

@@ -14,6 +14,7 @@ from chaosdrill.engine.ahead import ONE_RUN, await_part
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import check_period
 from chaosdrill.engine.setup import modes_of_starts, scratch_of, settings_of, states_of, tables_of
+from chaosdrill.engine.tuning import RUNS
 from chaosdrill.model.regions import own_mode
 
 if TYPE_CHECKING:
@@ -24,12 +25,6 @@ if TYPE_CHECKING:
 STANDING = ("mode", "fresh", "fired", "surface", "way", "moved_by", "residual")
 BESIDE = ("scale", "sides", "hardest", "extent", "doubt", "normal")
 """Where a run keeps the sides of its guards: fields of its record, and arrays."""
-
-NEAR = 1e-9
-"""Relative distance within which a stalled run counts as on a surface."""
-
-CANCELLED = 2.0**-40
-"""Part of its terms down to which a sum at the end of a run counts as lost in rounding, in thousands of roundings."""
 
 
 class Run:
@@ -374,7 +369,7 @@ class Run:
             terms = [term.subs(given) for term in argument.args] if argument.is_Add else []
             if terms and all(term.is_number for term in terms):
                 sizes = [float(abs(term)) for term in terms]
-                if float(abs(sum(terms))) <= CANCELLED * sum(sizes):
+                if float(abs(sum(terms))) <= RUNS.cancelled * sum(sizes):
                     return k
         return -1
 
@@ -390,7 +385,7 @@ class Run:
             for j, event in enumerate(kernels.events[mode]):
                 value = guard(mode, j, t, c, self.x, gradient)
                 speed = gradient[:n] @ rates[:n] + gradient[n]
-                there = abs(value) <= NEAR * (np.abs(gradient[:n]) @ self.states.scale[0, :n])
+                there = abs(value) <= RUNS.on_surface * (np.abs(gradient[:n]) @ self.states.scale[0, :n])
                 if there and speed != 0 and event.direction * speed >= 0:
                     for k in event.outcomes:
                         yield kernels.written.events[mode][j].guard, int(kernels.transition_table[k, 0])

@@ -10,19 +10,10 @@ states and time.
 from chaosdrill.codegen.layout import EPSILON
 from chaosdrill.engine.jit import inlined, inner, rare
 from chaosdrill.engine.lanes import larger, magnitude, smaller
+from chaosdrill.engine.tuning import SIZES
 
 SMALLEST = 1e-290
 """Size below which one over it overflows."""
-
-FADE = 0.98
-"""Factor by which a state's size fades in a step: it follows the motion within some hundred steps."""
-
-SLOW = 1000.0
-"""Steps' motion up to which the value of a state counts as its size: what moves on for ever has no size."""
-
-TURN = 0.25
-"""Part of what its first rate would move a state in a step by which it has been away at least, if the step brings it
-back to where it began: that of a parabola. Where every step ends on one value, which may be 0, nothing else shows."""
 
 
 @inlined
@@ -34,7 +25,7 @@ def finest(tolerance):
 @inlined
 def brought(scale, x, least):
     """Size with which a state, or one in each lane, comes to a step; ``least`` is `finest` of the tolerance."""
-    return larger(FADE * scale, least * magnitude(x))
+    return larger(SIZES.fade * scale, least * magnitude(x))
 
 
 @inlined
@@ -47,7 +38,7 @@ def has_none(size, rate, longest):
 def followed(scale, x, rate, h):
     """Size after a step of length h from x with that rate, of one state or of one in each lane."""
     moved = magnitude(rate) * h
-    return larger(scale, larger(smaller(magnitude(x), SLOW * moved), TURN * moved))
+    return larger(scale, larger(smaller(magnitude(x), SIZES.slow * moved), SIZES.turn * moved))
 
 
 @rare

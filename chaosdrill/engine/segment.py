@@ -11,22 +11,16 @@ from chaosdrill.engine.layout import (
     AFTER,
     BEGIN,
     DONE,
+    FIXED,
     INVALID_START,
     MARKS,
     ONGOING,
-    RK4,
     STALLED,
     Method,
 )
-from chaosdrill.engine.records import SMALLEST_STEP, state_outcome
+from chaosdrill.engine.records import state_outcome
 from chaosdrill.engine.step import advance, expand, locate
-
-END = 1e-8
-"""Part of the period before the end of a segment in which its guard is taken to be met at the end."""
-
-
-MOST_STEPS = 200_000
-"""Steps of adaptive methods along one segment, at most: a guess that is far off may be stiff without end."""
+from chaosdrill.engine.tuning import ORBITS, STEPS
 
 
 @inlined
@@ -89,7 +83,7 @@ def follow(functions, method, settings, tables, asleep, start, duration, end, wa
         te = -1.0
         j = -1
         ties = 0
-        if settings.method != RK4:
+        if settings.stepping != FIXED:
             te, j, ties, h = here.search(here.place, here.p, h, t)
         te, j, ties = locate(functions, here, watched_now, settings, te, j, ties, h, t, state, scratch)
         if te == -2.0:
@@ -97,7 +91,7 @@ def follow(functions, method, settings, tables, asleep, start, duration, end, wa
             when = done
             continue
         steps += 1
-        if not h > SMALLEST_STEP * run.longest or (steps > MOST_STEPS and settings.method != RK4):
+        if not h > STEPS.smallest * run.longest or (steps > ORBITS.steps and settings.stepping != FIXED):
             return ending(functions, tables, settings, h, t, state, scratch)[0], crossed, when
         run.fresh = ONGOING
         if rest < -h:
@@ -113,7 +107,7 @@ def follow(functions, method, settings, tables, asleep, start, duration, end, wa
                 still = still + 1 if te == 0.0 else 0
                 if still > settings.max_stalls:
                     return STALLED, crossed, when
-            elif j != end or te < rest - END * run.period:
+            elif j != end or te < rest - ORBITS.end * run.period:
                 crossed = j
                 when = done + te
         advance(method, settings, t, state, s, scratch)

@@ -17,7 +17,7 @@ from chaosdrill.engine.lanes import aligned
 from chaosdrill.engine.methods import METHODS, Method
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.radau_tables import MOST_STAGES
-from chaosdrill.engine.roots import DEPTH
+from chaosdrill.engine.tuning import ROOTS
 from chaosdrill.errors import SettingsError
 from chaosdrill.model.regions import UNTOLD, modes_at
 
@@ -36,8 +36,8 @@ def settings_of(
             f"method is {numerics.method!r}, which takes series of expressions, but {system.name} has a Python "
             f"function, {one.name!r:.60} at {place:.200}; pass method={' or '.join(others)}"
         )
-    settings = np.zeros(1, dtype=at.TUNING)
-    settings["method"] = _stepping(numerics.traits)
+    settings = np.zeros(1, dtype=at.SETTINGS)
+    settings["stepping"] = _stepping(numerics.traits)
     settings["order"] = order
     settings["quadratures"] = len(system.quadratures)
     settings["samples"] = samples
@@ -56,8 +56,8 @@ def settings_of(
 
 def _stepping(method: Method) -> int:
     if method.series:
-        return at.TAYLOR
-    return at.RK4 if method.fixed_step else at.ADAPTIVE
+        return at.BY_SERIES
+    return at.FIXED if method.fixed_step else at.ADAPTIVE
 
 
 def tables_of(
@@ -260,8 +260,8 @@ def scratch_of(system: "HybridSystem", m: int, method: str) -> at.Scratch:
         workspace=aligned(kernels_of(system).rows + (m + m % 2) * n, at.COLUMNS),
         polynomial=np.zeros(at.COLUMNS),
         shifted=np.zeros(at.COLUMNS),
-        stack=aligned(DEPTH, at.COLUMNS),
-        ends=np.zeros((DEPTH, 2)),
+        stack=aligned(ROOTS.depth, at.COLUMNS),
+        ends=np.zeros((ROOTS.depth, 2)),
         times=np.zeros(guards),
         backs=np.full(guards, -1.0),
         gradient=np.zeros(n + 1),

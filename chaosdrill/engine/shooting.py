@@ -16,12 +16,13 @@ import math
 
 from chaosdrill.codegen.kinds import Tuple, float64, int64
 from chaosdrill.codegen.signatures import cube, event_places, integer_matrix, integers, matrix, vector
-from chaosdrill.engine.events import FAR, normal_speed, saltation_jump
+from chaosdrill.engine.events import normal_speed, saltation_jump
 from chaosdrill.engine.jit import compiled, inner
 from chaosdrill.engine.layout import COMPLETES, DONE, FAILED, Method
 from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.segment import begin, follow
 from chaosdrill.engine.tangents import normals_of
+from chaosdrill.engine.tuning import GUARDS, ORBITS
 
 # rows of what an orbit begins on and ends at; after them the directions along which it need not close
 START, NORMAL, DRIFT, GAP, LINES = range(5)
@@ -29,10 +30,6 @@ START, NORMAL, DRIFT, GAP, LINES = range(5)
 # what is fixed of an orbit: numbers of states and free parameters, periods that it takes, the mode that tells the
 # period, -1 where it is constant, and whether there is a period at all
 STATES, FREE, PERIODS, CLOCK, FORCED = range(5)
-
-STEEP, GROWN = 1e-2, 1e3
-"""Speed of an event, in parts of the variation of its guard over the sizes of the states in one period, and growth of
-the unknowns, in the same sizes, from which on a duration is eliminated."""
 
 # what ends a segment that no event ends: a share of the period has passed, or the plane through a reference state is
 # met
@@ -193,7 +190,7 @@ def _cross(event, jump, speed, following, state, clock_row, moved, step, stretch
 def _eliminate_duration(row, steep, period, extent, own, clock_row, step):
     """Eliminate a duration by the equation of its event, where the unknowns grow along the flow and less with it."""
     pace = row[own]
-    if not abs(pace) * period > STEEP * steep:
+    if not abs(pace) * period > ORBITS.steep * steep:
         return
     kept, left = 0.0, 0.0
     for r in range(extent.size):
@@ -201,7 +198,7 @@ def _eliminate_duration(row, steep, period, extent, own, clock_row, step):
             part = (extent[u] if u < extent.size else period) / extent[r]
             kept = max(kept, part * abs(step[1 + r, u]))
             left = max(left, part * abs(step[1 + r, u] - step[1 + r, own] * row[u] / pace))
-    if kept > GROWN and left < kept:
+    if kept > ORBITS.grown and left < kept:
         for u in range(clock_row.size):
             clock_row[u] -= row[u] / pace
         for r in range(step.shape[0] - 1):
@@ -433,7 +430,7 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
             for r in range(n):
                 step[0, r] = x[r]
             # a guess may end far from its guard
-            scratch.image[:] = FAR
+            scratch.image[:] = GUARDS.far
             # how many rebounds come before a rest is not asked again
             event[event_places(n).complete] = tables.transitions[segments[i, SEGMENT_OUTCOME], COMPLETES]
             came = functions.event_map(mode, end, te, c, x, 1, scratch.image, settings.tolerance, event)

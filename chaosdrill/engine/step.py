@@ -8,26 +8,27 @@ from chaosdrill.engine.events import take
 from chaosdrill.engine.jit import inlined, inner, rare
 from chaosdrill.engine.layout import (
     AT_EVENT,
+    BY_SERIES,
     CHECKED,
     DONE,
     EVENLY,
     EVENT_LIMIT,
+    FIXED,
     INSTANTS,
     LOSES_RANK,
     NONFINITE,
     ONGOING,
-    RK4,
     STALLED,
-    TAYLOR,
 )
-from chaosdrill.engine.records import LARGE_GROWTH, SMALLEST_STEP, time_of
+from chaosdrill.engine.records import time_of
 from chaosdrill.engine.tangents import orthonormalise
+from chaosdrill.engine.tuning import STEPS, TANGENTS
 
 
 @inlined
 def expand(functions, method, tables, settings, t, state, scratch):
     """Expand at the present state; returns the length of the step."""
-    if settings.method == TAYLOR:
+    if settings.stepping == BY_SERIES:
         return taylor.expand(functions, tables, settings, t, state, scratch.workspace, scratch)
     return method.stepper.expand(method.place, method.p, t)
 
@@ -38,9 +39,9 @@ def locate(functions, method, tables, settings, te, j, ties, h, t, state, scratc
 
     A method without polynomials finds it here.
     """
-    if settings.method == RK4 or (settings.method != TAYLOR and te > 0.0):
+    if settings.stepping == FIXED or (settings.stepping != BY_SERIES and te > 0.0):
         te, j, ties = method.stepper.locate(method.place, method.p, te, h, t)
-    if settings.method != TAYLOR and settings.method != RK4 and te > 0.0:
+    if settings.stepping != BY_SERIES and settings.stepping != FIXED and te > 0.0:
         row = state.x.size + settings.quadratures
         count = tables.active[state.run[0].mode, 0]
         te, j, ties = guards.earliest(functions, tables, settings, state, scratch.workspace, row, count, h, t, scratch)
@@ -50,7 +51,7 @@ def locate(functions, method, tables, settings, te, j, ties, h, t, state, scratc
 @inner
 def evaluate(method, settings, t, s, scratch):
     """States, then integrals of the quadratures since the start of the step, at s, into scratch."""
-    if settings.method == TAYLOR:
+    if settings.stepping == BY_SERIES:
         taylor.evaluate(scratch.workspace, scratch.out.size, s, scratch.out)
     else:
         method.stepper.evaluate(method.place, method.p, t, s)
@@ -178,7 +179,7 @@ def advance(method, settings, t, state, s, scratch):
     """Move state, tangents and quadratures to s."""
     run, x, out = state.run[0], state.x, scratch.out
     n = x.size
-    if settings.method == TAYLOR:
+    if settings.stepping == BY_SERIES:
         taylor.evaluate(scratch.workspace, out.size, s, out)
         taylor.evaluate_vectors(scratch.workspace, s, run.live, state.vectors)
     else:
@@ -237,7 +238,7 @@ def end_step(functions, tables, settings, te, strobe, j, ties, backs, outcome, s
             state.extent[i] = max(state.extent[i], abs(state.x[i]))
     run.fresh = ONGOING
     run.longest = max(run.longest, te)
-    if te > SMALLEST_STEP * run.longest:
+    if te > STEPS.smallest * run.longest:
         run.stalls = 0
     elif j >= 0:
         run.stalls += 1
@@ -258,7 +259,7 @@ def end_step(functions, tables, settings, te, strobe, j, ties, backs, outcome, s
             return EVENT_LIMIT
         if largest == math.inf:
             return NONFINITE
-        if largest > LARGE_GROWTH:
+        if largest > TANGENTS.large:
             run.qr_since = run.qr_wait
     if orthonormal and (run.rank_check >= CHECKED or run.qr_since >= run.qr_wait):
         orthonormalise(functions, tables, state, scratch)

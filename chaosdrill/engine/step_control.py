@@ -7,43 +7,10 @@ Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed. 1993
 import math
 
 from chaosdrill.engine.dop853_tables import PLACE, ROWS_A_VECTOR, STAGES, VECTORS, WEIGHTS
-from chaosdrill.engine.guard_times import NEAR
 from chaosdrill.engine.jit import inlined, inner, rare
 from chaosdrill.engine.layout import ONGOING
 from chaosdrill.engine.scales import brought, finest, followed, has_none
-
-SAFETY = 0.9
-
-SMALLEST_GROWTH = 0.1
-"""A step into a contact may have to shrink by orders of magnitude."""
-
-TANGENTS = 0.1
-"""Part of the tolerance for tangents: through a stiff contact they grow by orders of magnitude, and come back."""
-
-BEGINNING = 0.01
-"""Part of a period, or of a run without one, to begin with where the size of no state is known."""
-
-QUICK = 1e9
-"""Sizes that a state may move in a period, or in a run without one, for a length of that motion to be looked for; what
-is quicker is about to leave what it has decayed to."""
-
-CALM = 0.3
-"""Part of itself by which a rate may change in a first length."""
-
-PROBES = 9
-"""Lengths at which that is looked at, each"""
-
-CLOSER = 0.1
-"""times the next one."""
-
-UNDERFLOW = 1e-16
-"""Part of the longest step below which shortening is given up."""
-
-BLOCKED = 1e-6
-"""Part of the longest step below which one that moves no state, and could not be longer, is the last."""
-
-HELD_UP = 1e-12
-"""The same for one that leaves a state where it is though it has a rate: others may be slower by 1e4."""
+from chaosdrill.engine.tuning import STEPS
 
 
 @rare
@@ -53,14 +20,14 @@ def is_stuck(functions, mode, t, c, x, end, h, longest, rate):
     One rounding error before a branch point steps of a billionth would follow each other to the end of the run. So they
     would where one of the states does not move any more though it has a rate, whatever the others do.
     """
-    if not h <= BLOCKED * longest:
+    if not h <= STEPS.blocked * longest:
         return False
     functions.field(mode, t, c, x, rate)
     moved = held = 0
     for i in range(x.size):
         moved += 1 if end[i] != x[i] else 0
         held += 1 if end[i] == x[i] and rate[i] != 0.0 else 0
-    return moved == 0 or (h <= HELD_UP * longest and held > 0)
+    return moved == 0 or (h <= STEPS.held_up * longest and held > 0)
 
 
 @inner
@@ -92,7 +59,7 @@ def weigh(x, scale, longest, tolerance, stages):
         scale[i] = brought(scale[i], value, least)
         stages[WEIGHTS, i] = 0.0
         if not is_new(scale[i], value, rate, least, longest):
-            stages[WEIGHTS, i] = 1.0 / max(scale[i], abs(rate) * longest / QUICK)
+            stages[WEIGHTS, i] = 1.0 / max(scale[i], abs(rate) * longest / STEPS.quick)
             known = known or i < x.size
     return known
 
@@ -115,13 +82,13 @@ def begun(x, scale, i, rate, least, longest, moved):
 def shrink(error, h, larger, longer, full):
     """Part of a rejected step to try next, by the order that two rejected lengths show: near a kink it is not full."""
     if not math.isfinite(error):
-        return SMALLEST_GROWTH
+        return STEPS.smallest_growth
     order = full
-    floor = SMALLEST_GROWTH
+    floor = STEPS.smallest_growth
     if error < larger:
         order = min(max(math.log(larger / error) / math.log(longer / h), 1.0), full)
-        floor = SMALLEST_GROWTH**3
-    return max(SAFETY * error ** (-1.0 / order), floor)
+        floor = STEPS.smallest_growth**3
+    return max(STEPS.safety * error ** (-1.0 / order), floor)
 
 
 @inner
@@ -176,21 +143,21 @@ def calm_length(functions, t, state, h, stages):
     if not begins:
         return h
     place = stages[PLACE]
-    s = h * CLOSER ** (PROBES - 1)
+    s = h * STEPS.closer ** (STEPS.probes - 1)
     before = s
-    for _ in range(PROBES):
+    for _ in range(STEPS.probes):
         for i in range(n):
             place[i] = x[i] + s * stages[0, i]
         functions.field(run.mode, t + s, c, place, stages[1])
         run.evaluations += 1
         for i in range(n):
-            calm = abs(stages[1, i] - stages[0, i]) <= CALM * abs(stages[0, i])
+            calm = abs(stages[1, i] - stages[0, i]) <= STEPS.calm * abs(stages[0, i])
             if stages[2, i] == 1.0 and not calm:
                 return before
             moves = stages[WEIGHTS, i] == 0.0 and stages[0, i] != 0.0
             stages[2, i] = 1.0 if calm and moves else 0.0
         before = s
-        s /= CLOSER
+        s /= STEPS.closer
     return h
 
 
@@ -200,7 +167,7 @@ def wanted_length(functions, t, state, known, tolerance, stages):
     run = state.run[0]
     if run.next_step > 0.0:
         return run.next_step
-    h = first_length(functions, t, state, tolerance, run.period, stages) if known else BEGINNING * run.period
+    h = first_length(functions, t, state, tolerance, run.period, stages) if known else STEPS.beginning * run.period
     return calm_length(functions, t, state, h, stages)
 
 
@@ -208,7 +175,7 @@ def wanted_length(functions, t, state, known, tolerance, stages):
 def up_to_goal(settings, run, h):
     """A length, but for the last step to where the run ends: that ends there."""
     rest = run.period - run.time
-    return min(h, rest) if run.strobes + 1 >= settings.target and rest > NEAR * run.period else h
+    return min(h, rest) if run.strobes + 1 >= settings.target and rest > STEPS.goal * run.period else h
 
 
 @inlined
@@ -216,7 +183,7 @@ def accept(run, error, order, h, wanted, rejected, largest_growth):
     """Note a step that is taken, and the length of the next: by its error and that of the step before (Gustafsson)."""
     strength = max(error, 1e-9) ** (1.0 / order) / h
     before = run.strength if run.fresh == ONGOING else 0.0
-    following = min(SAFETY / strength, largest_growth * h)
+    following = min(STEPS.safety / strength, largest_growth * h)
     if 0.0 < before < strength:
         following *= before / strength
     if rejected:

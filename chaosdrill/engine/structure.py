@@ -20,43 +20,12 @@ from chaosdrill.codegen.signatures import event_places, integer_matrix, matrix, 
 from chaosdrill.engine.events import normal_speed, saltate, saltation_jump
 from chaosdrill.engine.jit import compiled, inner
 from chaosdrill.engine.records import functions_type
+from chaosdrill.engine.tuning import STRUCTURE, TANGENTS
 from chaosdrill.engine.uncompiled import in_python
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
     from chaosdrill.model.transition import Transition
-
-_SAMPLES = 24
-"""Saltation matrices of a transition, and Jacobians of a mode, of which it is told what they do."""
-
-_TRIALS = 256
-"""States at which a guard is looked at: for systems of the library 128 tell what 2,048 do, and 24 miss passages that
-one state in thirty shows.
-"""
-_RANK_TOLERANCE = 1e-13
-"""Part of the largest entry, in units of the sizes of states, below which one is round-off."""
-_ON = 1e-13
-"""Part of the sizes of its terms, some hundred roundings, below which a guard counts as zero."""
-_MOST = 1e6
-"""Growth, in units of the sizes of states, up to which a saltation matrix tells its rank."""
-
-_KEPT = 64
-"""Answers that are kept, of starts of other sizes and of other parameters."""
-
-_REGULAR = 1e-6
-_HALVINGS = 60
-"""Halvings of the way to a guard, which is curved if it is no line."""
-
-ALONG = 1e-6
-"""Part of the flow that may be left across the symmetries where the motion counts as nothing but a shift."""
-
-_POWERS, _STRIDE = 160, 8
-"""Doublings to which a state at rest is displaced, from one over them on, and steps of those that are tried first."""
-_CHANGED = 0.5
-"""Part of the fastest motion by which it is another one."""
-
-MEASURES = 64
-"""Turns of a phase after which phases that turn together have come back together, at most."""
 
 
 def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
@@ -71,8 +40,8 @@ def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
     for mode, events in enumerate(kernels.events):
         for j in range(len(events)):
             seen = dict.fromkeys(events[j].outcomes, 0)
-            for _ in range(_TRIALS):
-                if min(seen.values()) >= _SAMPLES:
+            for _ in range(STRUCTURE.trials):
+                if min(seen.values()) >= STRUCTURE.samples:
                     break
                 x, t = sizes * rng.normal(size=n) * 10.0 ** rng.uniform(-4, 0.5), unit * rng.uniform(0, 7)
                 if not _onto_guard(functions, mode, j, t, c, sizes, x, gradient):
@@ -124,7 +93,7 @@ def _sizes(system: "HybridSystem") -> tuple[np.ndarray, float]:
             for i, away in enumerate((-value / gradient[:n]).tolist()):
                 place, halvings = x.copy(), 0
                 # not farther than where a curved guard is as large again
-                while math.isfinite(away) and halvings < _HALVINGS:
+                while math.isfinite(away) and halvings < STRUCTURE.halvings:
                     place[i] = x[i] + away
                     if abs(guard(mode, j, 0.0, c, place, np.empty(n + 1))) <= abs(value):
                         found[i] = max(found[i], abs(away))
@@ -168,13 +137,14 @@ def _where_motions_change(system: "HybridSystem", x: np.ndarray, at_rest: list[i
             place[i] = 2.0**power
             there = _eigenvalues(system, place)
             gone = np.abs(there[:, :, np.newaxis] - here[:, np.newaxis, :]).min(axis=2).max(axis=1, initial=0.0)
-            return bool((~(gone <= _CHANGED * fastest))[fastest > 0].any())
+            return bool((~(gone <= STRUCTURE.changed * fastest))[fastest > 0].any())
 
-        high = next((power for power in range(-_POWERS, _POWERS + 1, _STRIDE) if changes(power)), None)
+        powers = range(-STRUCTURE.powers, STRUCTURE.powers + 1, STRUCTURE.stride)
+        high = next(filter(changes, powers), None)
         # what is another one at once has no size
-        if high is None or high == -_POWERS:
+        if high is None or high == -STRUCTURE.powers:
             continue
-        low = high - _STRIDE
+        low = high - STRUCTURE.stride
         while high - low > 1:
             middle = (low + high) // 2
             low, high = (low, middle) if changes(middle) else (middle, high)
@@ -244,7 +214,7 @@ def _brought_onto(functions, mode, j, t, c, sizes, x, gradient):
             size += abs(gradient[i] * x[i])
         if not math.isfinite(value + square) or square == 0.0:
             return False
-        if abs(value) <= _ON * size:
+        if abs(value) <= STRUCTURE.on * size:
             return True
         for i in range(n):
             x[i] -= value / square * gradient[i] * sizes[i] * sizes[i]
@@ -273,7 +243,7 @@ def _at_parameters(system: "HybridSystem", name: str, find: Callable[[], Any]) -
     key = (*system.parameters.values(), *sizes.tolist(), unit)
     known = system.shared.setdefault(name, {})
     if key not in known:
-        if len(known) >= _KEPT:
+        if len(known) >= STRUCTURE.kept:
             known.clear()
         known[key] = find()
     return known[key]
@@ -326,9 +296,9 @@ def _trials(n: int) -> np.ndarray:
     g = 2.0
     for _ in range(64):
         g = (1.0 + g) ** (1.0 / (d + 1))
-    part = np.arange(1, _TRIALS + 1)[:, np.newaxis] * g ** -np.arange(1.0, d + 1) % 1.0
+    part = np.arange(1, STRUCTURE.trials + 1)[:, np.newaxis] * g ** -np.arange(1.0, d + 1) % 1.0
     normal = np.array([[NormalDist().inv_cdf(p) for p in row] for row in part[:, :n].tolist()])
-    power = np.where(np.arange(_TRIALS) % 2 == 0, 4.5 * part[:, n] - 4.0, part[:, n] - 0.5)
+    power = np.where(np.arange(STRUCTURE.trials) % 2 == 0, 4.5 * part[:, n] - 4.0, part[:, n] - 0.5)
     trials = np.column_stack([normal * 10.0 ** power[:, np.newaxis], 7.0 * part[:, n + 1]])
     # it is handed out again
     trials.flags.writeable = False
@@ -368,7 +338,7 @@ def _goes_beyond(functions, mode, j, direction, c, sizes, trials, transitions, e
         for i in range(n):
             size += abs(gradient[i] * x[i])
             ahead += gradient[i] * rates[i]
-        if not abs(value) <= _ON * size:
+        if not abs(value) <= STRUCTURE.on * size:
             ahead = value
         if ahead * direction > 0.0:
             return 1
@@ -443,7 +413,7 @@ class Structure:
         ndarray of int, shape (...)
         """
         across = np.linalg.norm(self._across(flow), axis=-1)
-        return self.symmetries + (self.autonomous & (across > ALONG * np.linalg.norm(flow, axis=-1)))
+        return self.symmetries + (self.autonomous & (across > STRUCTURE.along * np.linalg.norm(flow, axis=-1)))
 
     def winds(self, flow: np.ndarray) -> np.ndarray:
         """Whether nothing moves but phases that turn steadily, at rates without a common measure.
@@ -460,11 +430,11 @@ class Structure:
         ndarray of bool, shape (...)
         """
         size = np.abs(flow).max(axis=-1)
-        steady = self.autonomous & (np.linalg.norm(self._across(flow), axis=-1) <= ALONG * size)
+        steady = self.autonomous & (np.linalg.norm(self._across(flow), axis=-1) <= STRUCTURE.along * size)
         with np.errstate(invalid="ignore", divide="ignore"):
             rates = np.nan_to_num(flow / size[..., np.newaxis])
-        turns = rates[..., np.newaxis] * np.arange(1, MEASURES + 1)
-        together = (np.abs(turns - np.rint(turns)) <= ALONG * MEASURES).all(axis=-2).any(axis=-1)
+        turns = rates[..., np.newaxis] * np.arange(1, STRUCTURE.measures + 1)
+        together = (np.abs(turns - np.rint(turns)) <= STRUCTURE.along * STRUCTURE.measures).all(axis=-2).any(axis=-1)
         return steady & (size > 0) & ~together
 
     def _across(self, flow: np.ndarray) -> np.ndarray:
@@ -558,7 +528,7 @@ def turns_of(system: "HybridSystem", changing: Collection[str]) -> Iterator[tupl
 
 def _is_regular(matrix: np.ndarray) -> bool:
     weights = np.linalg.svd(matrix, compute_uv=False)
-    return bool(weights[-1] > _REGULAR * weights[0])
+    return bool(weights[-1] > STRUCTURE.regular * weights[0])
 
 
 def _deficient(system: "HybridSystem", jumps: list[tuple[int, np.ndarray]]) -> frozenset[int]:
@@ -566,7 +536,7 @@ def _deficient(system: "HybridSystem", jumps: list[tuple[int, np.ndarray]]) -> f
     holds a surface.
     """
     # beside the growth of a graze round-off has no rank
-    jumps = [(t, matrix) for t, matrix in jumps if np.abs(matrix).max() <= _MOST]
+    jumps = [(t, matrix) for t, matrix in jumps if np.abs(matrix).max() <= STRUCTURE.most]
     found = set(_branching(system))
     found |= {t for t, matrix in jumps if not _has_full_rank(matrix)}
     found |= {i for i, t in enumerate(system.transitions) if kernels_of(system).held[system.mode_names.index(t.target)]}
@@ -591,7 +561,7 @@ def _has_full_rank(matrix: np.ndarray) -> bool:
     if not len(other):
         return True
     block, largest = matrix[np.ix_(other, other)], np.abs(matrix).max()
-    return bool(np.linalg.matrix_rank(block, tol=_RANK_TOLERANCE * largest) == len(block))
+    return bool(np.linalg.matrix_rank(block, tol=TANGENTS.rank * largest) == len(block))
 
 
 def _frame(effects: list[np.ndarray], symmetries: list[list[float]], n: int, states: int) -> np.ndarray:
@@ -610,7 +580,7 @@ def _frame(effects: list[np.ndarray], symmetries: list[list[float]], n: int, sta
     return made
 
 
-def _jacobians(system: "HybridSystem", samples: int = _SAMPLES) -> Iterator[np.ndarray]:
+def _jacobians(system: "HybridSystem", samples: int = STRUCTURE.samples) -> Iterator[np.ndarray]:
     """Jacobians at random states, of states in their sizes."""
     n = len(system.state_names)
     c = kernels_of(system).constants(system.parameters)

@@ -10,19 +10,7 @@ from chaosdrill.engine.guards import unit_of
 from chaosdrill.engine.jit import inlined, inner, rare
 from chaosdrill.engine.layout import AT_EVENT, CHECKED
 from chaosdrill.engine.records import time_of
-
-RANK_TOLERANCE = 1e-13
-"""At an event of deficient rank a tangent is lost if less than this part of its image, by sizes of states, is new."""
-
-ONCE = 0.25
-"""Part of its squared length that a tangent must keep for one projection to be enough (Kahan; Parlett 1998, 6.9)."""
-
-MOST_GROWN = 1e8
-"""Growth of a tangent, or one over it, whose logarithm is taken: of every length it would take twice as long as all
-else, and so few factors round as a sum of their logarithms does."""
-
-LONGEST_WAIT = 4
-"""Steps between two orthonormalisations, at most: contraction may set in at any time."""
+from chaosdrill.engine.tuning import TANGENTS
 
 
 @inner
@@ -87,7 +75,7 @@ def normals_of(functions, tables, mode, t, state, n, scratch):
         length = 0.0
         for a in range(n):
             length += row[a] * row[a]
-        if RANK_TOLERANCE**2 * before < length < math.inf:
+        if TANGENTS.rank**2 * before < length < math.inf:
             length = math.sqrt(length)
             for a in range(size + 2):
                 row[a] /= length
@@ -114,7 +102,7 @@ def keep_to_surfaces(functions, tables, state, scratch):
                 dot += normals[j, a] * vectors[i, a]
             for a in range(n):
                 vectors[i, a] -= dot * normals[j, a]
-        if _by_size(vectors[i], state.scale) <= RANK_TOLERANCE**2 * before:
+        if _by_size(vectors[i], state.scale) <= TANGENTS.rank**2 * before:
             for a in range(n):
                 vectors[i, a] = 0.0
 
@@ -201,11 +189,11 @@ def orthonormalise(functions, tables, state, scratch):
             length = 0.0
             for a in range(n):
                 length += vectors[i, a] * vectors[i, a]
-            if length > ONCE * before:
+            if length > TANGENTS.once * before:
                 break
         length = math.sqrt(length)
-        if length == 0.0 or (checked and _by_size(vectors[i], state.scale) <= RANK_TOLERANCE**2 * image):
-            if run.rank_check != AT_EVENT or abs(early) <= RANK_TOLERANCE * told:
+        if length == 0.0 or (checked and _by_size(vectors[i], state.scale) <= TANGENTS.rank**2 * image):
+            if run.rank_check != AT_EVENT or abs(early) <= TANGENTS.rank * told:
                 lost[exponent_of[i]] = 1
                 continue
             waiting = CHECKED
@@ -219,7 +207,7 @@ def orthonormalise(functions, tables, state, scratch):
         growth = max(growth, length, shorter)
         exponent = exponent_of[i]
         grown[exponent] *= length
-        if not 1.0 / MOST_GROWN < grown[exponent] < MOST_GROWN:
+        if not 1.0 / TANGENTS.most_grown < grown[exponent] < TANGENTS.most_grown:
             logs[exponent] += math.log(grown[exponent])
             grown[exponent] = 1.0
         exponent_of[kept] = exponent_of[i]
@@ -230,7 +218,7 @@ def orthonormalise(functions, tables, state, scratch):
     run.live = kept
     run.rank_check = waiting
     run.qr_since = 0
-    if growth > 100.0:
+    if growth > TANGENTS.often:
         run.qr_wait = max(run.qr_wait // 2, 1)
-    elif growth < 5.0:
-        run.qr_wait = min(run.qr_wait * 2, LONGEST_WAIT)
+    elif growth < TANGENTS.seldom:
+        run.qr_wait = min(run.qr_wait * 2, TANGENTS.longest_wait)

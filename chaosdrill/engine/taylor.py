@@ -24,6 +24,7 @@ from chaosdrill.engine.lanes import (
 from chaosdrill.engine.layout import AFFINE, STEEP
 from chaosdrill.engine.polynomial import late_size, size, value
 from chaosdrill.engine.scales import SMALLEST
+from chaosdrill.engine.tuning import SERIES
 
 METHOD = {
     "summary": "adaptive Taylor series of variable order; events are roots of the guards' polynomials",
@@ -31,17 +32,6 @@ METHOD = {
     "series": True,
     "lanes": True,
 }
-
-LONGEST = 1e9
-"""Longest step, so that no power of it overflows."""
-
-GAP = 10.0
-"""Factor between the sizes of two terms and the next two, at the radius of convergence, that raises suspicion; about 5
-in the series of exp."""
-
-
-LATE = 8
-"""Last terms of a series of which one is not zero if any that matter are: higher powers are watched."""
 
 
 @inlined
@@ -103,7 +93,7 @@ def _begun(g, begins, order, reach, row):
             late = abs(lane_of(g[1], lane))
             for k in range(order + 1):
                 row[k] = lane_of(g[k], lane)
-            for k in range(order - LATE + 1, order + 1):
+            for k in range(order - SERIES.late + 1, order + 1):
                 late = max(late, abs(row[k]))
             if late > 0.0:
                 found = with_lane(found, lane, scales.of_series(row, order, reach))
@@ -169,7 +159,7 @@ def length(over, series, n, live, first, settings, period, scale, weights, metri
             a, b = over(a, b, size)
             last = larger(last, a)
             last_but_one = larger(last_but_one, b)
-    h = smaller(smaller(radius(last, last_but_one, order) * reach, period), LONGEST)
+    h = smaller(smaller(radius(last, last_but_one, order) * reach, period), SERIES.longest)
     return chosen(magnitude(whole) < math.inf, h, math.nan)
 
 
@@ -198,7 +188,8 @@ def _has_no_gap(series, n, order, radius, weights):
     early *= power
     middle *= power * square
     late *= power * square * square
-    return (late <= GAP) & (middle <= GAP * larger(late, 1.0)) & (early <= GAP * larger(middle, 1.0))
+    gap = SERIES.gap
+    return (late <= gap) & (middle <= gap * larger(late, 1.0)) & (early <= gap * larger(middle, 1.0))
 
 
 @inlined

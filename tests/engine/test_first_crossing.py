@@ -18,8 +18,8 @@ from chaosdrill.codegen.signatures import matrix, vector
 from chaosdrill.engine import roots
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.numerics import Numerics
-from chaosdrill.engine.roots import DEPTH
 from chaosdrill.engine.run import Run
+from chaosdrill.engine.tuning import ROOTS
 
 x, v, e, X, V, U, T = sympy.symbols("x v e x v u t", real=True)
 
@@ -49,7 +49,7 @@ PAIRS = st.tuples(st.floats(-1, 2), st.floats(0.3, 2))
 
 
 def scratch():
-    return np.zeros(COLUMNS), np.zeros((DEPTH, COLUMNS)), np.zeros((DEPTH, 2))
+    return np.zeros(COLUMNS), np.zeros((ROOTS.depth, COLUMNS)), np.zeros((ROOTS.depth, 2))
 
 
 def search(g, up, h=1.0, start=0):

@@ -13,7 +13,7 @@ from chaosdrill.engine import polynomial, records, taylor
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.lane_code import chosen, larger, magnitude, row_of, table_of
 from chaosdrill.engine.lanes import LANES, aligned
-from chaosdrill.engine.layout import COLUMNS, TUNING, WIDTH
+from chaosdrill.engine.layout import COLUMNS, SETTINGS, WIDTH
 
 matrix = float64[:, ::1]
 
@@ -91,10 +91,10 @@ def of_eight(settings, series, scale, weights, metric, out, bounds, row):
 def test_a_step_of_eight_is_the_step_of_each():
     """Length, sizes, gaps and bounds of eight runs are those of each by itself, to the bit, whatever it meets."""
     random = np.random.default_rng(3)
-    records_type, cube = Array(RecordOf(TUNING), 1), float64[:, :, ::1]
+    records_type, cube = Array(RecordOf(SETTINGS), 1), float64[:, :, ::1]
     one = compiled(void(records_type, matrix, matrix, matrix, float64[::1]))(of_one)
     eight = compiled(void(records_type, cube, *[matrix] * 5, float64[::1]))(of_eight)
-    settings, row = np.zeros(1, TUNING), np.zeros(COLUMNS)
+    settings, row = np.zeros(1, SETTINGS), np.zeros(COLUMNS)
     settings["order"], settings["tolerance"], settings["reach"] = 19, 1e-10, 0.25
     bounds = np.array([[-1.0, -1.0], [3.0, 3.0]])
     gaps, beyond = set(), set()
