@@ -11,8 +11,8 @@ import math
 from chaosdrill.codegen.layout import EPSILON
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.engine import guards
+from chaosdrill.engine import layout as at
 from chaosdrill.engine.jit import inlined, inner, rare
-from chaosdrill.engine.layout import ADAPTIVE, AFFINE, FIXED, MARKS_ONLY, TO_MODE
 from chaosdrill.engine.tuning import REBOUNDS, STEPS
 
 
@@ -29,7 +29,7 @@ def normal_speed(event, n):
 @inlined
 def interpolated(tables, settings, mode, j):
     """Whether the polynomial of guard j goes through points of it, and leaves out more than rounding."""
-    return settings.stepping == ADAPTIVE and tables.marks[mode, j] & AFFINE == 0
+    return settings.stepping == at.ADAPTIVE and tables.marks[mode, j] & at.AFFINE == 0
 
 
 @inlined
@@ -45,7 +45,7 @@ def _is_low(functions, tables, settings, j, t, state, scratch):
     place = event_places(state.x.size)
     force = abs(event[place.pull])
     speed = abs(event[place.speed])
-    if settings.stepping == FIXED and 2.0 * speed <= STEPS.probe * run.fixed_step * force:
+    if settings.stepping == at.FIXED and 2.0 * speed <= STEPS.probe * run.fixed_step * force:
         return True
     noise = (
         2.0 * guards.INTERPOLATION_NOISE
@@ -119,7 +119,7 @@ def time_left(functions, tables, settings, j, transition, hardest, t, state, scr
     speed, k = event[place.speed], transition
     for _ in range(REBOUNDS.most):
         speed, pull, jerk = event[place.speed], event[place.pull], event[place.jerk]
-        target = tables.transitions[k, TO_MODE]
+        target = tables.transitions[k, at.TO_MODE]
         # what does not leave is pressed on from the side to which it would be led
         below = speed < 0.0 or (speed == 0.0 and pull > 0.0)
         g = tables.returns[k, 1 if below else 0]
@@ -145,7 +145,7 @@ def time_left(functions, tables, settings, j, transition, hardest, t, state, scr
         if total > 2.0 * most and not low:
             break
         k = functions.event_map(target, g, t + total, c, y[:n], 0, scratch.none, settings.tolerance, event)
-        if k < 0 or tables.transitions[k, MARKS_ONLY] == 1:
+        if k < 0 or tables.transitions[k, at.MARKS_ONLY] == 1:
             break
         noise = 4.0 * _noise(event, n)
         if not noise < 1.0:

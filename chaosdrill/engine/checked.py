@@ -16,9 +16,9 @@ from typing import Any
 from chaosdrill.codegen.kinds import uint64
 from chaosdrill.codegen.layout import AT_ALL, AT_SERIES, CROSSED, EPSILON, ONE_SIDED
 from chaosdrill.engine import guards
+from chaosdrill.engine import layout as at
 from chaosdrill.engine.jit import inlined, inner, rare, series
 from chaosdrill.engine.lanes import as_wide, chosen, every, larger, magnitude
-from chaosdrill.engine.layout import BY_SERIES, NONFINITE, SINGULAR, STEEP, STEP_UNDERFLOW
 from chaosdrill.engine.polynomial import late_size, size, value
 from chaosdrill.engine.tuning import CHECKS
 
@@ -176,7 +176,7 @@ def has_ended(functions, tables, settings, t, state, scratch):
             doubt[k] += abs(then[k] - now[k])
     most = 8.0 * EPSILON / CHECKS.nudge
     for k in range(count):
-        if _may_end(tables.shapes[mode, k, 6], settings.stepping == BY_SERIES) and abs(now[k]) <= most * doubt[k]:
+        if _may_end(tables.shapes[mode, k, 6], settings.stepping == at.BY_SERIES) and abs(now[k]) <= most * doubt[k]:
             return k
     return -1
 
@@ -226,7 +226,7 @@ def looks(agrees: Any) -> Callable[..., float]:
             # the last place is the end of the step to the bit
             end = s + ds if s + 1.01 * ds < h else h
             watch(functions, mode, t, c, ws, n, end, place, then)
-            apart, active = _apart(shapes, count, settings.stepping == BY_SERIES, now, then, largest)
+            apart, active = _apart(shapes, count, settings.stepping == at.BY_SERIES, now, then, largest)
             if not apart <= 1.0:
                 if end - s <= CHECKS.finest * h:
                     return 0.0 if has_ended(functions, tables, settings, t, state, scratch) >= 0 else s
@@ -240,7 +240,7 @@ def looks(agrees: Any) -> Callable[..., float]:
                 failed += 1
                 ds = 0.5 * end
                 continue
-            if end == h or _fades(shapes, count, settings.stepping == BY_SERIES, first, then):
+            if end == h or _fades(shapes, count, settings.stepping == at.BY_SERIES, first, then):
                 return end
             ds = (end - s) * (min(2.0, CHECKS.onward / apart) if apart > 0.0 else 2.0)
             s = end
@@ -256,7 +256,7 @@ def guards_agree(functions, tables, settings, part, s, t, state, ws, scratch):
     """Whether guards with steep operations are what their polynomials say, where the states are, to part of a size."""
     mode, n = state.run[0].mode, state.x.size
     for j in range(tables.active[mode, 0]):
-        if tables.marks[mode, j] & STEEP:
+        if tables.marks[mode, j] & at.STEEP:
             row = uint64(n + settings.quadratures + j)
             error = functions.guard(mode, j, t + s, state.c, scratch.out[:n], scratch.gradient) - value(ws, row, s)
             moved = late_size(ws, row, s, uint64(1)) * s
@@ -423,10 +423,10 @@ def ending(functions, tables, settings, h, t, state, scratch):
     functions.field(mode, t, state.c, x, rate)
     for i in range(n):
         rate[i] = soon * rate[i] if abs(rate[i]) < math.inf else 0.0
-    outcome = STEP_UNDERFLOW if h == h else NONFINITE
+    outcome = at.STEP_UNDERFLOW if h == h else at.NONFINITE
     run.blocked = has_ended(functions, tables, settings, t, state, scratch)
     if run.blocked >= 0:
-        outcome = SINGULAR
+        outcome = at.SINGULAR
     read(functions, mode, t, state.c, x, now)
     for i in range(n):
         place[i] = x[i] + rate[i]
@@ -435,14 +435,14 @@ def ending(functions, tables, settings, h, t, state, scratch):
         later = soon * scratch.doubt[i]
         # whether a series overflows before its step is too short is a question of its order
         if not abs(later) < math.inf or _runs_away(state.x[i], state.scale[i], rate[i], later):
-            outcome = NONFINITE if outcome == STEP_UNDERFLOW else outcome
+            outcome = at.NONFINITE if outcome == at.STEP_UNDERFLOW else outcome
     read(functions, mode, t + soon, state.c, place, then)
     for k in range(tables.steep[mode, 0]):
-        may_end = _may_end(tables.shapes[mode, k, 6], settings.stepping == BY_SERIES)
-        if may_end and outcome != SINGULAR and _ends(now[k], then[k]):
-            outcome = SINGULAR
+        may_end = _may_end(tables.shapes[mode, k, 6], settings.stepping == at.BY_SERIES)
+        if may_end and outcome != at.SINGULAR and _ends(now[k], then[k]):
+            outcome = at.SINGULAR
             run.blocked = k
-    if outcome != SINGULAR:
+    if outcome != at.SINGULAR:
         return outcome, -1
     for j in range(tables.active[mode, 0]):
         side = state.sides[tables.keys[mode, j]]

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from chaosdrill.codegen.layout import EPSILON
+from chaosdrill.engine import step_control as control
 from chaosdrill.engine.checked import coarsest, dense_defect, doubt_of_rates, guards_agree, looks, may_hide_between
 from chaosdrill.engine.dop853_tables import (
     DEGREE,
@@ -32,18 +33,6 @@ from chaosdrill.engine.guard_times import exact_times
 from chaosdrill.engine.jit import inner, series
 from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.scales import SMALLEST, fill, finest
-from chaosdrill.engine.step_control import (
-    accept,
-    begin_anew,
-    begun,
-    is_stuck,
-    note_scale,
-    shrink,
-    size,
-    up_to_goal,
-    wanted_length,
-    weigh,
-)
 from chaosdrill.engine.stepper import offered
 from chaosdrill.engine.tuning import CHECKS, DOP853, GUARDS, STEPS
 
@@ -138,7 +127,7 @@ def error_of(x, h, scale, least, longest, vectors, live, rounding, stages):
         rate = 0.0
         for j in range(STAGES):
             rate = max(rate, abs(stages[j, i]))
-        width = begun(x, scale, i, stages[0, i], least, longest, rate * h)
+        width = control.begun(x, scale, i, stages[0, i], least, longest, rate * h)
         width = max(width, rounding[i])
         stages[WEIGHTS, i] = 1.0 / width if width > SMALLEST else 0.0
     error = _estimate(stages, 0, stages.shape[1], h, 1.0)
@@ -148,7 +137,7 @@ def error_of(x, h, scale, least, longest, vectors, live, rounding, stages):
                 stages[WEIGHTS, i] = 0.0
         fill(stages[WEIGHTS][: x.size])
     for v in range(live):
-        length = size(vectors[v], stages[WEIGHTS])
+        length = control.size(vectors[v], stages[WEIGHTS])
         if length > 0.0:
             e = _estimate(stages, VECTORS + ROWS_A_VECTOR * v, x.size, h, length) / STEPS.tangents
             error = e if not e <= error else error
@@ -211,11 +200,11 @@ def expand(place, p, t):
     run.evaluations += 1
     for v in range(live):
         functions.variation(mode, t, state.c, x, vectors[v], stages[VECTORS + ROWS_A_VECTOR * v])
-    known = weigh(x, scale, run.period, tolerance, stages)
-    if not math.isfinite(size(stages[0], stages[WEIGHTS])):
+    known = control.weigh(x, scale, run.period, tolerance, stages)
+    if not math.isfinite(control.size(stages[0], stages[WEIGHTS])):
         return math.nan
-    wanted = wanted_length(functions, t, state, known, tolerance, stages)
-    h = up_to_goal(settings, run, wanted)
+    wanted = control.wanted_length(functions, t, state, known, tolerance, stages)
+    h = control.up_to_goal(settings, run, wanted)
     rejected = False
     ends = False
     cut = False
@@ -230,7 +219,7 @@ def expand(place, p, t):
             error = error_of(x, h, scale, least, run.period, vectors, live, scratch.doubt, stages) / tolerance
         if not error <= 1.0:
             ends = ends or not math.isfinite(error)
-            factor = shrink(error, h, larger, longer, 8.0)
+            factor = control.shrink(error, h, larger, longer, 8.0)
             larger = error
             longer = h
             h *= factor
@@ -254,14 +243,14 @@ def expand(place, p, t):
                 h = max(seen, STEPS.smallest_growth * h)
                 cut = True
                 continue
-        if ends and is_stuck(functions, mode, t, state.c, x, stages[END], h, run.longest, scratch.doubt):
+        if ends and control.is_stuck(functions, mode, t, state.c, x, stages[END], h, run.longest, scratch.doubt):
             return 0.0
-        accept(run, error, 8.0, h, wanted, rejected, DOP853.largest_growth)
+        control.accept(run, error, 8.0, h, wanted, rejected, DOP853.largest_growth)
         if cut:
-            begin_anew(run, h)
+            control.begin_anew(run, h)
         break
     for i in range(stages.shape[1]):
-        note_scale(scale, x, i, abs(stages[0, i]) * h)
+        control.note_scale(scale, x, i, abs(stages[0, i]) * h)
     return h
 
 

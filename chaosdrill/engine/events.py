@@ -4,24 +4,9 @@ import math
 
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.engine import guards
+from chaosdrill.engine import layout as at
 from chaosdrill.engine.chatter import interpolated, may_be_over, normal_speed, time_left
 from chaosdrill.engine.jit import inlined, rare
-from chaosdrill.engine.layout import (
-    AT_EVENT,
-    COMPLETED,
-    COMPLETES,
-    EVENT_COLUMNS,
-    EVENT_ERROR,
-    EVENT_KIND,
-    EVENT_MODE,
-    EVENT_SPEED,
-    EVENT_STROBES,
-    EVENT_TIME,
-    FIXED,
-    MARKS_ONLY,
-    RANK_DEFICIENT,
-    TO_MODE,
-)
 from chaosdrill.engine.tuning import GUARDS
 
 
@@ -103,7 +88,7 @@ def _completed(functions, tables, settings, j, transition, with_tangents, t, sta
     rest, unsure = time_left(functions, tables, settings, j, transition, hardest, t, state, scratch)
     event[place.complete] = 1.0 if rest >= 0.0 else 0.0
     transition = _mapped(functions, settings, mode, j, t, state, with_tangents, scale, event)
-    if tables.transitions[transition, COMPLETES] == 0:
+    if tables.transitions[transition, at.COMPLETES] == 0:
         rest = -1.0
     return transition, rest, unsure, flight
 
@@ -129,7 +114,7 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
     scale = state.scale
     if not met:
         scale = scratch.none
-    elif settings.stepping == FIXED:
+    elif settings.stepping == at.FIXED:
         scale = scratch.image
         scale[:] = GUARDS.far
     key = tables.keys[mode, j]
@@ -138,7 +123,7 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
     transition = _mapped(functions, settings, mode, j, t, state, with_tangents, scale, event)
     rest = -1.0
     unsure = flight = 0.0
-    if transition >= 0 and tables.transitions[transition, COMPLETED] == 1:
+    if transition >= 0 and tables.transitions[transition, at.COMPLETED] == 1:
         transition, rest, unsure, flight = _completed(
             functions, tables, settings, j, transition, with_tangents, t, state, scale, scratch
         )
@@ -150,17 +135,17 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
     speed = normal_speed(event, n)
     if recorded:
         row = buffer[run.event_rows]
-        row[EVENT_STROBES] = run.strobes
-        row[EVENT_TIME] = run.time
-        row[EVENT_KIND] = transition
-        row[EVENT_MODE] = mode
-        row[EVENT_SPEED] = speed
-        row[EVENT_ERROR] = unsure if rest > 0.0 else 0.0
+        row[at.EVENT_STROBES] = run.strobes
+        row[at.EVENT_TIME] = run.time
+        row[at.EVENT_KIND] = transition
+        row[at.EVENT_MODE] = mode
+        row[at.EVENT_SPEED] = speed
+        row[at.EVENT_ERROR] = unsure if rest > 0.0 else 0.0
         for i in range(n):
-            row[EVENT_COLUMNS + i] = x[i]
+            row[at.EVENT_COLUMNS + i] = x[i]
     largest = 0.0
-    if tables.transitions[transition, MARKS_ONLY] == 0:
-        target = tables.transitions[transition, TO_MODE]
+    if tables.transitions[transition, at.MARKS_ONLY] == 0:
+        target = tables.transitions[transition, at.TO_MODE]
         run.moved_by = transition
         if tables.moves[transition, key] == 1:
             run.residual = abs(functions.guard(mode, j, t, state.c, x, scratch.gradient))
@@ -180,8 +165,8 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
                 speed = math.inf
             saltation_jump(event, scratch.jump)
             largest = saltate(state.vectors, run.live, event, speed, caused, state.sooner, scratch.jump, scratch.image)
-            if not met or tables.transitions[transition, RANK_DEFICIENT] == 1:
-                run.rank_check = AT_EVENT
+            if not met or tables.transitions[transition, at.RANK_DEFICIENT] == 1:
+                run.rank_check = at.AT_EVENT
         if target != mode:
             guards.enter(tables, state, target)
             run.next_step = 0.0
@@ -192,11 +177,11 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
                 run.next_step = min(run.next_step, longest) if run.next_step > 0.0 else longest
     if recorded:
         for i in range(n):
-            row[EVENT_COLUMNS + n + i] = x[i]
+            row[at.EVENT_COLUMNS + n + i] = x[i]
         if rest > 0.0:
-            row[EVENT_TIME] += rest
+            row[at.EVENT_TIME] += rest
             for i in range(n):
-                row[EVENT_COLUMNS + n + i] += rest * event[place.after + i]
+                row[at.EVENT_COLUMNS + n + i] += rest * event[place.after + i]
         run.event_rows += 1
     state.counts[transition] += 1
     if rest >= 0.0:

@@ -7,16 +7,8 @@ with a strobe or a sample comes after it.
 """
 
 from chaosdrill.engine import guards
+from chaosdrill.engine import layout as at
 from chaosdrill.engine.jit import compiled, inlined
-from chaosdrill.engine.layout import (
-    DONE,
-    EVENLY,
-    FIXED,
-    FULL,
-    INSTANTS,
-    INVALID_START,
-    Method,
-)
 from chaosdrill.engine.records import FLOW_SIGNATURE, machine_at, state_of, state_outcome, time_of
 from chaosdrill.engine.step import (
     advance,
@@ -56,40 +48,40 @@ def flow(place, p, samples, events):
     """
     machine = machine_at(place)
     functions, settings, tables, scratch = machine.functions, machine.settings[0], machine.tables, machine.scratch
-    method = Method(machine.stepper, machine.search, place, place, p)
+    method = at.Method(machine.stepper, machine.search, place, place, p)
     state = state_of(machine.states, p)
     run = state.run[0]
     row = state.x.size + settings.quadratures
     begin_tangents(functions, tables, state, scratch)
     while run.strobes < settings.target:
-        if settings.recording == EVENLY and run.sample_rows + settings.samples + 1 > samples.shape[0]:
-            return FULL
+        if settings.recording == at.EVENLY and run.sample_rows + settings.samples + 1 > samples.shape[0]:
+            return at.FULL
         if events.shape[0] > 0 and run.event_rows == events.shape[0]:
-            return FULL
+            return at.FULL
         t = time_of(run)
         h = expand(functions, method, tables, settings, t, state, scratch)
         te = -1.0
         j = -1
         ties = 0
-        if settings.stepping != FIXED:
+        if settings.stepping != at.FIXED:
             # here it is no call: it would cost a twelfth of a step
             te, j, ties, h = guards.first_event(
                 functions, tables, settings, state, scratch.workspace, row, h, t, scratch
             )
         te, j, ties = locate(functions, method, tables, settings, te, j, ties, h, t, state, scratch)
         if te == -2.0:
-            return INVALID_START
+            return at.INVALID_START
         if not h > STEPS.smallest * run.longest:
             outcome = stop(functions, tables, settings, h, t, state, events, scratch)
-            if outcome != DONE:
+            if outcome != at.DONE:
                 return outcome
             continue
         happens = te >= 0.0
         if not happens:
             te = h
         early = late = 0.0
-        if happens and settings.stepping != FIXED:
-            if settings.recording == INSTANTS:
+        if happens and settings.stepping != at.FIXED:
+            if settings.recording == at.INSTANTS:
                 late = margin(functions, tables, settings, state, scratch, samples, row, j, te, h, t)
             instant = instant_after(run, settings.samples, te)
             if guards.coincides(
@@ -105,8 +97,8 @@ def flow(place, p, samples, events):
         outcome = end_step(
             functions, tables, settings, te, strobe, j, ties, scratch.backs, outcome, state, events, scratch
         )
-        if outcome != DONE:
+        if outcome != at.DONE:
             return outcome
     if settings.orthonormalise == 1:
         orthonormalise(functions, tables, state, scratch)
-    return DONE
+    return at.DONE

@@ -13,27 +13,10 @@ import numpy as np
 
 from chaosdrill.codegen.kinds import uint64
 from chaosdrill.codegen.layout import EPSILON, ROUNDING
+from chaosdrill.engine import layout as at
 from chaosdrill.engine.dop853_tables import NODES, TO_CHEBYSHEV
 from chaosdrill.engine.jit import inlined, inner, rare, series
 from chaosdrill.engine.lanes import exponent, power_of_two
-from chaosdrill.engine.layout import (
-    AFFINE,
-    AFTER,
-    ARMED,
-    BEGIN,
-    BY_SERIES,
-    FIRE,
-    INVALID,
-    MARKS,
-    NOWHERE,
-    ONGOING,
-    OPEN,
-    PASSED,
-    PASSES,
-    PUT,
-    TIMED,
-    UNSURE,
-)
 from chaosdrill.engine.polynomial import derivative, keeps_side, size, value
 from chaosdrill.engine.roots import first_crossing, recrossing
 from chaosdrill.engine.tuning import GUARDS
@@ -73,26 +56,26 @@ def stand(zero, side, order, old, direction, fresh, fired, marks):
     ahead = side == direction
     if fired:
         # a motion that does not leave a wall again with any speed is held by it
-        if ahead and order > 1 and marks & (MARKS | PASSES) == 0:
-            return FIRE, -HELD * side
+        if ahead and order > 1 and marks & (at.MARKS | at.PASSES) == 0:
+            return at.FIRE, -HELD * side
     elif old == 0:
         # a root of even order is no crossing; but a wall that is stood upon is met
-        crosses = order % 2 == 1 or marks & (MARKS | PASSES) == 0
-        if zero and ((ahead and crosses) or (direction == 0 and fresh == BEGIN and order % 2 == 1)):
-            return FIRE, -side
-        if not zero and ahead and marks & OPEN == 0:
-            return (INVALID, side) if fresh == BEGIN else (FIRE, -_across(fresh) * side)
+        crosses = order % 2 == 1 or marks & (at.MARKS | at.PASSES) == 0
+        if zero and ((ahead and crosses) or (direction == 0 and fresh == at.BEGIN and order % 2 == 1)):
+            return at.FIRE, -side
+        if not zero and ahead and marks & at.OPEN == 0:
+            return (at.INVALID, side) if fresh == at.BEGIN else (at.FIRE, -_across(fresh) * side)
     else:
         before = 1 if old > 0 else -1
         if side != before and (ahead or direction == 0):
-            return FIRE, before if zero else _across(fresh) * before
-    return PASSED if ahead and direction != 0 else ARMED, side
+            return at.FIRE, before if zero else _across(fresh) * before
+    return at.PASSED if ahead and direction != 0 else at.ARMED, side
 
 
 @inlined
 def _across(fresh):
     """Who threw a state across a guard."""
-    return JUMPED if fresh == AFTER else PUT_ACROSS
+    return JUMPED if fresh == at.AFTER else PUT_ACROSS
 
 
 @inlined
@@ -111,7 +94,7 @@ def is_armed(side, direction):
 def is_moved(key, tables, state):
     """Whether the event that came before the step may have changed the guard by its reset."""
     run = state.run[0]
-    return run.fresh == PUT or (run.fresh == AFTER and run.moved_by >= 0 and tables.moves[run.moved_by, key] == 1)
+    return run.fresh == at.PUT or (run.fresh == at.AFTER and run.moved_by >= 0 and tables.moves[run.moved_by, key] == 1)
 
 
 @rare
@@ -149,7 +132,7 @@ def side_before(tables, state, j):
     old = state.sides[key]
     if abs(old) == PLACED:
         return (1 if old > 0 else -1), True
-    crossed = run.fresh == AFTER and tables.surfaces[run.mode, j] == run.surface and not is_moved(key, tables, state)
+    crossed = run.fresh == at.AFTER and tables.surfaces[run.mode, j] == run.surface and not is_moved(key, tables, state)
     return (run.way if crossed and old == 0 else old), crossed
 
 
@@ -169,15 +152,15 @@ def is_zero(functions, tables, state, j, here, slope, old, crossed, t, scratch):
             scratch.errors[1] = functions.rate_error(run.mode, j, t, state.c, state.x, scratch.none)
         return zero, old
     scratch.errors[0] = functions.guard_error(run.mode, j, t, state.c, state.x, state.doubt)
-    if run.fresh == AFTER:
+    if run.fresh == at.AFTER:
         scratch.errors[0] += 2.0 * EPSILON / ROUNDING * abs(t * slope)
     bound = ROUNDING * scratch.errors[0]
-    if run.fresh == AFTER and tables.surfaces[run.mode, j] == run.surface:
+    if run.fresh == at.AFTER and tables.surfaces[run.mode, j] == run.surface:
         bound += 2.0 * run.residual
     zero = abs(here) <= (bound if math.isfinite(bound) else 0.0)
     if zero:
         scratch.errors[1] = functions.rate_error(run.mode, j, t, state.c, state.x, state.doubt)
-    if zero and old == 0 and run.fresh == AFTER and run.way != 0:
+    if zero and old == 0 and run.fresh == at.AFTER and run.way != 0:
         old = _placed(functions, tables, state, j, t, scratch)
         if old != 0:
             state.sides[key] = PLACED * old
@@ -191,19 +174,19 @@ def look(functions, tables, state, j, here, slope, t, scratch):
     key = tables.keys[run.mode, j]
     old, crossed = side_before(tables, state, j)
     if abs(old) > 1 and not crossed and not is_moved(key, tables, state):
-        return FIRE, old, 0
+        return at.FIRE, old, 0
     if here != here:
-        return NOWHERE, 0, 0
+        return at.NOWHERE, 0, 0
     zero, old = is_zero(functions, tables, state, j, here, slope, old, crossed, t, scratch)
     order = 0
     side = 1 if here > 0.0 else -1
     if zero:
         bound = ROUNDING * scratch.errors[1]
         if not abs(slope) > (bound if math.isfinite(bound) else 0.0):
-            return UNSURE, old, 0
+            return at.UNSURE, old, 0
         order = 1
         side = 1 if slope > 0.0 else -1
-    fired = zero and run.fresh == AFTER and run.fired == key
+    fired = zero and run.fresh == at.AFTER and run.fired == key
     direction = tables.active[run.mode, 1 + j]
     how, side = stand(zero, side, order, old, direction, run.fresh, fired, tables.marks[run.mode, j])
     return how, side, order
@@ -213,7 +196,7 @@ def look(functions, tables, state, j, here, slope, t, scratch):
 def stand_at_rest(tables, state, j, order, side):
     """How guard j stands, (how, side), where its value and slope vanish and a later derivative leads to a side."""
     run = state.run[0]
-    fired = run.fresh == AFTER and run.fired == tables.keys[run.mode, j]
+    fired = run.fresh == at.AFTER and run.fired == tables.keys[run.mode, j]
     old, _ = side_before(tables, state, j)
     direction = tables.active[run.mode, 1 + j]
     return stand(True, side, order, old, direction, run.fresh, fired, tables.marks[run.mode, j])
@@ -228,7 +211,7 @@ def _state_at(ws, n, s, place):
 @inlined
 def truncation(settings, marks):
     """Part of its size that the interpolated polynomial of a guard may leave out."""
-    return GUARDS.interpolated_in_time if marks & TIMED else max(settings.tolerance, GUARDS.interpolated)
+    return GUARDS.interpolated_in_time if marks & at.TIMED else max(settings.tolerance, GUARDS.interpolated)
 
 
 @rare
@@ -236,13 +219,13 @@ def left_out(functions, tables, settings, state, ws, i, j, h, t, scratch):
     """Truncation error of the interpolated polynomial of guard j over the step."""
     mode = state.run[0].mode
     marks = tables.marks[mode, j]
-    if settings.stepping == BY_SERIES:
+    if settings.stepping == at.BY_SERIES:
         return 0.0
     place = scratch.before[: state.x.size]
     noise = functions.guard_error(mode, j, t, state.c, state.x, scratch.none)
     _state_at(ws, place.size, h, place)
     noise = max(noise, functions.guard_error(mode, j, t + h, state.c, place, scratch.none))
-    if marks & AFFINE:
+    if marks & at.AFFINE:
         return settings.dense_noise * noise
     largest = 0.0
     for k in range(9):
@@ -271,11 +254,11 @@ def _clear_side(ws, i, h, doubt):
 def begun_at(functions, tables, settings, state, j, here, reach, h, t, scratch):
     """Value of guard j where a run begins: 0 if that is beyond it by no more than the error of where another run ends.
 
-    That is ``GUARDS.late`` tolerances: of what the guard is made of, and of what it changes by in a step, ``reach``. The
-    state is then no better known than what it moves in the step. Time has no such error.
+    That is some tolerances (``GUARDS.late``) of what the guard is made of, and of what it changes by in a step,
+    ``reach``. The state is then no better known than what it moves in the step. Time has no such error.
     """
     run = state.run[0]
-    if not here * tables.active[run.mode, 1 + j] > 0.0 or tables.marks[run.mode, j] & TIMED:
+    if not here * tables.active[run.mode, 1 + j] > 0.0 or tables.marks[run.mode, j] & at.TIMED:
         return here
     error = functions.guard_error(run.mode, j, t, state.c, state.x, scratch.none)
     if not abs(here) <= GUARDS.late * settings.tolerance * (error + reach):
@@ -292,15 +275,15 @@ def settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch):
     back before it is clear of that. Where an interpolation may hide the term, the value itself says where it leads.
     """
     g = ws[i]
-    if state.run[0].fresh == BEGIN:
+    if state.run[0].fresh == at.BEGIN:
         g[0] = begun_at(functions, tables, settings, state, j, g[0], size(ws, uint64(i), h), h, t, scratch)
     how, side, order = look(functions, tables, state, j, g[0], g[1], t, scratch)
-    if order == 0 and how != UNSURE:
+    if order == 0 and how != at.UNSURE:
         return how, side, order
     total = size(ws, uint64(i), h)
     off = ROUNDING * scratch.errors[0]
     nearest = math.inf
-    if how == UNSURE:
+    if how == at.UNSURE:
         g[1] = 0.0
     else:
         if out_first(g[1], 1, off, total, h):
@@ -332,7 +315,7 @@ def settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch):
             g[0] = side * off
             return how, side, 0
     if order == 0:
-        return NOWHERE, side, 0
+        return at.NOWHERE, side, 0
     if order > 1:
         how, side = stand_at_rest(tables, state, j, order, 1 if g[order] > 0.0 else -1)
         lower = 0.0
@@ -382,7 +365,7 @@ def root_error(functions, tables, settings, state, ws, i, j, s, t, scratch):
     place = scratch.before[:n]
     _state_at(ws, n, s, place)
     off = ROUNDING * functions.guard_error(run.mode, j, t + s, state.c, place, scratch.none)
-    if tables.marks[run.mode, j] & TIMED == 0:
+    if tables.marks[run.mode, j] & at.TIMED == 0:
         functions.guard(run.mode, j, t + s, state.c, place, scratch.gradient)
         for a in range(n):
             off += settings.tolerance * abs(scratch.gradient[a]) * state.scale[a]
@@ -432,7 +415,7 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
     marks = tables.marks[mode, j]
     whole = size(ws, uint64(i), h)
     left = 0.0
-    if marks & AFFINE == 0:
+    if marks & at.AFFINE == 0:
         left = left_out(functions, tables, settings, state, ws, i, j, h, t, scratch)
     error = functions.guard_error(mode, j, t, state.c, state.x, scratch.none)
     # of its terms, which are rounded where the step begins
@@ -468,7 +451,7 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
     reach = max(reach, 10.0 * GUARDS.near * h)
     for _ in range(60):
         clear = min(s + reach, h)
-        if marks & TIMED:
+        if marks & at.TIMED:
             across = -side * functions.guard(mode, j, t + clear, state.c, place, scratch.gradient)
         else:
             off = doubt / unit
@@ -545,20 +528,20 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
         key = tables.keys[mode, j]
         side = state.sides[key]
         order = 0
-        how = ARMED if is_armed(side, direction) else PASSED
+        how = at.ARMED if is_armed(side, direction) else at.PASSED
         scratch.backs[j] = -1.0
-        if fresh != ONGOING or not is_on(side, g[0]):
+        if fresh != at.ONGOING or not is_on(side, g[0]):
             how, side, order = settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch)
-            if how == INVALID:
+            if how == at.INVALID:
                 return -2.0, j, 0, h
             state.sides[key] = side
-        if how == NOWHERE:
+        if how == at.NOWHERE:
             scratch.times[j] = -1.0
             continue
-        if how == FIRE:
+        if how == at.FIRE:
             scratch.times[j] = 0.0
             continue
-        if how == ARMED:
+        if how == at.ARMED:
             if order == 0 and keeps_side(ws, uint64(i), h, -float(side)):
                 scratch.times[j] = -1.0
                 continue
@@ -576,7 +559,7 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
                 scratch.stack,
                 scratch.ends,
             )
-        if how == PASSED:
+        if how == at.PASSED:
             if turn > 0.0:
                 clear, turn = _multiple(functions, tables, settings, state, ws, i, j, turn, side, h, t, scratch)
                 if clear >= 0.0 and not root > clear:
@@ -587,9 +570,9 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
             clear, root = _multiple(functions, tables, settings, state, ws, i, j, root, side, h, t, scratch)
             if clear >= 0.0 and root < 0.0:
                 h = min(h, clear)
-        if root > 0.0 and tables.marks[mode, j] & TIMED:
+        if root > 0.0 and tables.marks[mode, j] & at.TIMED:
             root = on_the_clock(functions, run, state.c, j, root, h, state.x, scratch.gradient)
-        if how == PASSED and turn >= 0.0:
+        if how == at.PASSED and turn >= 0.0:
             scratch.backs[j] = turn
             run.turning = 1
         scratch.times[j] = root
@@ -644,7 +627,7 @@ def cross(tables, state, j):
     before = state.sides[key]
     met = abs(before) != JUMPED and abs(before) != PUT_ACROSS
     state.sides[key] = direction if direction != 0 else -1 if before > 0 else 1
-    run.fresh = AFTER
+    run.fresh = at.AFTER
     run.fired = key
     run.surface = tables.surfaces[run.mode, j] if met else -1
     run.way = state.sides[key] if met else 0

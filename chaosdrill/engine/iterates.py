@@ -6,10 +6,10 @@ is that of `flow` to the bit.
 
 from chaosdrill.codegen.kinds import int64, void
 from chaosdrill.codegen.signatures import integers, matrix
+from chaosdrill.engine import layout as at
 from chaosdrill.engine import scales
 from chaosdrill.engine.jit import compiled, inlined
 from chaosdrill.engine.lane_runs import at_goal, begin, is_over, note_section
-from chaosdrill.engine.layout import DONE, EVENLY, FULL, LAST, STAGE, TAKEN
 from chaosdrill.engine.records import FLOW_SIGNATURE, machine_at, results_type, state_of, state_outcome
 from chaosdrill.engine.step import end_step, pass_strobe
 from chaosdrill.engine.tangents import begin_tangents, orthonormalise
@@ -55,22 +55,22 @@ def iterate(place, p, samples, events):
     run, x = state.run[0], state.x
     begin_tangents(functions, tables, state, scratch)
     while run.strobes < settings.target:
-        if settings.recording == EVENLY and run.sample_rows + 2 > samples.shape[0]:
-            return FULL
+        if settings.recording == at.EVENLY and run.sample_rows + 2 > samples.shape[0]:
+            return at.FULL
         if events.shape[0] > 0 and run.event_rows == events.shape[0]:
-            return FULL
+            return at.FULL
         end = _next(settings, run)
         if end == 1.0:
-            if settings.recording == EVENLY:
+            if settings.recording == at.EVENLY:
                 keep(x, 0, x.size, run.mode, samples, run.sample_rows)
                 run.sample_rows += 1
             pass_strobe(settings, run)
         outcome = _end(functions, tables, settings, end, state, events, scratch)
-        if outcome != DONE:
+        if outcome != at.DONE:
             return outcome
     if settings.orthonormalise == 1:
         orthonormalise(functions, tables, state, scratch)
-    return DONE
+    return at.DONE
 
 
 @compiled(void(int64, integers, integers, results_type, matrix, integers, matrix, matrix))
@@ -85,15 +85,15 @@ def iterate_runs(place, which, stretches, results, frame, section, row, spare):
         state, progress = state_of(machine.states, p), results.progress[p]
         run, x = state.run[0], state.x
         begin(p, machine, results, stretches)
-        while outcome[p] == DONE and not (
+        while outcome[p] == at.DONE and not (
             at_goal(progress, run) and is_over(p, machine, results, frame, stretches, spare)
         ):
             end = _next(settings, run)
             if end == 1.0:
                 pass_strobe(settings, run)
-                if strobed and progress[STAGE] > 0 and progress[LAST] - run.strobes < window.shape[1]:
-                    keep(x, 0, x.size, run.mode, window[p], progress[TAKEN])
-                    progress[TAKEN] += 1
+                if strobed and progress[at.STAGE] > 0 and progress[at.LAST] - run.strobes < window.shape[1]:
+                    keep(x, 0, x.size, run.mode, window[p], progress[at.TAKEN])
+                    progress[at.TAKEN] += 1
             mode = run.mode
             outcome[p] = _end(functions, tables, settings, end, state, row, scratch)
             note_section(p, run, tables, section, row, results, x.size, mode)

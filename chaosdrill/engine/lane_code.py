@@ -5,6 +5,7 @@ another, so that a trajectory's numbers do not depend on which others share its 
 shorter registers the compiler splits them.
 """
 
+import inspect
 import operator
 from collections.abc import Callable
 from typing import Any
@@ -15,6 +16,7 @@ from numba import types
 from numba.core import cgutils
 from numba.core.imputils import lower_cast
 from numba.core.typeconv import Conversion
+from numba.core.typing import Signature
 from numba.extending import models, overload, register_model
 
 from chaosdrill.codegen.signatures import LANES
@@ -22,15 +24,12 @@ from chaosdrill.engine.uncompiled import Row, Table, as_lanes, machine_code
 
 _VECTOR = ir.VectorType(ir.DoubleType(), LANES)
 _TRUTHS = ir.VectorType(ir.IntType(1), LANES)
-_INT = ir.IntType(64)
+_INT, _SHORT = ir.IntType(64), ir.IntType(32)
 _NUMBER = (types.Float, types.Integer)
 
 
 class LanesType(types.Type):
     """Eight doubles; a plain number stands for eight equal ones."""
-
-    def __init__(self) -> None:
-        super().__init__(name="Lanes")
 
     def can_convert_from(self, typingctx: Any, other: Any) -> Any:
         return Conversion.safe if isinstance(other, _NUMBER) else None
@@ -42,25 +41,16 @@ class LanesType(types.Type):
 class MaskType(types.Type):
     """Of each of eight lanes whether something holds."""
 
-    def __init__(self) -> None:
-        super().__init__(name="Mask")
-
 
 class RowType(types.Type):
     """A row of lanes in memory; row[k] are the lanes at place k."""
-
-    def __init__(self) -> None:
-        super().__init__(name="LaneRow")
 
 
 class TableType(types.Type):
     """Rows of lanes of equal length; table[i] is row i."""
 
-    def __init__(self) -> None:
-        super().__init__(name="LaneTable")
 
-
-lanes, mask, row, table = LanesType(), MaskType(), RowType(), TableType()
+lanes, mask, row, table = LanesType("Lanes"), MaskType("Mask"), RowType("LaneRow"), TableType("LaneTable")
 
 
 @register_model(LanesType)
@@ -87,10 +77,38 @@ class _TableModel(models.StructModel):  # type: ignore[misc]
         super().__init__(manager, kind, [("data", types.CPointer(types.float64)), ("stride", types.intp)])
 
 
+def _operation(
+    twin: Callable[..., Any], result: Callable[..., Any] = lambda *kinds: lanes, *, count: int | None = None
+) -> Callable[[Any], Any]:
+    """Make an operation that compiled functions call of what writes its code.
+
+    Parameters
+    ----------
+    twin : callable
+        Does the same in Python, to the bit.
+    result : callable
+        Gives the type of the result, or the whole signature, from the types of the arguments.
+    count : int
+        Number of arguments; that of the twin by default.
+    """
+    names = ("typingctx", *(f"a{i}" for i in range(count or len(inspect.signature(twin).parameters))))
+
+    def made(emit: Callable[[Any, Any, Any, Any], Any]) -> Any:
+        def function(typingctx: Any, *kinds: Any) -> Any:
+            found = result(*kinds)
+            signature = found if isinstance(found, Signature) else found(*kinds)
+            return signature, lambda context, builder, own, arguments: emit(context, builder, own.args, arguments)
+
+        plain = inspect.Parameter.POSITIONAL_OR_KEYWORD
+        vars(function)["__signature__"] = inspect.Signature([inspect.Parameter(name, plain) for name in names])
+        return machine_code(twin)(function)
+
+    return made
+
+
 def _spread(builder: Any, value: Any) -> Any:
-    zero = ir.Constant(ir.IntType(32), 0)
-    one = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), value, zero)
-    return builder.shuffle_vector(one, one, ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES))
+    one = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), value, _SHORT(0))
+    return builder.shuffle_vector(one, one, ir.Constant(ir.VectorType(_SHORT, LANES), [0] * LANES))
 
 
 @lower_cast(types.Float, LanesType)
@@ -99,75 +117,59 @@ def _from_number(context: Any, builder: Any, kind: Any, _: Any, value: Any) -> A
     return _spread(builder, context.cast(builder, value, kind, types.float64))
 
 
-def _as_lanes(context: Any, builder: Any, kind: Any, value: Any) -> Any:
-    return value if kind == lanes else _from_number(context, builder, kind, lanes, value)
+def _as_lanes(context: Any, builder: Any, kinds: Any, values: Any) -> list[Any]:
+    """Values as lanes, whatever of them is a number."""
+    pairs = zip(kinds, values, strict=True)
+    return [value if kind == lanes else _from_number(context, builder, kind, lanes, value) for kind, value in pairs]
 
 
-def _place(context: Any, builder: Any, data: Any, kind: Any, index: Any) -> Any:
-    index = context.cast(builder, index, kind, types.intp)
-    return builder.bitcast(builder.gep(data, [builder.mul(index, ir.Constant(_INT, LANES))]), _VECTOR.as_pointer())
+def _struct(context: Any, builder: Any, kind: Any, **fields: Any) -> Any:
+    made = cgutils.create_struct_proxy(kind)(context, builder)
+    for name, value in fields.items():
+        setattr(made, name, value)
+    return made._getvalue()
 
 
-@machine_code(Row)
-def row_of(typingctx: Any, array: Any) -> Any:
+@_operation(Row, lambda array: row)
+def row_of(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
     """The row that an aligned array of shape (k, 8) holds."""
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        made = cgutils.create_struct_proxy(row)(context, builder)
-        made.data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
-        return made._getvalue()
-
-    return row(array), code
+    return _struct(context, builder, row, data=context.make_array(kinds[0])(context, builder, arguments[0]).data)
 
 
-@machine_code(Table)
-def table_of(typingctx: Any, array: Any) -> Any:
+@_operation(Table, lambda array: table)
+def table_of(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
     """The table that an aligned array of shape (rows, k, 8) holds."""
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        source = context.make_array(signature.args[0])(context, builder, arguments[0])
-        made = cgutils.create_struct_proxy(table)(context, builder)
-        made.data = source.data
-        made.stride = builder.extract_value(source.shape, 1)
-        return made._getvalue()
-
-    return table(array), code
+    source = context.make_array(kinds[0])(context, builder, arguments[0])
+    return _struct(context, builder, table, data=source.data, stride=builder.extract_value(source.shape, 1))
 
 
-@machine_code(Table.__getitem__)
-def _row_at(typingctx: Any, rows: Any, index: Any) -> Any:
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        source = cgutils.create_struct_proxy(table)(context, builder, value=arguments[0])
-        index = context.cast(builder, arguments[1], signature.args[1], types.intp)
-        offset = builder.mul(builder.mul(index, source.stride), ir.Constant(_INT, LANES))
-        made = cgutils.create_struct_proxy(row)(context, builder)
-        made.data = builder.gep(source.data, [offset])
-        return made._getvalue()
-
-    return row(rows, index), code
+@_operation(Table.__getitem__, lambda rows, index: row)
+def _row_at(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
+    source = cgutils.create_struct_proxy(table)(context, builder, value=arguments[0])
+    index = context.cast(builder, arguments[1], kinds[1], types.intp)
+    offset = builder.mul(builder.mul(index, source.stride), _INT(LANES))
+    return _struct(context, builder, row, data=builder.gep(source.data, [offset]))
 
 
-@machine_code(Row.__getitem__)
-def _load(typingctx: Any, line: Any, index: Any) -> Any:
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        source = cgutils.create_struct_proxy(row)(context, builder, value=arguments[0])
-        value = builder.load(_place(context, builder, source.data, signature.args[1], arguments[1]))
-        value.align = 8 * LANES
-        return value
-
-    return lanes(line, index), code
+def _place(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
+    """Pointer to the lanes at a place of a row."""
+    source = cgutils.create_struct_proxy(row)(context, builder, value=arguments[0])
+    index = context.cast(builder, arguments[1], kinds[1], types.intp)
+    return builder.bitcast(builder.gep(source.data, [builder.mul(index, _INT(LANES))]), _VECTOR.as_pointer())
 
 
-@machine_code(Row.__setitem__)
-def _store(typingctx: Any, line: Any, index: Any, value: Any) -> Any:
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        target = cgutils.create_struct_proxy(row)(context, builder, value=arguments[0])
-        place = _place(context, builder, target.data, signature.args[1], arguments[1])
-        written = builder.store(_as_lanes(context, builder, signature.args[2], arguments[2]), place)
-        written.align = 8 * LANES
-        return context.get_dummy_value()
+@_operation(Row.__getitem__)
+def _load(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
+    value = builder.load(_place(context, builder, kinds, arguments))
+    value.align = 8 * LANES
+    return value
 
-    return types.void(line, index, value), code
+
+@_operation(Row.__setitem__, lambda line, index, value: types.void)
+def _store(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
+    (value,) = _as_lanes(context, builder, kinds[2:], arguments[2:])
+    builder.store(value, _place(context, builder, kinds, arguments)).align = 8 * LANES
+    return context.get_dummy_value()
 
 
 @overload(operator.getitem)
@@ -186,37 +188,53 @@ def _setitem(place, index, value):  # type: ignore[no-untyped-def]
     return None
 
 
-def _pair(first: Any, second: Any) -> bool:
-    """Whether two types are lanes, or lanes and a number."""
-    kinds = (first, second)
-    return lanes in kinds and all(k == lanes or isinstance(k, _NUMBER) for k in kinds)
+def _alike(value: Any) -> Any:
+    """Lanes, or a number, of what numpy made of them."""
+    return as_lanes(value) if np.ndim(value) else np.float64(value)
 
 
-def _binary(emit: Callable[[Any, Any, Any], Any], twin: Callable[[Any, Any], Any]) -> Any:
-    """A compiled function of two lanes, of lanes and a number, or of two numbers; ``twin`` is one of arrays."""
+def _wide(kinds: Any) -> bool:
+    """Whether types are lanes, or lanes and numbers."""
+    return lanes in kinds and all(kind == lanes or isinstance(kind, _NUMBER) for kind in kinds)
 
-    @machine_code(lambda first, second: _alike(twin(first, second)))
-    def function(typingctx: Any, first: Any, second: Any) -> Any:
-        if not _pair(first, second):
-            return types.float64(types.float64, types.float64), lambda _, builder, __, arguments: emit(
-                builder, *arguments
-            )
 
-        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            pair = zip(signature.args, arguments, strict=True)
-            return emit(builder, *(_as_lanes(context, builder, kind, value) for kind, value in pair))
+def _of_numbers(emit: Callable[..., Any], twin: Callable[..., Any], result: Any = None) -> Any:
+    """An operation on lanes, on lanes and numbers, or on numbers alone, by what writes it of values of one type.
 
-        return lanes(first, second), code
+    ``twin`` is one of arrays; ``result`` is the type of the result, where that is not the arguments'.
+    """
+
+    def typed(*kinds: Any) -> Any:
+        return result or lanes if _wide(kinds) else types.float64(*[types.float64] * len(kinds))
+
+    count = len(inspect.signature(emit).parameters) - 1
+
+    @_operation(lambda *values: _alike(twin(*(np.asarray(v, dtype=float) for v in values))), typed, count=count)
+    def function(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
+        return emit(builder, *(_as_lanes(context, builder, kinds, arguments) if lanes in kinds else arguments))
 
     return function
 
 
-def _operator(symbol: Any, emit: Callable[[Any, Any, Any], Any]) -> None:
-    function = _binary(emit, symbol)
+def _by_name(name: str, *first: Any) -> Callable[[Any, Any, Any], Any]:
+    """What writes an instruction of two values."""
+    return lambda builder, a, b: getattr(builder, name)(*first, a, b)
+
+
+def _of_masks(symbol: Any, name: str) -> Any:
+    @_operation(symbol, lambda first, second: mask)
+    def function(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
+        return getattr(builder, name)(*arguments)
+
+    return function
+
+
+def _operator(symbol: Any, function: Any, applies: Callable[[Any], bool]) -> None:
+    """Let an operator of two do this where it applies to the types."""
 
     @overload(symbol)
     def _overloaded(first, second):  # type: ignore[no-untyped-def]
-        return (lambda first, second: function(first, second)) if _pair(first, second) else None
+        return (lambda first, second: function(first, second)) if applies((first, second)) else None
 
 
 for _symbols, _name in (
@@ -225,47 +243,24 @@ for _symbols, _name in (
     ((operator.mul, operator.imul), "fmul"),
     ((operator.truediv, operator.itruediv), "fdiv"),
 ):
+    _done = _of_numbers(_by_name(_name), _symbols[0])
     for _symbol in _symbols:
-        _operator(_symbol, lambda builder, a, b, name=_name: getattr(builder, name)(a, b))
+        _operator(_symbol, _done, _wide)
+
+for _symbol, _sign in (
+    *((operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.ge, ">=")),
+    *((operator.eq, "=="), (operator.ne, "!=")),
+):
+    _done = _of_numbers(_by_name("fcmp_unordered" if _sign == "!=" else "fcmp_ordered", _sign), _symbol, mask)
+    _operator(_symbol, _done, _wide)
+
+for _symbol, _name in ((operator.and_, "and_"), (operator.or_, "or_")):
+    _operator(_symbol, _of_masks(_symbol, _name), lambda kinds: kinds == (mask, mask))
 
 
-def _comparison(symbol: Any, emit: Callable[[Any, Any, Any], Any]) -> None:
-    @machine_code(symbol)
-    def function(typingctx: Any, first: Any, second: Any) -> Any:
-        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            pair = zip(signature.args, arguments, strict=True)
-            return emit(builder, *(_as_lanes(context, builder, kind, value) for kind, value in pair))
-
-        return mask(first, second), code
-
-    @overload(symbol)
-    def _overloaded(first, second):  # type: ignore[no-untyped-def]
-        return (lambda first, second: function(first, second)) if _pair(first, second) else None
-
-
-for _symbol, _sign in ((operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.ge, ">=")):
-    _comparison(_symbol, lambda builder, a, b, sign=_sign: builder.fcmp_ordered(sign, a, b))
-_comparison(operator.eq, lambda builder, a, b: builder.fcmp_ordered("==", a, b))
-_comparison(operator.ne, lambda builder, a, b: builder.fcmp_unordered("!=", a, b))
-
-
-def _of_masks(symbol: Any, emit: Callable[[Any, Any, Any], Any]) -> None:
-    @machine_code(symbol)
-    def function(typingctx: Any, first: Any, second: Any) -> Any:
-        return mask(first, second), lambda _, builder, __, arguments: emit(builder, *arguments)
-
-    @overload(symbol)
-    def _overloaded(first, second):  # type: ignore[no-untyped-def]
-        return (lambda first, second: function(first, second)) if first == second == mask else None
-
-
-_of_masks(operator.and_, lambda builder, a, b: builder.and_(a, b))
-_of_masks(operator.or_, lambda builder, a, b: builder.or_(a, b))
-
-
-@machine_code(operator.invert)
-def _not(typingctx: Any, holds: Any) -> Any:
-    return mask(holds), lambda _, builder, __, arguments: builder.not_(arguments[0])
+@_operation(operator.invert, lambda holds: mask)
+def _not(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
+    return builder.not_(arguments[0])
 
 
 @overload(operator.invert)
@@ -273,58 +268,44 @@ def _invert(holds):  # type: ignore[no-untyped-def]
     return (lambda holds: _not(holds)) if holds == mask else None
 
 
-def _larger(builder: Any, a: Any, b: Any) -> Any:
-    return builder.select(builder.fcmp_ordered(">", b, a), b, a)
+def _selected(sign: str) -> Callable[..., Any]:
+    return lambda builder, a, b: builder.select(builder.fcmp_ordered(sign, b, a), b, a)
 
 
-larger = _binary(_larger, lambda a, b: np.where(b > a, b, a))
+larger = _of_numbers(_selected(">"), lambda a, b: np.where(b > a, b, a))
 """The larger of either lane, or of two numbers; the first where the second is no number."""
 
-
-def _smaller(builder: Any, a: Any, b: Any) -> Any:
-    return builder.select(builder.fcmp_ordered("<", b, a), b, a)
-
-
-smaller = _binary(_smaller, lambda a, b: np.where(b < a, b, a))
+smaller = _of_numbers(_selected("<"), lambda a, b: np.where(b < a, b, a))
 """The smaller, likewise."""
 
 
-@machine_code(lambda holds, first, second: _alike(np.where(holds, first, second)))
-def chosen(typingctx: Any, holds: Any, first: Any, second: Any) -> Any:
+@_operation(
+    lambda holds, first, second: _alike(np.where(holds, first, second)),
+    lambda holds, *_: lanes if holds == mask else types.float64(types.boolean, types.float64, types.float64),
+)
+def chosen(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
     """Lanes of ``first`` where a mask holds, else of ``second``; or one of two numbers."""
-    if holds != mask:
-        number = types.float64(types.boolean, types.float64, types.float64)
-        return number, lambda _, builder, __, arguments: builder.select(*arguments)
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        pair = zip(signature.args[1:], arguments[1:], strict=True)
-        return builder.select(arguments[0], *(_as_lanes(context, builder, kind, value) for kind, value in pair))
-
-    return lanes(holds, first, second), code
+    wide = kinds[0] == mask
+    return builder.select(
+        arguments[0], *(_as_lanes(context, builder, kinds[1:], arguments[1:]) if wide else arguments[1:])
+    )
 
 
-@machine_code(as_lanes)
-def spread(typingctx: Any, value: Any) -> Any:
+@_operation(as_lanes)
+def spread(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
     """Eight lanes of one number."""
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return _as_lanes(context, builder, signature.args[0], arguments[0])
-
-    return lanes(value), code
+    return _as_lanes(context, builder, kinds, arguments)[0]
 
 
 def _of_all(twin: Callable[[Any], Any], sign: str, bits: int) -> Any:
     """A compiled function of the truth values of a mask together, or of one, which it returns."""
 
-    @machine_code(lambda holds: bool(twin(holds)))
-    def function(typingctx: Any, holds: Any) -> Any:
-        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            if holds != mask:
-                return arguments[0]
-            packed = builder.bitcast(arguments[0], ir.IntType(LANES))
-            return builder.icmp_unsigned(sign, packed, ir.Constant(packed.type, bits))
-
-        return types.boolean(holds), code
+    @_operation(lambda holds: bool(twin(holds)), lambda holds: types.boolean)
+    def function(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
+        if kinds[0] != mask:
+            return arguments[0]
+        packed = builder.bitcast(arguments[0], ir.IntType(LANES))
+        return builder.icmp_unsigned(sign, packed, ir.Constant(packed.type, bits))
 
     return function
 
@@ -336,32 +317,28 @@ every = _of_all(np.all, "==", 2**LANES - 1)
 """Whether it holds for all."""
 
 
-@machine_code(np.size)
-def width(typingctx: Any, value: Any) -> Any:
+@_operation(lambda value: np.size(value), lambda value: types.int64)
+def width(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
     """How many trajectories a value is of: eight, or one."""
-    number = LANES if value == lanes else 1
-    return types.int64(value), lambda *_: ir.Constant(_INT, number)
+    return _INT(LANES if kinds[0] == lanes else 1)
 
 
-@machine_code(lambda number, value: as_lanes(number) if np.ndim(value) else number)
-def as_wide(typingctx: Any, number: Any, value: Any) -> Any:
+@_operation(
+    lambda number, value: as_lanes(number) if np.ndim(value) else number,
+    lambda number, value: (lanes if value == lanes else types.float64)(types.float64, value),
+)
+def as_wide(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
     """A number as a value is: lanes of it where that is lanes."""
-    kind = lanes if value == lanes else types.float64
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return _spread(builder, arguments[0]) if value == lanes else arguments[0]
-
-    return kind(types.float64, value), code
+    return _spread(builder, arguments[0]) if kinds[1] == lanes else arguments[0]
 
 
-@machine_code(lambda value, lane: value[lane] if np.ndim(value) else value)
-def lane_of(typingctx: Any, value: Any, lane: Any) -> Any:
+@_operation(
+    lambda value, lane: value[lane] if np.ndim(value) else value,
+    lambda value, lane: types.float64(value, types.int64),
+)
+def lane_of(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
     """The number in one lane; of a number itself."""
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.extract_element(*arguments) if value == lanes else arguments[0]
-
-    return types.float64(value, types.int64), code
+    return builder.extract_element(*arguments) if kinds[0] == lanes else arguments[0]
 
 
 def _with_lane(value: Any, lane: int, number: float) -> Any:
@@ -372,74 +349,53 @@ def _with_lane(value: Any, lane: int, number: float) -> Any:
     return changed
 
 
-@machine_code(_with_lane)
-def with_lane(typingctx: Any, value: Any, lane: Any, number: Any) -> Any:
+@_operation(_with_lane, lambda value, lane, number: value(value, types.int64, types.float64))
+def with_lane(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
     """Lanes of which one is that number."""
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        if value != lanes:
-            return arguments[2]
-        return builder.insert_element(arguments[0], arguments[2], arguments[1])
-
-    return value(value, types.int64, types.float64), code
+    value, lane, number = arguments
+    return builder.insert_element(value, number, lane) if kinds[0] == lanes else number
 
 
-@machine_code(lambda array, places, column: as_lanes(array.reshape(len(array), -1)[places[:LANES], column]))
-def gathered(typingctx: Any, array: Any, places: Any, column: Any) -> Any:
+@_operation(lambda array, places, column: as_lanes(array.reshape(len(array), -1)[places[:LANES], column]))
+def gathered(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
     """Lanes from eight places along the first axis of an array, at a column of what stands there."""
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        source = context.make_array(signature.args[0])(context, builder, arguments[0])
-        which = context.make_array(signature.args[1])(context, builder, arguments[1])
-        size = builder.sdiv(builder.extract_value(source.strides, 0), ir.Constant(_INT, 8))
-        column = context.cast(builder, arguments[2], signature.args[2], types.intp)
-        found = ir.Constant(_VECTOR, ir.Undefined)
-        for lane in range(LANES):
-            place = builder.load(builder.gep(which.data, [ir.Constant(_INT, lane)]))
-            value = builder.load(builder.gep(source.data, [builder.add(builder.mul(place, size), column)]))
-            value = context.cast(builder, value, signature.args[0].dtype, types.float64)
-            found = builder.insert_element(found, value, ir.Constant(ir.IntType(32), lane))
-        return found
-
-    return lanes(array, places, column), code
+    source, which = (context.make_array(kinds[i])(context, builder, arguments[i]) for i in range(2))
+    size = builder.sdiv(builder.extract_value(source.strides, 0), _INT(8))
+    column = context.cast(builder, arguments[2], kinds[2], types.intp)
+    found = ir.Constant(_VECTOR, ir.Undefined)
+    for lane in range(LANES):
+        place = builder.load(builder.gep(which.data, [_INT(lane)]))
+        value = builder.load(builder.gep(source.data, [builder.add(builder.mul(place, size), column)]))
+        value = context.cast(builder, value, kinds[0].dtype, types.float64)
+        found = builder.insert_element(found, value, _SHORT(lane))
+    return found
 
 
 def _neighbours(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
     """Pointer to eight numbers of one row of an array: arguments are the array, the row and the column."""
     source = context.make_array(kinds[0])(context, builder, arguments[0])
-    line, column = (
-        context.cast(builder, value, kind, types.intp) for value, kind in zip(arguments[1:3], kinds[1:3], strict=True)
-    )
+    line, column = (context.cast(builder, arguments[i], kinds[i], types.intp) for i in (1, 2))
     place = builder.add(builder.mul(line, builder.extract_value(source.shape, 1)), column)
     return builder.bitcast(builder.gep(source.data, [place]), _VECTOR.as_pointer())
 
 
-@machine_code(lambda rows, i, k: as_lanes(rows[i, k : k + LANES]))
-def part(typingctx: Any, rows: Any, i: Any, k: Any) -> Any:
+@_operation(lambda rows, i, k: as_lanes(rows[i, k : k + LANES]))
+def part(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
     """Eight neighbours in row i of an array, from column k on."""
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        value = builder.load(_neighbours(context, builder, signature.args, arguments))
-        value.align = 8
-        return value
-
-    return lanes(rows, i, k), code
+    value = builder.load(_neighbours(context, builder, kinds, arguments))
+    value.align = 8
+    return value
 
 
 def _put(rows: np.ndarray, i: int, k: int, value: Any) -> None:
     rows[i, k : k + LANES] = value
 
 
-@machine_code(_put)
-def put(typingctx: Any, rows: Any, i: Any, k: Any, value: Any) -> Any:
+@_operation(_put, lambda rows, i, k, value: types.void)
+def put(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
     """Write them."""
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        written = builder.store(arguments[3], _neighbours(context, builder, signature.args, arguments))
-        written.align = 8
-        return context.get_dummy_value()
-
-    return types.void(rows, i, k, value), code
+    builder.store(arguments[3], _neighbours(context, builder, kinds, arguments)).align = 8
+    return context.get_dummy_value()
 
 
 def _powers(s: float) -> Any:
@@ -448,20 +404,16 @@ def _powers(s: float) -> Any:
     return as_lanes(first * second * third)
 
 
-@machine_code(_powers)
-def powers(typingctx: Any, s: Any) -> Any:
+@_operation(_powers)
+def powers(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
     """s**k in lane k."""
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        found, power = _constant(1.0), arguments[0]
-        for bit in (1, 2, 4):
-            wanted = ir.Constant(ir.VectorType(ir.IntType(1), LANES), [int(k & bit > 0) for k in range(LANES)])
-            factor = builder.select(wanted, _spread(builder, power), _constant(1.0))
-            found = factor if bit == 1 else builder.fmul(found, factor)
-            power = builder.fmul(power, power)
-        return found
-
-    return lanes(s), code
+    found, power = _constant(1.0), arguments[0]
+    for bit in (1, 2, 4):
+        wanted = ir.Constant(_TRUTHS, [int(k & bit > 0) for k in range(LANES)])
+        factor = builder.select(wanted, _spread(builder, power), _constant(1.0))
+        found = factor if bit == 1 else builder.fmul(found, factor)
+        power = builder.fmul(power, power)
+    return found
 
 
 def _total(value: np.ndarray) -> Any:
@@ -470,49 +422,24 @@ def _total(value: np.ndarray) -> Any:
     return value[0]
 
 
-@machine_code(_total)
-def total(typingctx: Any, value: Any) -> Any:
+@_operation(_total, lambda value: types.float64)
+def total(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
     """Sum of all lanes: of both halves, and so on.
 
     What are products are so rounded first. Where registers are shorter than lanes they would be fused with the sum of
     halves, and where they are not they would not: the last bit would tell the processor.
     """
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        found, half = _named("llvm.arithmetic.fence")(builder, arguments[0]), LANES // 2
-        while half:
-            first, second = (
-                builder.shuffle_vector(
-                    found,
-                    ir.Constant(found.type, ir.Undefined),
-                    ir.Constant(ir.VectorType(ir.IntType(32), half), list(range(begin, begin + half))),
-                )
-                for begin in (0, half)
-            )
-            found, half = builder.fadd(first, second), half // 2
-        return builder.extract_element(found, ir.Constant(ir.IntType(32), 0))
-
-    return types.float64(value), code
+    found, half = _named("llvm.arithmetic.fence")(builder, arguments[0]), LANES // 2
+    while half:
+        places = (ir.Constant(ir.VectorType(_SHORT, half), list(range(begin, begin + half))) for begin in (0, half))
+        nothing = ir.Constant(found.type, ir.Undefined)
+        found = builder.fadd(*[builder.shuffle_vector(found, nothing, each) for each in places])
+        half //= 2
+    return builder.extract_element(found, _SHORT(0))
 
 
 def _constant(value: float) -> Any:
     return ir.Constant(_VECTOR, [value] * LANES)
-
-
-def _alike(value: Any) -> Any:
-    """Lanes, or a number, of what numpy made of them."""
-    return as_lanes(value) if np.ndim(value) else np.float64(value)
-
-
-def _unary(emit: Callable[[Any, Any], Any], twin: Callable[[Any], Any]) -> Any:
-    """A compiled function of lanes or of a number; ``twin`` is one of arrays."""
-
-    @machine_code(lambda value: _alike(twin(np.asarray(value, dtype=float))))
-    def function(typingctx: Any, value: Any) -> Any:
-        kind = lanes if value == lanes else types.float64
-        return kind(kind), lambda _, builder, __, arguments: emit(builder, arguments[0])
-
-    return function
 
 
 def _named(name: str) -> Callable[[Any, Any], Any]:
@@ -526,11 +453,19 @@ def _named(name: str) -> Callable[[Any, Any], Any]:
     return emit
 
 
-magnitude = _unary(_named("llvm.fabs"), np.abs)
+magnitude = _of_numbers(_named("llvm.fabs"), np.abs)
 """Absolute values."""
 
-floor = _unary(_named("llvm.floor"), np.floor)
+floor = _of_numbers(_named("llvm.floor"), np.floor)
 """The largest whole number that is not above."""
+
+_negative = _of_numbers(lambda builder, value: builder.fneg(value), np.negative)
+
+
+@overload(operator.neg)
+def _neg(value):  # type: ignore[no-untyped-def]
+    return (lambda value: _negative(value)) if value == lanes else None
+
 
 _FRACTION = 52
 """Bits of a double's fraction."""
@@ -574,24 +509,16 @@ def _power_of_two(builder: Any, value: Any) -> Any:
     return _bits(builder, biased, lambda whole, bits: builder.shl(bits, whole(_FRACTION)))
 
 
-exponent = _unary(_exponent, lambda value: (value.view(np.uint64) >> _FRACTION) - _BIAS)
+exponent = _of_numbers(_exponent, lambda value: (value.view(np.uint64) >> _FRACTION) - _BIAS)
 """n of a number m 2**n above zero, 1 <= m < 2."""
 
-mantissa = _unary(
+mantissa = _of_numbers(
     _mantissa,
     lambda value: (value.view(np.uint64) & 0xFFFFFFFFFFFFF | 0x3FF0000000000000).view(float),
 )
 """m of it."""
 
-power_of_two = _unary(
+power_of_two = _of_numbers(
     _power_of_two, lambda value: ((value + (2.0**_FRACTION + _BIAS)).view(np.uint64) << _FRACTION).view(float)
 )
 """2**n for whole numbers n, as far as numbers reach."""
-
-
-@overload(operator.neg)
-def _neg(value):  # type: ignore[no-untyped-def]
-    return (lambda value: _negative(value)) if value == lanes else None
-
-
-_negative = _unary(lambda builder, value: builder.fneg(value), np.negative)

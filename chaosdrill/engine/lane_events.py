@@ -8,6 +8,7 @@ import math
 
 from chaosdrill.codegen.kinds import uint64
 from chaosdrill.engine import guards
+from chaosdrill.engine import layout as at
 from chaosdrill.engine.jit import inlined, inner, series
 from chaosdrill.engine.lane_step import copy_lane
 from chaosdrill.engine.lanes import (
@@ -22,7 +23,6 @@ from chaosdrill.engine.lanes import (
     spread,
     table_of,
 )
-from chaosdrill.engine.layout import ARMED, FIRE, ONGOING, TIMED, UNSURE, Method
 from chaosdrill.engine.records import state_of
 from chaosdrill.engine.roots import bernstein_weights
 from chaosdrill.engine.tuning import GUARDS, LANE
@@ -112,18 +112,18 @@ def _plan_anew(functions, tables, state, first, lane, block, scratch):
         g = block.ws[first + j, 0, lane]
         slope = block.ws[first + j, 1, lane]
         how, side, order = guards.look(functions, tables, state, j, g, slope, block.t[lane], scratch)
-        if order == 1 or how == UNSURE:
+        if order == 1 or how == at.UNSURE:
             order = _first_order(j, order == 1, lane, block, scratch.errors)
             if order == 0:
                 return False
         if order == 2:
             how, side = guards.stand_at_rest(tables, state, j, 2, 1 if block.ws[first + j, 2, lane] > 0.0 else -1)
-        if how != ARMED and not (how == FIRE and order == 0):
+        if how != at.ARMED and not (how == at.FIRE and order == 0):
             return False
-        block.times[j, lane] = 0.0 if how == FIRE else -1.0
-        block.wanted[j, lane] = 0.0 if how == FIRE else 1.0
+        block.times[j, lane] = 0.0 if how == at.FIRE else -1.0
+        block.wanted[j, lane] = 0.0 if how == at.FIRE else 1.0
         block.sign[j, lane] = -float(side)
-        block.shift[j, lane] = float(order) if how == ARMED else 0.0
+        block.shift[j, lane] = float(order) if how == at.ARMED else 0.0
     for j in range(count):
         state.sides[tables.keys[mode, j]] = -int(block.sign[j, lane])
     return True
@@ -379,13 +379,13 @@ def first_events(machine, place, settings, mode, lanes, places, first, ends, blo
         state = state_of(states, places[lane])
         if lane >= lanes:
             block.alone[lane] = 1.0
-        elif state.run[0].fresh != ONGOING:
+        elif state.run[0].fresh != at.ONGOING:
             plain = _plan_anew(functions, tables, state, first, lane, block, scratch)
             block.alone[lane] = 0.0 if plain else 1.0
         state.run[0].turning = 0
     _search(count, settings.order, block)
     for j in range(count):
-        if tables.marks[mode, j] & TIMED:
+        if tables.marks[mode, j] & at.TIMED:
             for lane in range(lanes):
                 if block.alone[lane] == 0.0 and block.times[j, lane] > 0.0:
                     state = state_of(states, places[lane])
@@ -405,7 +405,7 @@ def first_events(machine, place, settings, mode, lanes, places, first, ends, blo
             ends[lane, GUARD] = int(block.which[lane])
             ends[lane, TIES] = 0
         else:
-            method = Method(machine.stepper, machine.search, place, place, places[lane])
+            method = at.Method(machine.stepper, machine.search, place, place, places[lane])
             te, j, ties = _by_itself(method, count, first, settings.order, lane, block, scratch)
             ends[lane, GUARD] = j
             ends[lane, TIES] = ties

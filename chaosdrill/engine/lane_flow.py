@@ -8,20 +8,13 @@ one by the functions of a single run. No number of a run depends on which others
 from chaosdrill.codegen.kinds import int64, uint64, void
 from chaosdrill.codegen.signatures import integers, matrix
 from chaosdrill.engine import lane_events, lane_step, taylor
+from chaosdrill.engine import layout as at
 from chaosdrill.engine.checked import first_row
 from chaosdrill.engine.jit import compiled, inlined, rare
 from chaosdrill.engine.lane_events import GUARD, OUTCOME, TIES
 from chaosdrill.engine.lane_runs import at_goal, begin, is_over, note_section
 from chaosdrill.engine.lane_series import value_in_lane
 from chaosdrill.engine.lanes import LANES, chosen, every, row_of
-from chaosdrill.engine.layout import (
-    DONE,
-    GOAL,
-    INVALID_START,
-    LAST,
-    STAGE,
-    TAKEN,
-)
 from chaosdrill.engine.records import (
     lane_functions_type,
     lane_room_type,
@@ -61,12 +54,12 @@ def _pass_strobes(settings, p, lane, run, results, strobed, te, early, block, ou
     while s <= te + early:
         pass_strobe(settings, run)
         progress = results.progress[p]
-        if strobed and progress[STAGE] > 0 and progress[LAST] - run.strobes < results.window.shape[1]:
+        if strobed and progress[at.STAGE] > 0 and progress[at.LAST] - run.strobes < results.window.shape[1]:
             n = block.x.shape[0]
             for i in range(n):
                 out[i] = value_in_lane(block.ws, i, lane, min(s, te))
-            keep(out, 0, n, run.mode, results.window[p], progress[TAKEN])
-            progress[TAKEN] += 1
+            keep(out, 0, n, run.mode, results.window[p], progress[at.TAKEN])
+            progress[at.TAKEN] += 1
         strobe = s
         s += run.period
     return strobe
@@ -119,9 +112,9 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
         h = block.h[lane]
         te = block.reach[lane]
         j = ends[lane, GUARD]
-        ends[lane, OUTCOME] = DONE
+        ends[lane, OUTCOME] = at.DONE
         if te == -2.0:
-            ends[lane, OUTCOME] = INVALID_START
+            ends[lane, OUTCOME] = at.INVALID_START
         elif not h > STEPS.smallest * run.longest:
             state = state_of(states, p)
             ends[lane, OUTCOME] = stop(functions, tables, settings, h, block.t[lane], state, row, scratch)
@@ -139,7 +132,7 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
             instant = rest if te < rest else instant_after(run, 1, te)
             if lane_events.coincides(functions, tables, settings, state, first, j, te, instant, lane, block, scratch):
                 block.gap[0, lane] = instant - te
-        te, happens = up_to_strobe(run, results.progress[p, GOAL], te, block.gap[0, lane], happens)
+        te, happens = up_to_strobe(run, results.progress[p, at.GOAL], te, block.gap[0, lane], happens)
         block.reach[lane] = te
         if not happens:
             ends[lane, GUARD] = -1
@@ -147,7 +140,7 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
     row_of(block.gap)[1] = chosen(within(row_of(block.out), n, tables.bounds), 0.0, 1.0)
     strobed = section.size == 0 and results.window.shape[1] > 0
     for lane in range(count):
-        if ends[lane, OUTCOME] != DONE or ends[lane, GUARD] == _STOPPED:
+        if ends[lane, OUTCOME] != at.DONE or ends[lane, GUARD] == _STOPPED:
             continue
         p = places[lane]
         state = state_of(states, p)
@@ -159,7 +152,7 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
         if state.run[0].turning == 1:
             for k in range(guard_count):
                 scratch.backs[k] = block.backs[k, lane]
-        outcome = state_outcome(state.x, tables.bounds) if block.gap[1, lane] != 0.0 else DONE
+        outcome = state_outcome(state.x, tables.bounds) if block.gap[1, lane] != 0.0 else at.DONE
         ends[lane, OUTCOME] = end_step(
             functions, tables, settings, te, strobe, j, ends[lane, TIES], scratch.backs, outcome, state, row, scratch
         )
@@ -201,7 +194,7 @@ def lane_flow(place, lane_functions, which, stretches, results, frame, section, 
             p = which[begun]
             begun += 1
             begin(p, machine, results, stretches)
-            if outcome[p] == DONE and not is_over(p, machine, results, frame, stretches, spare):
+            if outcome[p] == at.DONE and not is_over(p, machine, results, frame, stretches, spare):
                 _enqueue(queues, states.run[p].mode * tangents + states.run[p].live, p)
                 under_way += 1
         if under_way == 0:
@@ -225,7 +218,7 @@ def lane_flow(place, lane_functions, which, stretches, results, frame, section, 
             p = places[lane]
             run = states.run[p]
             outcome[p] = ends[lane, OUTCOME]
-            if outcome[p] != DONE or (
+            if outcome[p] != at.DONE or (
                 at_goal(results.progress[p], run) and is_over(p, machine, results, frame, stretches, spare)
             ):
                 under_way -= 1

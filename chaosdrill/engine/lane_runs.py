@@ -2,22 +2,8 @@
 
 import math
 
+from chaosdrill.engine import layout as at
 from chaosdrill.engine.jit import inlined, inner
-from chaosdrill.engine.layout import (
-    BEHIND,
-    CELL,
-    EVENT_COLUMNS,
-    EVENT_KIND,
-    EVENT_STROBES,
-    GOAL,
-    LAST,
-    LEFT,
-    MET,
-    NO_RETURN,
-    STAGE,
-    TAKEN,
-    TO_MODE,
-)
 from chaosdrill.engine.records import state_of
 from chaosdrill.engine.revival import forget
 from chaosdrill.engine.tangents import begin_tangents, log_growth, orthonormalise
@@ -29,15 +15,15 @@ def begin(p, machine, results, stretches):
     progress = results.progress[p]
     strobes = machine.states.run[p].strobes
     begin_tangents(machine.functions, machine.tables, state_of(machine.states, p), machine.scratch)
-    progress[STAGE] = 0
-    progress[TAKEN] = 0
-    if progress[CELL] > 0:
-        progress[LEFT] = stretches[0]
-        progress[GOAL] = _next_look(progress, strobes)
+    progress[at.STAGE] = 0
+    progress[at.TAKEN] = 0
+    if progress[at.CELL] > 0:
+        progress[at.LEFT] = stretches[0]
+        progress[at.GOAL] = _next_look(progress, strobes)
     else:
-        progress[LEFT] = -1
-        progress[GOAL] = strobes + stretches[0]
-        progress[LAST] = strobes + stretches.sum()
+        progress[at.LEFT] = -1
+        progress[at.GOAL] = strobes + stretches[0]
+        progress[at.LAST] = strobes + stretches.sum()
     results.growth[p, 0, :] = 0.0
     results.integrals[p, 0, :] = 0.0
     results.window[p, :, :] = math.nan
@@ -46,13 +32,13 @@ def begin(p, machine, results, stretches):
 @inlined
 def _next_look(progress, strobes):
     """The next whole multiple of the longest return, so that no step depends on the stretches."""
-    return (strobes // progress[CELL] + 1) * progress[CELL]
+    return (strobes // progress[at.CELL] + 1) * progress[at.CELL]
 
 
 @inlined
 def at_goal(progress, run):
     """Whether a run stands where its stretch may end, or where it is looked at."""
-    return progress[LEFT] == 0 or run.strobes >= progress[GOAL]
+    return progress[at.LEFT] == 0 or run.strobes >= progress[at.GOAL]
 
 
 @inner
@@ -68,16 +54,16 @@ def is_over(p, machine, results, frame, stretches, spare):
     state = state_of(machine.states, p)
     run = state.run[0]
     m = frame.shape[0]
-    counts_points = progress[CELL] > 0
-    if counts_points and run.strobes >= progress[GOAL]:
+    counts_points = progress[at.CELL] > 0
+    if counts_points and run.strobes >= progress[at.GOAL]:
         _orthonormalise(m, machine, state)
-        if progress[MET] < progress[GOAL] - progress[CELL]:
-            results.outcome[p] = NO_RETURN
+        if progress[at.MET] < progress[at.GOAL] - progress[at.CELL]:
+            results.outcome[p] = at.NO_RETURN
             return True
-        progress[GOAL] = _next_look(progress, run.strobes)
+        progress[at.GOAL] = _next_look(progress, run.strobes)
     while at_goal(progress, run):
         _orthonormalise(m, machine, state)
-        stage = progress[STAGE]
+        stage = progress[at.STAGE]
         if stage == 0:
             forget(state, frame, machine.tables.constrained)
             begin_tangents(machine.functions, machine.tables, state, machine.scratch)
@@ -88,13 +74,13 @@ def is_over(p, machine, results, frame, stretches, spare):
                 results.integrals[p, stage, i] = state.sums[0, i] + state.sums[1, i]
         results.times[p, stage] = run.strobes * run.period + run.time
         if stage == stretches.size - 1:
-            bring_in_order(results.window[p], progress[TAKEN], spare)
+            bring_in_order(results.window[p], progress[at.TAKEN], spare)
             return True
-        progress[STAGE] = stage + 1
+        progress[at.STAGE] = stage + 1
         if counts_points:
-            progress[LEFT] = stretches[stage + 1]
+            progress[at.LEFT] = stretches[stage + 1]
         else:
-            progress[GOAL] += stretches[stage + 1]
+            progress[at.GOAL] += stretches[stage + 1]
     return False
 
 
@@ -104,14 +90,14 @@ def note_section(p, run, tables, section, row, results, n, mode):
     if run.event_rows > 0:
         run.event_rows = 0
         progress = results.progress[p]
-        kind = int(row[0, EVENT_KIND])
+        kind = int(row[0, at.EVENT_KIND])
         if section[kind] > 0:
-            progress[MET] = int(row[0, EVENT_STROBES])
-            progress[LEFT] -= 1
-            if progress[STAGE] > 0 and results.window.shape[1] > 0:
-                first = EVENT_COLUMNS
-                if section[kind] == BEHIND:
+            progress[at.MET] = int(row[0, at.EVENT_STROBES])
+            progress[at.LEFT] -= 1
+            if progress[at.STAGE] > 0 and results.window.shape[1] > 0:
+                first = at.EVENT_COLUMNS
+                if section[kind] == at.BEHIND:
                     first += n
-                    mode = tables.transitions[kind, TO_MODE]
-                keep(row[0], first, n, mode, results.window[p], progress[TAKEN])
-                progress[TAKEN] += 1
+                    mode = tables.transitions[kind, at.TO_MODE]
+                keep(row[0], first, n, mode, results.window[p], progress[at.TAKEN])
+                progress[at.TAKEN] += 1

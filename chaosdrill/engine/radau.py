@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from chaosdrill.codegen.layout import EPSILON
+from chaosdrill.engine import step_control as control
 from chaosdrill.engine.checked import coarsest, dense_defect, doubt_of_rates, guards_agree, looks, may_hide_between
 from chaosdrill.engine.dop853_tables import END, ROWS_A_VECTOR, STAGES, VECTORS, WEIGHTS
 from chaosdrill.engine.guard_series import guard_polynomials
@@ -34,17 +35,6 @@ from chaosdrill.engine.radau_step import (
 from chaosdrill.engine.radau_tables import DEGREE, POWERS
 from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.scales import fill, finest
-from chaosdrill.engine.step_control import (
-    accept,
-    begin_anew,
-    is_stuck,
-    note_scale,
-    shrink,
-    size,
-    up_to_goal,
-    wanted_length,
-    weigh,
-)
 from chaosdrill.engine.stepper import offered
 from chaosdrill.engine.tuning import CHECKS, GUARDS, RADAU, STEPS
 
@@ -115,12 +105,12 @@ def expand(place, p, t):
             row[i] = 0.0
             for k in range(n):
                 row[i] += room.at_start[i, k] * vectors[v, k]
-    known = weigh(x, scale, run.period, tolerance / RADAU.noise, stages)
-    if not math.isfinite(size(stages[0], stages[WEIGHTS])):
+    known = control.weigh(x, scale, run.period, tolerance / RADAU.noise, stages)
+    if not math.isfinite(control.size(stages[0], stages[WEIGHTS])):
         return math.nan
-    wanted = wanted_length(functions, t, state, known, tolerance, stages)
+    wanted = control.wanted_length(functions, t, state, known, tolerance, stages)
     fill(stages[WEIGHTS][:n])
-    h = up_to_goal(settings, run, wanted)
+    h = control.up_to_goal(settings, run, wanted)
     rejected = False
     ends = False
     cut = False
@@ -148,7 +138,7 @@ def expand(place, p, t):
             error = plain / tolerance
         if not error <= 1.0:
             ends = ends or not math.isfinite(error)
-            factor = shrink(error, h, larger, longer, order)
+            factor = control.shrink(error, h, larger, longer, order)
             larger = error
             longer = h
             h *= factor
@@ -171,17 +161,17 @@ def expand(place, p, t):
                 h = max(seen, STEPS.smallest_growth * h)
                 cut = True
                 continue
-        if ends and is_stuck(functions, mode, t, state.c, x, stages[END], h, run.longest, scratch.doubt):
+        if ends and control.is_stuck(functions, mode, t, state.c, x, stages[END], h, run.longest, scratch.doubt):
             return 0.0
-        accept(run, error, order, h, wanted, rejected, RADAU.largest_growth)
+        control.accept(run, error, order, h, wanted, rejected, RADAU.largest_growth)
         if cut:
-            begin_anew(run, h)
+            control.begin_anew(run, h)
         break
     for i in range(stages.shape[1]):
         moved = 0.0
         for j in range(3 + 2 * kind):
             moved = max(moved, abs(stages[Z + j, i]))
-        note_scale(scale, x, i, moved)
+        control.note_scale(scale, x, i, moved)
     return h
 
 

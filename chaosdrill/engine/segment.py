@@ -5,19 +5,9 @@ no event is searched for; on the way the guards are only watched, to say whether
 """
 
 from chaosdrill.engine import guards
+from chaosdrill.engine import layout as at
 from chaosdrill.engine.checked import ending
 from chaosdrill.engine.jit import inlined
-from chaosdrill.engine.layout import (
-    AFTER,
-    BEGIN,
-    DONE,
-    FIXED,
-    INVALID_START,
-    MARKS,
-    ONGOING,
-    STALLED,
-    Method,
-)
 from chaosdrill.engine.records import state_outcome
 from chaosdrill.engine.step import advance, expand, locate
 from chaosdrill.engine.tuning import ORBITS, STEPS
@@ -29,7 +19,7 @@ def begin(tables, state, mode, live, last_mode, last_end, last_outcome):
     run = state.run[0]
     run.mode = mode
     run.live = live
-    run.fresh = BEGIN
+    run.fresh = at.BEGIN
     run.fired = -1
     run.surface = -1
     run.way = 0
@@ -42,7 +32,7 @@ def begin(tables, state, mode, live, last_mode, last_end, last_outcome):
     for i in range(state.x.size):
         state.doubt[i] = tables.slack[i] / guards.ROUNDING
     if last_end >= 0:
-        run.fresh = AFTER
+        run.fresh = at.AFTER
         run.fired = tables.keys[last_mode, last_end]
         run.surface = tables.surfaces[last_mode, last_end]
         run.way = tables.active[last_mode, 1 + last_end]
@@ -70,9 +60,9 @@ def follow(functions, method, settings, tables, asleep, start, duration, end, wa
     done = 0.0
     still = 0
     steps = 0
-    sleeping = Method(method.stepper, method.search, method.asleep, method.asleep, method.p)
+    sleeping = at.Method(method.stepper, method.search, method.asleep, method.asleep, method.p)
     if duration == 0.0:
-        return DONE, crossed, when
+        return at.DONE, crossed, when
     while True:
         watching = watched and crossed < 0 and duration > 0.0
         rest = duration - done
@@ -83,7 +73,7 @@ def follow(functions, method, settings, tables, asleep, start, duration, end, wa
         te = -1.0
         j = -1
         ties = 0
-        if settings.stepping != FIXED:
+        if settings.stepping != at.FIXED:
             te, j, ties, h = here.search(here.place, here.p, h, t)
         te, j, ties = locate(functions, here, watched_now, settings, te, j, ties, h, t, state, scratch)
         if te == -2.0:
@@ -91,29 +81,29 @@ def follow(functions, method, settings, tables, asleep, start, duration, end, wa
             when = done
             continue
         steps += 1
-        if not h > STEPS.smallest * run.longest or (steps > ORBITS.steps and settings.stepping != FIXED):
+        if not h > STEPS.smallest * run.longest or (steps > ORBITS.steps and settings.stepping != at.FIXED):
             return ending(functions, tables, settings, h, t, state, scratch)[0], crossed, when
-        run.fresh = ONGOING
+        run.fresh = at.ONGOING
         if rest < -h:
-            return INVALID_START, crossed, when
+            return at.INVALID_START, crossed, when
         last = rest <= h
         s = rest if last else h
         marked = False
         if te >= 0.0 and te < s:
-            if tables.marks[mode, j] & MARKS:
+            if tables.marks[mode, j] & at.MARKS:
                 s = te
                 last = False
                 marked = True
                 still = still + 1 if te == 0.0 else 0
                 if still > settings.max_stalls:
-                    return STALLED, crossed, when
+                    return at.STALLED, crossed, when
             elif j != end or te < rest - ORBITS.end * run.period:
                 crossed = j
                 when = done + te
         advance(method, settings, t, state, s, scratch)
         run.longest = max(run.longest, abs(s))
         outcome = state_outcome(state.x, tables.bounds)
-        if outcome != DONE or last:
+        if outcome != at.DONE or last:
             return outcome, crossed, when
         if watching:
             guards.pass_sides(functions, tables, state, scratch.backs, s, t + s, scratch.gradient)

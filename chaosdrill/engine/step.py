@@ -3,23 +3,10 @@
 import math
 
 from chaosdrill.engine import guards, taylor
+from chaosdrill.engine import layout as at
 from chaosdrill.engine.checked import ending
 from chaosdrill.engine.events import take
 from chaosdrill.engine.jit import inlined, inner, rare
-from chaosdrill.engine.layout import (
-    AT_EVENT,
-    BY_SERIES,
-    CHECKED,
-    DONE,
-    EVENLY,
-    EVENT_LIMIT,
-    FIXED,
-    INSTANTS,
-    LOSES_RANK,
-    NONFINITE,
-    ONGOING,
-    STALLED,
-)
 from chaosdrill.engine.records import time_of
 from chaosdrill.engine.tangents import orthonormalise
 from chaosdrill.engine.tuning import STEPS, TANGENTS
@@ -28,7 +15,7 @@ from chaosdrill.engine.tuning import STEPS, TANGENTS
 @inlined
 def expand(functions, method, tables, settings, t, state, scratch):
     """Expand at the present state; returns the length of the step."""
-    if settings.stepping == BY_SERIES:
+    if settings.stepping == at.BY_SERIES:
         return taylor.expand(functions, tables, settings, t, state, scratch.workspace, scratch)
     return method.stepper.expand(method.place, method.p, t)
 
@@ -39,9 +26,9 @@ def locate(functions, method, tables, settings, te, j, ties, h, t, state, scratc
 
     A method without polynomials finds it here.
     """
-    if settings.stepping == FIXED or (settings.stepping != BY_SERIES and te > 0.0):
+    if settings.stepping == at.FIXED or (settings.stepping != at.BY_SERIES and te > 0.0):
         te, j, ties = method.stepper.locate(method.place, method.p, te, h, t)
-    if settings.stepping != BY_SERIES and settings.stepping != FIXED and te > 0.0:
+    if settings.stepping != at.BY_SERIES and settings.stepping != at.FIXED and te > 0.0:
         row = state.x.size + settings.quadratures
         count = tables.active[state.run[0].mode, 0]
         te, j, ties = guards.earliest(functions, tables, settings, state, scratch.workspace, row, count, h, t, scratch)
@@ -51,7 +38,7 @@ def locate(functions, method, tables, settings, te, j, ties, h, t, state, scratc
 @inner
 def evaluate(method, settings, t, s, scratch):
     """States, then integrals of the quadratures since the start of the step, at s, into scratch."""
-    if settings.stepping == BY_SERIES:
+    if settings.stepping == at.BY_SERIES:
         taylor.evaluate(scratch.workspace, scratch.out.size, s, scratch.out)
     else:
         method.stepper.evaluate(method.place, method.p, t, s)
@@ -119,7 +106,7 @@ def record_instants(method, settings, t, state, te, early, samples, scratch):
     As a sample, an instant up to ``early`` after the end of the step shows the state before the event there.
     """
     run = state.run[0]
-    if settings.recording != INSTANTS:
+    if settings.recording != at.INSTANTS:
         return
     while run.sample_rows < samples.shape[0]:
         row = samples[run.sample_rows]
@@ -145,7 +132,7 @@ def record(method, settings, t, state, te, early, samples, scratch):
         s = (run.period if index == count else index * (run.period / count)) - run.time + offset
         if not s <= te + early:
             return strobe
-        if settings.recording == EVENLY:
+        if settings.recording == at.EVENLY:
             write(method, settings, t, state, min(s, te), samples[run.sample_rows], scratch)
             run.sample_rows += 1
         run.sample = index
@@ -179,7 +166,7 @@ def advance(method, settings, t, state, s, scratch):
     """Move state, tangents and quadratures to s."""
     run, x, out = state.run[0], state.x, scratch.out
     n = x.size
-    if settings.stepping == BY_SERIES:
+    if settings.stepping == at.BY_SERIES:
         taylor.evaluate(scratch.workspace, out.size, s, out)
         taylor.evaluate_vectors(scratch.workspace, s, run.live, state.vectors)
     else:
@@ -220,8 +207,8 @@ def _orthonormalise_before(functions, tables, state, j, scratch):
 
     A tangent may wait for an event that the last one has caused.
     """
-    if state.run[0].rank_check == CHECKED and guards.is_thrown(tables, state, j):
-        state.run[0].rank_check = AT_EVENT
+    if state.run[0].rank_check == at.CHECKED and guards.is_thrown(tables, state, j):
+        state.run[0].rank_check = at.AT_EVENT
     orthonormalise(functions, tables, state, scratch)
 
 
@@ -236,7 +223,7 @@ def end_step(functions, tables, settings, te, strobe, j, ties, backs, outcome, s
     if strobe >= 0.0:
         for i in range(state.x.size):
             state.extent[i] = max(state.extent[i], abs(state.x[i]))
-    run.fresh = ONGOING
+    run.fresh = at.ONGOING
     run.longest = max(run.longest, te)
     if te > STEPS.smallest * run.longest:
         run.stalls = 0
@@ -244,26 +231,26 @@ def end_step(functions, tables, settings, te, strobe, j, ties, backs, outcome, s
         run.stalls += 1
     run.steps += 1
     run.qr_since += 1
-    if outcome != DONE:
+    if outcome != at.DONE:
         return outcome
     guards.pass_sides(functions, tables, state, backs, te, time_of(run), scratch.gradient)
     orthonormal = settings.orthonormalise == 1
     if j >= 0:
         if run.stalls > settings.max_stalls:
-            return STALLED
+            return at.STALLED
         run.ties += ties
-        if orthonormal and (tables.marks[run.mode, j] & LOSES_RANK or guards.is_thrown(tables, state, j)):
+        if orthonormal and (tables.marks[run.mode, j] & at.LOSES_RANK or guards.is_thrown(tables, state, j)):
             _orthonormalise_before(functions, tables, state, j, scratch)
         largest = take(functions, tables, settings, j, time_of(run), state, buffer, scratch)
         if run.events_in_period > settings.max_events:
-            return EVENT_LIMIT
+            return at.EVENT_LIMIT
         if largest == math.inf:
-            return NONFINITE
+            return at.NONFINITE
         if largest > TANGENTS.large:
             run.qr_since = run.qr_wait
-    if orthonormal and (run.rank_check >= CHECKED or run.qr_since >= run.qr_wait):
+    if orthonormal and (run.rank_check >= at.CHECKED or run.qr_since >= run.qr_wait):
         orthonormalise(functions, tables, state, scratch)
-    return DONE
+    return at.DONE
 
 
 @rare
@@ -274,5 +261,5 @@ def stop(functions, tables, settings, h, t, state, buffer, scratch):
     """
     outcome, j = ending(functions, tables, settings, h, t, state, scratch)
     if j >= 0:
-        outcome = end_step(functions, tables, settings, 0.0, -1.0, j, 0, scratch.backs, DONE, state, buffer, scratch)
+        outcome = end_step(functions, tables, settings, 0.0, -1.0, j, 0, scratch.backs, at.DONE, state, buffer, scratch)
     return outcome
