@@ -9,7 +9,7 @@ import xarray as xr
 from chaosdrill.analysis.arguments import Span, tangent_count
 from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.blocks import Blocks
-from chaosdrill.analysis.records import ENDED, Arrays, ValueTask, carry_out, ended_by, swept
+from chaosdrill.analysis.records import ENDED, Arrays, ValueTask, carry_out, swept
 from chaosdrill.analysis.recurrence import sizes
 from chaosdrill.analysis.spectra import computed_exponents, run_with_tangents
 from chaosdrill.analysis.statistics import in_blocks, standard_error
@@ -126,7 +126,7 @@ def _told(system: HybridSystem, windows: _Windows, given: Any, job: Job) -> tupl
         "window_time": windows.times,
         "forcing_period": plan.unit if plan.periodic else np.nan,
         "outcome": np.int8(outcome),
-        "ended_by": ended_by(run),
+        "ended_by": run.states.ended_by[0],
     }
     return found, run.stopped(outcome)
 

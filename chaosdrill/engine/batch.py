@@ -18,6 +18,7 @@ from chaosdrill.engine.run import BESIDE, STANDING, flow_of
 from chaosdrill.engine.scales import SMALLEST
 from chaosdrill.engine.setup import (
     modes_of_starts,
+    room_of,
     scratch_of,
     settings_of,
     states_of,
@@ -220,8 +221,7 @@ class Batch:
     @property
     def ended_by(self) -> np.ndarray:
         """Mode and number of the steep operation that has ended each run, shape (P, 2); the number is -1 for none."""
-        run = self._states.run
-        return np.stack([run["mode"], run["blocked"]], axis=-1)
+        return self._states.ended_by
 
     @property
     def elapsed(self) -> np.ndarray:
@@ -340,7 +340,6 @@ class Batch:
         await_part(LANES)
         from chaosdrill.engine.first_event import first_event
         from chaosdrill.engine.lane_flow import lane_flow
-        from chaosdrill.engine.lane_setup import room
 
         c = self._states.c
         varying = np.flatnonzero((c != c[:1]).any(axis=0))
@@ -353,7 +352,7 @@ class Batch:
             self._frame,
             self._section,
             varying,
-            room(self.system, m, c[0], self._events[:1], self._spare),
+            room_of(self.system, m, c[0], self._events[:1], self._spare),
         )
 
     def _iterate(self, which: np.ndarray, stretches: np.ndarray) -> None:
@@ -374,9 +373,9 @@ class Batch:
     def _drive(self, machine: "Record", p: int, stretches: np.ndarray, samples: np.ndarray) -> None:
         """Run one point, as ``lane_flow`` does eight."""
         from chaosdrill.engine.flow import flow
+        from chaosdrill.engine.lane_runs import bring_in_order, keep
         from chaosdrill.engine.revival import forget_run
         from chaosdrill.engine.uncompiled import in_python
-        from chaosdrill.engine.window import bring_in_order, keep
 
         run, window, n = self._states.run[p], self.window[p], self.x.shape[1]
         size, total = len(window), int(stretches[1:].sum())
@@ -423,9 +422,9 @@ class Batch:
     def _step_to_the_section(self, which: np.ndarray, stretches: np.ndarray) -> None:
         """Run points whose lengths are counted by the events of the section, as ``lane_flow`` does eight."""
         await_part(ONE_RUN)
+        from chaosdrill.engine.lane_runs import bring_in_order
         from chaosdrill.engine.revival import forget_run
         from chaosdrill.engine.uncompiled import in_python
-        from chaosdrill.engine.window import bring_in_order
 
         machine = self._machine()
         self._settings["recording"] = 0

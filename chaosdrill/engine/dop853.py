@@ -28,8 +28,7 @@ from chaosdrill.engine.dop853_tables import (
     A,
     C,
 )
-from chaosdrill.engine.guard_series import guard_polynomials
-from chaosdrill.engine.guard_times import exact_times
+from chaosdrill.engine.guard_series import exact_times, guard_polynomials
 from chaosdrill.engine.jit import inner, series
 from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.scales import SMALLEST, fill, finest
@@ -285,14 +284,7 @@ def advance(place, p, t, s):
     """States and quadratures and, in place, tangents after a step of length s."""
     machine = machine_at(place)
     state = state_of(machine.states, p)
-    run, x, vectors = state.run[0], state.x, state.vectors
-    stages, out = machine.scratch.stages, machine.scratch.out
-    n = x.size
-    live = run.live
+    run, vectors, stages = state.run[0], state.vectors, machine.scratch.stages
     if s != run.tried:
-        attempt(machine.functions, t, state.c, x, s, vectors, live, run, stages, stages[END])
-    for i in range(out.size):
-        out[i] = stages[END, i]
-    for v in range(live):
-        for i in range(n):
-            vectors[v, i] = stages[VECTORS + ROWS_A_VECTOR * v + STAGES + 1, i]
+        attempt(machine.functions, t, state.c, state.x, s, vectors, run.live, run, stages, stages[END])
+    control.take_over(stages, vectors, run.live, machine.scratch.out)

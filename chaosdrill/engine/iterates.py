@@ -9,12 +9,11 @@ from chaosdrill.codegen.signatures import integers, matrix
 from chaosdrill.engine import layout as at
 from chaosdrill.engine import scales
 from chaosdrill.engine.jit import compiled, inlined
-from chaosdrill.engine.lane_runs import at_goal, begin, is_over, note_section
+from chaosdrill.engine.lane_runs import at_goal, begin, is_over, keep, note_section
 from chaosdrill.engine.records import FLOW_SIGNATURE, machine_at, results_type, state_of, state_outcome
 from chaosdrill.engine.step import end_step, pass_strobe
 from chaosdrill.engine.tangents import begin_tangents, orthonormalise
 from chaosdrill.engine.tuning import STEPS
-from chaosdrill.engine.window import keep
 
 
 @inlined

@@ -6,7 +6,6 @@ seen for all lanes at once. Whatever is less plain is left to ``engine.guards``,
 
 import math
 
-from chaosdrill.codegen.kinds import uint64
 from chaosdrill.engine import guards
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.jit import inlined, inner, series
@@ -23,15 +22,12 @@ from chaosdrill.engine.lanes import (
     spread,
     table_of,
 )
+from chaosdrill.engine.polynomial import value_and_slope
 from chaosdrill.engine.records import state_of
 from chaosdrill.engine.roots import bernstein_weights
 from chaosdrill.engine.tuning import GUARDS, LANE
 
 _WEIGHTS = bernstein_weights(LANE.degree)
-
-# rows of a Bernstein form behind its coefficients
-REST, HIGHEST = LANE.degree + 1, LANE.degree + 2
-BERNSTEIN = HIGHEST + LANE.degree + 1
 
 # columns of how the steps of a block end: outcome, guard, ties
 OUTCOME, GUARD, TIES = range(3)
@@ -176,10 +172,10 @@ def _bernstein(a, order, sign, rest, block):
         value = sign * value
         highest = larger(highest, value)
         b[j] = value
-        b[HIGHEST + j] = highest
+        b[at.HIGHEST + j] = highest
     for k in range(LANE.degree + 1, order + 1):
         rest = rest + magnitude(a[k])
-    b[REST] = rest
+    b[at.REST] = rest
 
 
 @series
@@ -191,18 +187,18 @@ def _isolated(block):
     extremes, and not by truth values from one to the next: these are packed where registers are shorter than lanes.
     """
     b = row_of(block.bernstein)
-    rest = b[REST]
+    rest = b[at.REST]
     last = b[LANE.degree]
     ahead = last
     valley = spread(-math.inf)
     for m in range(1, LANE.degree):
         j = LANE.degree - m
         value = b[j]
-        rim = smaller(b[HIGHEST + j - 1], ahead)
+        rim = smaller(b[at.HIGHEST + j - 1], ahead)
         valley = larger(valley, smaller(rim - rest, rest - value))
         valley = larger(valley, smaller(rim + rest, -rest - value))
         ahead = larger(ahead, value)
-    highest = b[HIGHEST + LANE.degree]
+    highest = b[at.HIGHEST + LANE.degree]
     # a coefficient that is no number is one of those that come after it, too
     none = (highest + rest <= 0.0) & (last + rest <= 0.0)
     return none, (b[0] < 0.0) & (highest > rest) & (valley < 0.0), ~(last > rest)
@@ -214,12 +210,12 @@ def _first_sign(block):
     b = row_of(block.bernstein)
     value = b[LANE.degree]
     low, high = value, value
-    place, at = spread(0.0), spread(float(LANE.degree))
+    place, knot = spread(0.0), spread(float(LANE.degree))
     for m in range(1, LANE.degree + 1):
-        at = at - 1.0
+        knot = knot - 1.0
         beyond = value > 0.0
         before = b[LANE.degree - m]
-        place = chosen(beyond, at, place)
+        place = chosen(beyond, knot, place)
         low = chosen(beyond, before, low)
         high = chosen(beyond, value, high)
         value = before
@@ -234,29 +230,29 @@ def _summit(a, order, sign, noise, block):
     not.
     """
     b = row_of(block.bernstein)
-    rest = b[REST]
+    rest = b[at.REST]
     highest = b[0]
     bound, bend = spread(0.0), spread(0.0)
     largest = spread(-math.inf)
-    at = spread(0.0)
+    knot = spread(0.0)
     for j in range(1, LANE.degree):
-        at = at + 1.0
+        knot = knot + 1.0
         value = b[j]
         turn = (b[j + 1] - value) - (value - b[j - 1])
         above = value > highest
         largest = larger(largest, turn)
         bend = chosen(above, turn, bend)
-        bound = chosen(above, at, bound)
+        bound = chosen(above, knot, bound)
         highest = chosen(above, value, highest)
     bound = bound * (1.0 / LANE.degree)
-    height, slope = _value_and_slope(a, order, bound)
+    height, slope = value_and_slope(a, order, bound)
     hidden = ~(sign * height > LANE.sure * highest)
     none = highest < -math.inf
     if some(hidden):
         summit = _inside(bound - slope / (LANE.degree * (LANE.degree - 1.0) * (sign * bend)))
-        height, following = _value_and_slope(a, order, summit)
+        height, following = value_and_slope(a, order, summit)
         summit = _inside(summit - following * (summit - bound) / (following - slope))
-        height, slope = _value_and_slope(a, order, summit)
+        height, slope = value_and_slope(a, order, summit)
         margin = LANE.sure * highest + noise
         # in all of the step no point is higher than the tangent there
         top = sign * height + larger(sign * slope * (1.0 - summit), -(sign * slope * summit))
@@ -275,29 +271,12 @@ def _inside(u):
 
 
 @series
-def _value_and_slope(a, order, u):
-    """Values and derivatives of polynomials, even and odd terms apart: two short chains for a long one."""
-    square = u * u
-    nothing = spread(0.0)
-    last = uint64(order // 2)
-    even, odd = a[2 * last], a[2 * last + 1]
-    even_slope, odd_slope = nothing, nothing
-    for m in range(1, last + 1):
-        k = 2 * (last - m)
-        even_slope = even_slope * square + even
-        odd_slope = odd_slope * square + odd
-        even = even * square + a[k]
-        odd = odd * square + a[k + 1]
-    return even + u * odd, odd + (2.0 * u) * (even_slope + u * odd_slope)
-
-
-@series
 def _polish(a, order, searched, u):
     """Newton steps from u in the lanes of a mask: the roots, and where they have not settled."""
     before = spread(0.0)
     active = chosen(searched, 1.0, 0.0)
     for _ in range(LANE.iterations):
-        f, d = _value_and_slope(a, order, u)
+        f, d = value_and_slope(a, order, u)
         step = f / d
         u = chosen(active > 0.0, u - step, u)
         size = magnitude(step)

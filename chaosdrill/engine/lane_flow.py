@@ -12,9 +12,9 @@ from chaosdrill.engine import layout as at
 from chaosdrill.engine.checked import first_row
 from chaosdrill.engine.jit import compiled, inlined, rare
 from chaosdrill.engine.lane_events import GUARD, OUTCOME, TIES
-from chaosdrill.engine.lane_runs import at_goal, begin, is_over, note_section
-from chaosdrill.engine.lane_series import value_in_lane
+from chaosdrill.engine.lane_runs import at_goal, begin, is_over, keep, note_section
 from chaosdrill.engine.lanes import LANES, chosen, every, row_of
+from chaosdrill.engine.polynomial import value_in_lane
 from chaosdrill.engine.records import (
     lane_functions_type,
     lane_room_type,
@@ -26,7 +26,6 @@ from chaosdrill.engine.records import (
 )
 from chaosdrill.engine.step import add_to, end_step, instant_after, pass_strobe, stop, up_to_strobe
 from chaosdrill.engine.tuning import LANE, STEPS
-from chaosdrill.engine.window import keep
 
 _STOPPED = -2
 """In the place of a guard: the step of this lane had no length, and what comes of that has been done."""

@@ -8,8 +8,8 @@ from chaosdrill.codegen.kinds import uint64
 from chaosdrill.engine import taylor
 from chaosdrill.engine.checked import first_row
 from chaosdrill.engine.jit import inlined
-from chaosdrill.engine.lane_series import lane_late_size, lane_size, lane_value
 from chaosdrill.engine.lanes import LANES, gathered, row_of, table_of
+from chaosdrill.engine.polynomial import lane_late_size, lane_size, lane_value
 
 
 @inlined

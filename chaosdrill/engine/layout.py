@@ -9,6 +9,7 @@ import numpy as np
 
 from chaosdrill.codegen.kinds import Array, RecordOf
 from chaosdrill.codegen.signatures import WIDTH, cube, integer_matrix, integers, matrix, vector
+from chaosdrill.engine.tuning import LANE
 
 Vector = Annotated[Any, vector]
 Matrix = Annotated[Any, matrix]
@@ -136,6 +137,11 @@ class States(NamedTuple):
     """(P, n): errors of the states where the run began or after the last event, in units of ``guards.ROUNDING``"""
     normal: Matrix
     """(P, n + 1): gradient of the guard that has just fired, by states and, last, time"""
+
+    @property
+    def ended_by(self) -> np.ndarray:
+        """(P, 2): mode and number of the steep operation that has ended each run; the number is -1 for none"""
+        return np.stack([self.run["mode"], self.run["blocked"]], axis=-1)
 
 
 class State(States):
@@ -303,6 +309,10 @@ class Results(NamedTuple):
     outcome: Integers
     """(P,)"""
 
+
+# rows of a Bernstein form in lanes, behind its coefficients: what the rest may add, and of each the largest up to it
+REST, HIGHEST = LANE.degree + 1, LANE.degree + 2
+BERNSTEIN = HIGHEST + LANE.degree + 1
 
 # columns of the event buffer before the states
 EVENT_STROBES, EVENT_TIME, EVENT_KIND, EVENT_MODE, EVENT_SPEED, EVENT_ERROR = range(6)

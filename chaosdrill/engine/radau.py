@@ -14,9 +14,8 @@ import numpy as np
 from chaosdrill.codegen.layout import EPSILON
 from chaosdrill.engine import step_control as control
 from chaosdrill.engine.checked import coarsest, dense_defect, doubt_of_rates, guards_agree, looks, may_hide_between
-from chaosdrill.engine.dop853_tables import END, ROWS_A_VECTOR, STAGES, VECTORS, WEIGHTS
-from chaosdrill.engine.guard_series import guard_polynomials
-from chaosdrill.engine.guard_times import exact_times
+from chaosdrill.engine.dop853_tables import END, ROWS_A_VECTOR, VECTORS, WEIGHTS
+from chaosdrill.engine.guard_series import exact_times, guard_polynomials
 from chaosdrill.engine.jit import inner
 from chaosdrill.engine.layout import ONGOING
 from chaosdrill.engine.radau_step import (
@@ -247,14 +246,10 @@ def advance(place, p, t, s):
     """States and quadratures and, in place, tangents after a step of length s."""
     machine = machine_at(place)
     state = state_of(machine.states, p)
-    run, x, vectors, scratch = state.run[0], state.x, state.vectors, machine.scratch
-    stages, out = scratch.stages, scratch.out
+    run, scratch = state.run[0], machine.scratch
+    stages = scratch.stages
     if s != run.tried:
         _arrive(machine.functions, machine.tables, machine.settings[0], t, state, s, scratch, stages[END])
         tolerance = machine.settings[0].tolerance
         _tangents(machine.functions, _kind(tolerance), t, state, s, tolerance, scratch.implicit, stages)
-    for i in range(out.size):
-        out[i] = stages[END, i]
-    for v in range(run.live):
-        for i in range(x.size):
-            vectors[v, i] = stages[VECTORS + ROWS_A_VECTOR * v + STAGES + 1, i]
+    control.take_over(stages, state.vectors, run.live, scratch.out)

@@ -6,7 +6,7 @@ Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed. 1993
 
 import math
 
-from chaosdrill.engine.dop853_tables import PLACE, ROWS_A_VECTOR, STAGES, VECTORS, WEIGHTS
+from chaosdrill.engine.dop853_tables import END, PLACE, ROWS_A_VECTOR, STAGES, VECTORS, WEIGHTS
 from chaosdrill.engine.jit import inlined, inner, rare
 from chaosdrill.engine.layout import ONGOING
 from chaosdrill.engine.scales import brought, finest, followed, has_none
@@ -206,3 +206,13 @@ def begin_anew(run, h):
 def note_scale(scale, x, i, moved):
     """Let the size of state or quadrature i follow a step that moves it so far."""
     scale[i] = followed(scale[i], x[i], moved, 1.0) if i < x.size else max(scale[i], moved)
+
+
+@inlined
+def take_over(stages, vectors, live, out):
+    """States, quadratures and live tangents at the end of a step, from the rows where it has left them."""
+    for i in range(out.size):
+        out[i] = stages[END, i]
+    for v in range(live):
+        for i in range(vectors.shape[1]):
+            vectors[v, i] = stages[VECTORS + ROWS_A_VECTOR * v + STAGES + 1, i]

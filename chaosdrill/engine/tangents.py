@@ -29,6 +29,18 @@ def _project(v, basis, scratch):
         v[a] = scratch[a]
 
 
+@inlined
+def take_away(row, basis, count, n, size, dots):
+    """Take from ``size`` numbers of a row their parts along orthonormal rows, as the first n tell; these are kept."""
+    for j in range(count):
+        dot = 0.0
+        for a in range(n):
+            dot += basis[j, a] * row[a]
+        for a in range(size):
+            row[a] -= dot * basis[j, a]
+        dots[j] = dot
+
+
 @rare
 def _by_size(v, scale):
     """Square of a tangent's length, in units of the sizes that the states have had of late."""
@@ -66,12 +78,7 @@ def normals_of(functions, tables, mode, t, state, n, scratch):
         for a in range(n):
             before += row[a] * row[a]
         for _ in range(2):
-            for j in range(found):
-                dot = 0.0
-                for a in range(n):
-                    dot += normals[j, a] * row[a]
-                for a in range(size + 2):
-                    row[a] -= dot * normals[j, a]
+            take_away(row, normals, found, n, size + 2, scratch.image)
         length = 0.0
         for a in range(n):
             length += row[a] * row[a]
@@ -96,12 +103,7 @@ def keep_to_surfaces(functions, tables, state, scratch):
     found = normals_of(functions, tables, run.mode, time_of(run), state, n, scratch)
     for i in range(vectors.shape[0]):
         before = _by_size(vectors[i], state.scale)
-        for j in range(found):
-            dot = 0.0
-            for a in range(n):
-                dot += normals[j, a] * vectors[i, a]
-            for a in range(n):
-                vectors[i, a] -= dot * normals[j, a]
+        take_away(vectors[i], normals, found, n, n, scratch.image)
         if _by_size(vectors[i], state.scale) <= TANGENTS.rank**2 * before:
             for a in range(n):
                 vectors[i, a] = 0.0
@@ -175,15 +177,10 @@ def orthonormalise(functions, tables, state, scratch):
         checked = run.rank_check >= CHECKED
         image = _by_size(vectors[i], state.scale) if checked else 0.0
         for _ in range(2 if kept > 0 else 0):
+            take_away(vectors[i], vectors, kept, n, n, dots)
             for j in range(kept):
-                dot = 0.0
-                for a in range(n):
-                    dot += vectors[j, a] * vectors[i, a]
-                for a in range(n):
-                    vectors[i, a] -= dot * vectors[j, a]
-                early -= dot * sooner[j]
-                told += abs(dot * sooner[j])
-                dots[j] = dot
+                early -= dots[j] * sooner[j]
+                told += abs(dots[j] * sooner[j])
             if state.shares.shape[0] > 0:
                 _keep_shares(state, i, kept, dots)
             length = 0.0
