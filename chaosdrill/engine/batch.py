@@ -10,21 +10,13 @@ from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.layout import ROUNDING
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
+from chaosdrill.engine import setup
 from chaosdrill.engine.ahead import LANES, ONE_RUN, await_part
 from chaosdrill.engine.methods import METHODS
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import check_period, forcing_periods, repeats
 from chaosdrill.engine.run import BESIDE, STANDING, flow_of
 from chaosdrill.engine.scales import SMALLEST
-from chaosdrill.engine.setup import (
-    modes_of_starts,
-    room_of,
-    scratch_of,
-    settings_of,
-    states_of,
-    tables_of,
-    values_of_constrained,
-)
 from chaosdrill.engine.tuning import RUNS
 from chaosdrill.errors import SettingsError
 
@@ -166,12 +158,12 @@ class Batch:
         self.period = forcing_periods(system, parameters, points) if forced else np.full(points, unit)
         self.outcome = np.where(np.isnan(self.period), int(Outcome.FAILED), int(Outcome.OK))
         self._check_periods(parameters)
-        modes, refused = modes_of_starts(system, parameters, starts, modes)
+        modes, refused = setup.modes_of_starts(system, parameters, starts, modes)
         self.outcome = np.where(self.outcome == Outcome.OK, refused, self.outcome)
-        self._settings = settings_of(system, numerics, numerics.batch_order, orthonormalise=m > 0)
-        self._tables = tables_of(system, deficient, frame[:symmetries], through)
+        self._settings = setup.settings_of(system, numerics, numerics.batch_order, orthonormalise=m > 0)
+        self._tables = setup.tables_of(system, deficient, frame[:symmetries], through)
         c = _constants(system, parameters, points)
-        self._states = states_of(system, c, starts, modes, self.period, frame, numerics)
+        self._states = setup.states_of(system, c, starts, modes, self.period, frame, numerics)
         self._frame = frame
         self.sums = np.zeros((points, 1, m))
         self.integrals = np.zeros((points, 1, q))
@@ -190,15 +182,14 @@ class Batch:
         rows = 0 if section is None else RUNS.return_rows if self.counts_returns else RUNS.event_rows
         self._events = np.zeros((rows, at.EVENT_COLUMNS + 2 * n))
         self._spare = np.zeros((window, n + 1))
-        self._scratch = scratch_of(system, m, numerics.method)
+        self._scratch = setup.scratch_of(system, m, numerics.method)
         self._quadratures = q
         self._pin(np.arange(points))
 
     @property
     def x(self) -> np.ndarray:
         """Present states, shape (P, n)."""
-        states: np.ndarray = self._states.x
-        return states
+        return np.asarray(self._states.x)
 
     @property
     def sizes(self) -> np.ndarray:
@@ -215,8 +206,7 @@ class Batch:
     @property
     def mode(self) -> np.ndarray:
         """Present modes, shape (P,)."""
-        modes: np.ndarray = self._states.run["mode"]
-        return modes
+        return np.asarray(self._states.run["mode"])
 
     @property
     def ended_by(self) -> np.ndarray:
@@ -232,26 +222,22 @@ class Batch:
     @property
     def steps(self) -> np.ndarray:
         """Steps since the averages began, shape (P,)."""
-        taken: np.ndarray = self._states.run["steps"]
-        return taken
+        return np.asarray(self._states.run["steps"])
 
     @property
     def moved(self) -> np.ndarray:
         """How far quadratures have moved in all, up or down, since the averages began, shape (P, q)."""
-        way: np.ndarray = self._states.sums[:, 2]
-        return way
+        return np.asarray(self._states.sums[:, 2])
 
     @property
     def counts(self) -> np.ndarray:
         """How often each transition was taken since the averages began, shape (P, transitions)."""
-        numbers: np.ndarray = self._states.counts
-        return numbers
+        return np.asarray(self._states.counts)
 
     @property
     def grazing(self) -> np.ndarray:
         """Smallest normal speed at each transition since the averages began, shape (P, transitions)."""
-        speeds: np.ndarray = self._states.grazing
-        return speeds
+        return np.asarray(self._states.grazing)
 
     def flow(self, which: np.ndarray) -> np.ndarray:
         """Rates of the states of some runs where they stand, shape (len(which), n); of systems free of time."""
@@ -352,7 +338,7 @@ class Batch:
             self._frame,
             self._section,
             varying,
-            room_of(self.system, m, c[0], self._events[:1], self._spare),
+            setup.room_of(self.system, m, c[0], self._events[:1], self._spare),
         )
 
     def _iterate(self, which: np.ndarray, stretches: np.ndarray) -> None:
@@ -528,7 +514,7 @@ class Batch:
         for mode in np.unique(self.mode[alive]).tolist():
             there = alive[self.mode[alive] == mode]
             here = {name: values[there] for name, values in self._parameters.items()}
-            for state, value in values_of_constrained(self.system, here, mode).items():
+            for state, value in setup.values_of_constrained(self.system, here, mode).items():
                 self.x[there, state] = value
         self._put(alive)
         self._states.vectors[alive], self._states.sooner[alive] = self._frame, 0.0

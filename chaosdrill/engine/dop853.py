@@ -11,8 +11,8 @@ import math
 import numpy as np
 
 from chaosdrill.codegen.layout import EPSILON
+from chaosdrill.engine import checked
 from chaosdrill.engine import step_control as control
-from chaosdrill.engine.checked import coarsest, dense_defect, doubt_of_rates, guards_agree, looks, may_hide_between
 from chaosdrill.engine.dop853_tables import (
     DEGREE,
     DENSE,
@@ -166,20 +166,20 @@ def dense_output(functions, t, c, x, h, run, stages, ws):
 @inner
 def _agrees(functions, tables, settings, s, t, state, ws, scratch):
     """Whether the dense output obeys the equations at s."""
-    dense_defect(functions, DEGREE, s, t, state, ws, scratch)
+    checked.dense_defect(functions, DEGREE, s, t, state, ws, scratch)
     rate, slope = scratch.before, scratch.after
     for i in range(state.x.size):
         allowed = CHECKS.dense_defect * settings.tolerance * state.scale[i] + DENSE_NOISE * abs(rate[i]) * s
         off = abs(slope[i] - rate[i]) * s
         if not off <= allowed:
-            doubt_of_rates(functions, tables, s, t, state, scratch)
+            checked.doubt_of_rates(functions, tables, s, t, state, scratch)
             if not off <= allowed + CHECKS.doubt * scratch.doubt[i] * s:
                 return False
     part = CHECKS.dense_defect * GUARDS.interpolated
-    return guards_agree(functions, tables, settings, part, s, t, state, ws, scratch)
+    return checked.guards_agree(functions, tables, settings, part, s, t, state, ws, scratch)
 
 
-_look = looks(_agrees)
+_look = checked.looks(_agrees)
 
 
 @offered
@@ -214,7 +214,7 @@ def expand(place, p, t):
         attempt(functions, t, state.c, x, h, vectors, live, run, stages, stages[END])
         error = error_of(x, h, scale, least, run.period, vectors, live, scratch.none, stages) / tolerance
         if error > 1.0:
-            coarsest(functions, tables, tolerance, h, t, state, stages[END], scratch)
+            checked.coarsest(functions, tables, tolerance, h, t, state, stages[END], scratch)
             error = error_of(x, h, scale, least, run.period, vectors, live, scratch.doubt, stages) / tolerance
         if not error <= 1.0:
             ends = ends or not math.isfinite(error)
@@ -235,7 +235,7 @@ def expand(place, p, t):
                 rejected = True
                 h *= 0.5
                 continue
-        if steep and may_hide_between(functions, tables, settings, h, t, state, scratch):
+        if steep and checked.may_hide_between(functions, tables, settings, h, t, state, scratch):
             seen = _look(functions, tables, settings, h, t, state, scratch.workspace, scratch)
             if seen < h:
                 # what is wrong of the dense output may be wrong everywhere

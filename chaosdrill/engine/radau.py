@@ -12,8 +12,8 @@ import math
 import numpy as np
 
 from chaosdrill.codegen.layout import EPSILON
+from chaosdrill.engine import checked
 from chaosdrill.engine import step_control as control
-from chaosdrill.engine.checked import coarsest, dense_defect, doubt_of_rates, guards_agree, looks, may_hide_between
 from chaosdrill.engine.dop853_tables import END, ROWS_A_VECTOR, VECTORS, WEIGHTS
 from chaosdrill.engine.guard_series import exact_times, guard_polynomials
 from chaosdrill.engine.jit import inner
@@ -57,18 +57,18 @@ def _kind(tolerance):
 @inner
 def _agrees(functions, tables, settings, s, t, state, ws, scratch):
     """Whether the polynomial through the stages obeys the equations at s, but for what is stiff, as in an error."""
-    dense_defect(functions, DEGREE, s, t, state, ws, scratch)
+    checked.dense_defect(functions, DEGREE, s, t, state, ws, scratch)
     rate, slope, allowed = scratch.before, scratch.after, CHECKS.dense_defect * max(settings.tolerance, RADAU.least)
     room, stages = scratch.implicit, scratch.stages
     if not damped(rate, slope, scratch.none, s, state.x.size, room, stages) <= allowed:
-        doubt_of_rates(functions, tables, s, t, state, scratch)
+        checked.doubt_of_rates(functions, tables, s, t, state, scratch)
         if not damped(rate, slope, scratch.doubt, s, state.x.size, room, stages) <= allowed:
             return False
     part = CHECKS.dense_defect * GUARDS.interpolated
-    return guards_agree(functions, tables, settings, part, s, t, state, ws, scratch)
+    return checked.guards_agree(functions, tables, settings, part, s, t, state, ws, scratch)
 
 
-_look = looks(_agrees)
+_look = checked.looks(_agrees)
 
 
 @offered
@@ -128,7 +128,7 @@ def expand(place, p, t):
         finish(functions, kind, t, state, h, stages, stages[END])
         error, plain = _errors(functions, kind, t, state, h, tolerance, scratch.none, room, stages)
         if error > tolerance:
-            coarsest(functions, tables, tolerance, h, t, state, stages[END], scratch)
+            checked.coarsest(functions, tables, tolerance, h, t, state, stages[END], scratch)
             error, plain = _errors(functions, kind, t, state, h, tolerance, scratch.doubt, room, stages)
         error /= tolerance
         resolved = plain <= tolerance
@@ -152,7 +152,7 @@ def expand(place, p, t):
                 rejected = True
                 h *= 0.5
                 continue
-        if tables.steep[mode, 0] > 0 and may_hide_between(functions, tables, settings, h, t, state, scratch):
+        if tables.steep[mode, 0] > 0 and checked.may_hide_between(functions, tables, settings, h, t, state, scratch):
             seen = _look(functions, tables, settings, h, t, state, scratch.workspace, scratch)
             if seen < h:
                 functions.field(mode, t, state.c, x, stages[0])

@@ -111,14 +111,12 @@ class Run:
     @property
     def c(self) -> np.ndarray:
         """Constants of the kernels."""
-        constants: np.ndarray = self.states.c[0]
-        return constants
+        return np.asarray(self.states.c[0])
 
     @property
     def x(self) -> np.ndarray:
         """Present state, shape (n,)."""
-        state: np.ndarray = self.states.x[0]
-        return state
+        return np.asarray(self.states.x[0])
 
     @property
     def sizes(self) -> np.ndarray:
@@ -128,32 +126,27 @@ class Run:
     @property
     def vectors(self) -> np.ndarray:
         """Present tangents, shape (m, n), the live ones first."""
-        rows: np.ndarray = self.states.vectors[0]
-        return rows
+        return np.asarray(self.states.vectors[0])
 
     @property
     def logs(self) -> np.ndarray:
         """Logarithms of the tangents' growth since the last ``forget``, shape (m,)."""
-        sums: np.ndarray = self.states.logs[0] + np.log(self.states.grown[0])
-        return sums
+        return np.asarray(self.states.logs[0] + np.log(self.states.grown[0]))
 
     @property
     def lost(self) -> np.ndarray:
         """Whether an exponent's tangent is lost, shape (m,)."""
-        lost: np.ndarray = self.states.lost[0]
-        return lost
+        return np.asarray(self.states.lost[0])
 
     @property
     def counts(self) -> np.ndarray:
         """How often each transition was taken since the last ``forget``, shape (transitions,)."""
-        numbers: np.ndarray = self.states.counts[0]
-        return numbers
+        return np.asarray(self.states.counts[0])
 
     @property
     def grazing(self) -> np.ndarray:
         """Smallest normal speed at each transition since the last ``forget``, shape (transitions,)."""
-        speeds: np.ndarray = self.states.grazing[0]
-        return speeds
+        return np.asarray(self.states.grazing[0])
 
     @property
     def samples(self) -> int:
@@ -195,14 +188,12 @@ class Run:
 
     def integrals(self) -> np.ndarray:
         """Quadratures since the start of the run, shape (q,)."""
-        total: np.ndarray = self.states.sums[0, :2].sum(axis=0)
-        return total
+        return np.asarray(self.states.sums[0, :2].sum(axis=0))
 
     @property
     def moved(self) -> np.ndarray:
         """How far quadratures have moved in all, up or down, since the last ``forget``, shape (q,)."""
-        way: np.ndarray = self.states.sums[0, 2]
-        return way
+        return np.asarray(self.states.sums[0, 2])
 
     @property
     def ties(self) -> int:
