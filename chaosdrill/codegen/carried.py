@@ -17,14 +17,7 @@ import numpy as np
 from numba import carray, njit, types
 from numba.core import cgutils
 from numba.core.typeconv import Conversion
-from numba.extending import (
-    intrinsic,
-    lower_cast,
-    make_attribute_wrapper,
-    models,
-    overload,
-    register_model,
-)
+from numba.extending import intrinsic, lower_cast, make_attribute_wrapper, models, overload, register_model
 
 
 class Carrier(types.Type):

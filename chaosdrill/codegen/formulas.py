@@ -66,11 +66,7 @@ def function_of(
 
 
 def _derived(
-    system: "HybridSystem",
-    name: str,
-    expression: Any,
-    of: "Callable[[HybridSystem], list[Any]] | None",
-    arrays: bool,
+    system: "HybridSystem", name: str, expression: Any, of: "Callable[[HybridSystem], list[Any]] | None", arrays: bool
 ) -> Any:
     formulas = system.shared["formulas"]
     if expression is None:

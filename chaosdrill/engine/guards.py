@@ -549,15 +549,7 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
             turn = -1.0
         else:
             turn, root = recrossing(
-                g,
-                order,
-                n - order,
-                h,
-                direction > 0,
-                scratch.polynomial,
-                scratch.shifted,
-                scratch.stack,
-                scratch.ends,
+                g, order, n - order, h, direction > 0, scratch.polynomial, scratch.shifted, scratch.stack, scratch.ends
             )
         if how == at.PASSED:
             if turn > 0.0:

@@ -333,8 +333,7 @@ def as_wide(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
 
 
 @_operation(
-    lambda value, lane: value[lane] if np.ndim(value) else value,
-    lambda value, lane: types.float64(value, types.int64),
+    lambda value, lane: value[lane] if np.ndim(value) else value, lambda value, lane: types.float64(value, types.int64)
 )
 def lane_of(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
     """The number in one lane; of a number itself."""
@@ -489,9 +488,7 @@ def _like(value: Any, number: float) -> Any:
 def _exponent(builder: Any, value: Any) -> Any:
     # a whole number below 2**52 in the fraction of 2**52 is that number
     shifted = _bits(
-        builder,
-        value,
-        lambda whole, bits: builder.or_(builder.lshr(bits, whole(_FRACTION)), whole(0x4330000000000000)),
+        builder, value, lambda whole, bits: builder.or_(builder.lshr(bits, whole(_FRACTION)), whole(0x4330000000000000))
     )
     return builder.fsub(shifted, _like(value, 2.0**_FRACTION + _BIAS))
 
@@ -513,8 +510,7 @@ exponent = _of_numbers(_exponent, lambda value: (value.view(np.uint64) >> _FRACT
 """n of a number m 2**n above zero, 1 <= m < 2."""
 
 mantissa = _of_numbers(
-    _mantissa,
-    lambda value: (value.view(np.uint64) & 0xFFFFFFFFFFFFF | 0x3FF0000000000000).view(float),
+    _mantissa, lambda value: (value.view(np.uint64) & 0xFFFFFFFFFFFFF | 0x3FF0000000000000).view(float)
 )
 """m of it."""
 

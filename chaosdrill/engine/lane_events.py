@@ -10,18 +10,7 @@ from chaosdrill.engine import guards
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.jit import inlined, inner, series
 from chaosdrill.engine.lane_step import copy_lane
-from chaosdrill.engine.lanes import (
-    LANES,
-    chosen,
-    gathered,
-    larger,
-    magnitude,
-    row_of,
-    smaller,
-    some,
-    spread,
-    table_of,
-)
+from chaosdrill.engine.lanes import LANES, chosen, gathered, larger, magnitude, row_of, smaller, some, spread, table_of
 from chaosdrill.engine.polynomial import value_and_slope
 from chaosdrill.engine.records import state_of
 from chaosdrill.engine.roots import bernstein_weights

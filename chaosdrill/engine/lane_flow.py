@@ -167,8 +167,7 @@ def _enqueue(queues, key, p):
 
 @compiled(
     void(
-        *(int64, lane_functions_type, integers, integers, results_type, matrix),
-        *(integers, integers, lane_room_type),
+        *(int64, lane_functions_type, integers, integers, results_type, matrix), *(integers, integers, lane_room_type)
     ),
     loops=False,
 )

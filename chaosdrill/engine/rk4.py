@@ -12,10 +12,7 @@ from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.stepper import offered
 from chaosdrill.engine.tuning import STEPS
 
-METHOD = {
-    "summary": "fixed-step Runge-Kutta of order 4 with bisection, the method of the paper",
-    "fixed_step": True,
-}
+METHOD = {"summary": "fixed-step Runge-Kutta of order 4 with bisection, the method of the paper", "fixed_step": True}
 
 
 @inner

@@ -306,10 +306,7 @@ class Run:
         self.settings["recording"] = 0 if samples is None else at.INSTANTS if instants else at.EVENLY
         self.states.run["sample_rows"] = self.states.run["event_rows"] = 0
         code = self.flow(
-            place,
-            0,
-            self._no_samples if samples is None else samples,
-            self._no_events if events is None else events,
+            place, 0, self._no_samples if samples is None else samples, self._no_events if events is None else events
         )
         return (Outcome.OK if code in (at.DONE, at.FULL) else Outcome(code)), code == at.FULL
 

@@ -43,7 +43,7 @@ def sample_orbit(place, resting, sizes, segments, starts, phases, durations, ins
                 begin(tables, state, segments[i, SEGMENT_MODE], 0, 0, -1, -1)
                 follow(
                     functions, method, settings, tables, asleep, t + here, goal - here, segments[i, SEGMENT_END],
-                    False, state, scratch,
+                    False, state, scratch
                 )  # fmt: skip
                 here = goal
                 for r in range(n):
