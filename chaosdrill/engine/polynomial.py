@@ -104,7 +104,7 @@ def late_size(rows, i, s, first):
 
 @series
 def lane_value(g, order, s):
-    """Values at s of polynomials up to an order, rounded as if there were more terms that are zero."""
+    """Values at s of polynomials up to an order, rounded as if there were more terms that are zero; or that of one."""
     fourth = (s * s) * (s * s)
     last = uint64(order // 4)
     a = g[4 * last]
@@ -117,23 +117,6 @@ def lane_value(g, order, s):
         b = b * fourth + g[k + 1]
         c = c * fourth + g[k + 2]
         d = d * fourth + g[k + 3]
-    return (a + b * s) + (c + d * s) * (s * s)
-
-
-@series
-def value_in_lane(ws, i, lane, s):
-    """Value at s of the polynomial in row i of one lane, rounded as ``lane_value`` rounds it."""
-    fourth = (s * s) * (s * s)
-    a = ws[i, WIDTH - 4, lane]
-    b = ws[i, WIDTH - 3, lane]
-    c = ws[i, WIDTH - 2, lane]
-    d = ws[i, WIDTH - 1, lane]
-    for m in range(1, WIDTH // 4):
-        k = WIDTH - 4 - 4 * m
-        a = a * fourth + ws[i, k, lane]
-        b = b * fourth + ws[i, k + 1, lane]
-        c = c * fourth + ws[i, k + 2, lane]
-        d = d * fourth + ws[i, k + 3, lane]
     return (a + b * s) + (c + d * s) * (s * s)
 
 
