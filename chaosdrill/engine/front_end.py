@@ -13,7 +13,9 @@ import llvmlite.binding as llvm
 import numba
 from llvmlite import ir
 from numba import types
-from numba.extending import intrinsic, register_jitable
+from numba.core.imputils import lower_getattr_generic
+from numba.core.typing.templates import AttributeTemplate, infer_getattr
+from numba.extending import intrinsic, models, register_jitable, register_model
 
 from chaosdrill.codegen.machine import FROM_WORDS
 from chaosdrill.codegen.signatures import event_places
@@ -38,16 +40,19 @@ PLAIN = _CALLBACK | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 register_jitable(event_places)
 
 
-def _load(builder: Any, words: Any, place: int, kind: Any) -> tuple[Any, int]:
-    """A value from memory that begins at a place, and the place behind it."""
+def _load(builder: Any, words: Any, place: int, kind: Any, *, stays: bool = False) -> tuple[Any, int]:
+    """A value from memory that begins at a place, and the place behind it; ``stays`` if nobody writes there."""
     if isinstance(kind, ir.BaseStructType | ir.ArrayType):
         value = ir.Constant(kind, ir.Undefined)
         for i in range(len(kind)):
-            part, place = _load(builder, words, place, kind.elements[i])
+            part, place = _load(builder, words, place, kind.elements[i], stays=stays)
             value = builder.insert_value(value, part, i)
         return value, place
     pointer = builder.gep(words, [WORD(place)])
-    return builder.load(builder.bitcast(pointer, kind.as_pointer())), place + 1
+    found = builder.load(builder.bitcast(pointer, kind.as_pointer()))
+    if stays:
+        found.set_metadata("invariant.load", builder.module.add_metadata([]))
+    return found, place + 1
 
 
 def _store(builder: Any, words: Any, place: int, value: Any) -> int:
@@ -60,16 +65,58 @@ def _store(builder: Any, words: Any, place: int, value: Any) -> int:
     return place + 1
 
 
+class InMemory(types.Type):
+    """A named tuple whose words stand in memory, and stay as they are: of it compiled functions load what they name.
+
+    Taken apart and put together at every call of a function, its fields were half of the engine's LLVM code.
+    """
+
+    def __init__(self, kind: Any) -> None:
+        self.kind = kind
+        super().__init__(f"{kind.name} in memory")
+
+
+@register_model(InMemory)
+class _Model(models.PrimitiveModel):  # type: ignore[misc]
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, WORDS)
+
+
+@infer_getattr
+class _Field(AttributeTemplate):  # type: ignore[misc]
+    key = InMemory
+
+    def generic_resolve(self, record: InMemory, name: str) -> Any:
+        part = record.kind.types[record.kind.fields.index(name)]
+        return InMemory(part) if isinstance(part, types.NamedTuple) else part
+
+
+@lower_getattr_generic(InMemory)
+def _field(context: Any, builder: Any, record: InMemory, words: Any, name: str) -> Any:
+    place = record.kind.fields.index(name)
+    before = sum(_size(context.get_value_type(part)) for part in record.kind.types[:place])
+    part = record.kind.types[place]
+    if isinstance(part, types.NamedTuple):
+        return builder.gep(words, [WORD(before)])
+    return _load(builder, words, before, context.get_value_type(part), stays=True)[0]
+
+
+def _size(kind: Any) -> int:
+    """Words of a value in memory."""
+    if isinstance(kind, ir.BaseStructType | ir.ArrayType):
+        return sum(_size(kind.elements[i]) for i in range(len(kind)))
+    return 1
+
+
 def at_address(kind: Any) -> Any:
-    """A compiled function that gives the value of a type whose words begin at an address."""
+    """A compiled function that gives the record of a type whose words begin at an address."""
 
     @intrinsic
     def value_at(typingctx: Any, address: Any) -> Any:
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            words = builder.inttoptr(arguments[0], WORDS)
-            return _load(builder, words, 0, context.get_value_type(kind))[0]
+            return builder.inttoptr(arguments[0], WORDS)
 
-        return kind(types.int64), code
+        return InMemory(kind)(types.int64), code
 
     return value_at
 
