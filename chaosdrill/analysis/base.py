@@ -514,7 +514,8 @@ class Analysis:
             # of whoever calls the function
             warn(f"{self.function}: {told}", StartWarning, stacklevel=4)
         kept = {name: getattr(settings, name) for name in self.settings.values()} | numerics
-        labelled = label(found, self.kind, system=system, settings=kept).assign_attrs(found.attrs)
+        labelled = label(found, self.kind, system=system, settings=kept)
+        labelled.attrs |= found.attrs
         remember(system)
         return labelled
 

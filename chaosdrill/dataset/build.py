@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import xarray as xr
-from xarray.indexes import PandasIndex
+from xarray.indexes import Index, PandasIndex
 
 
 def variable(dims: Any, values: Any, attrs: Any = None, encoding: Any = None) -> xr.Variable:
@@ -16,25 +16,34 @@ def variable(dims: Any, values: Any, attrs: Any = None, encoding: Any = None) ->
     return xr.Variable((dims,) if isinstance(dims, str) else dims, array, attrs, encoding, fastpath=True)
 
 
-def dataset(variables: Mapping[str, Any], coords: Collection[str] = (), attrs: Any = None) -> xr.Dataset:
+def dataset(
+    variables: Mapping[str, Any],
+    coords: Collection[str] = (),
+    attrs: Any = None,
+    *,
+    indexes: Mapping[str, Index] | None = None,
+) -> xr.Dataset:
     """A dataset identical to that of `xarray.Dataset` from the same arguments, to the type of every index.
 
     ``variables``: bare values are those of the dimension coordinate of this name. ``coords``: coordinates besides the
-    dimension coordinates. ``attrs``: attributes of the dataset.
+    dimension coordinates. ``attrs``: attributes of the dataset. ``indexes``: those of dimension coordinates, where
+    another dataset has them; the others are made.
     """
     made = {
         name: one if isinstance(one, xr.Variable) else variable(*(one if isinstance(one, tuple) else (name, one)))
         for name, one in variables.items()
     }
-    indexes = {}
-    for name, one in made.items():
-        if one.dims == (name,):
-            index = pd.Index(one.values, dtype="object" if one.dtype.kind == "O" else None)
-            indexes[name] = PandasIndex(index, name, coord_dtype=one.dtype)
-    labels = {name: made[name] for name in made if name in indexes or name in coords}
-    labels |= {name: index.create_variables(labels)[name] for name, index in indexes.items()}
-    rest = {name: one for name, one in made.items() if name not in labels}
-    return xr.Dataset(rest, xr.Coordinates(labels, indexes), attrs)
+    found = {name: (indexes or {}).get(name) or _index(name, one) for name, one in made.items() if one.dims == (name,)}
+    labels = {name: made[name] for name in made if name in found or name in coords}
+    labels |= {name: index.create_variables(labels)[name] for name, index in found.items()}
+    # data first, as xarray has them; its own way here looks for what could be aligned or merged
+    together = {name: one for name, one in made.items() if name not in labels} | labels
+    return xr.Dataset._construct_direct(together, set(labels), attrs=dict(attrs or {}), indexes=found)
+
+
+def _index(name: str, labels: xr.Variable) -> Index:
+    index = pd.Index(labels.values, dtype="object" if labels.dtype.kind == "O" else None)
+    return PandasIndex(index, name, coord_dtype=labels.dtype)
 
 
 def more(ds: xr.Dataset, variables: Mapping[str, Any]) -> xr.Dataset:

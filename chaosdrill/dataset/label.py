@@ -3,10 +3,12 @@
 import json
 import re
 from collections.abc import Iterable, Mapping
+from copy import copy
 from dataclasses import replace
+from functools import lru_cache
 from importlib import import_module
 from numbers import Real
-from typing import Any
+from typing import Any, NamedTuple
 
 from chaosdrill.annotations import Dataset
 from chaosdrill.dataset.branches import AttractorEnd, BranchEnd, Criticality, Onset, Special
@@ -92,27 +94,31 @@ def describe(ds: Dataset, kind: str, *, system: Any, sweep: Iterable[str] = ()) 
     """
     from chaosdrill.dataset.build import dataset, variable
 
+    given = {str(name): one for name, one in ds.variables.items()}
     if "state" in ds.coords:
-        names = [str(name) for name in ds["state"].values]
-        ds = ds.assign_coords(state_long_name=variable("state", [str(system.labels.get(name, name)) for name in names]))
-    declared = declarations(kind, system=system, sweep=tuple(sweep), leading=tuple(str(dim) for dim in ds.dims))
-    present = {str(name) for name in ds.variables}
-    if unknown := sorted(present - declared.keys()):
+        names = map(str, given["state"].values)
+        given["state_long_name"] = variable("state", [str(system.labels.get(name, name)) for name in names])
+    leading = tuple(str(dim) for dim in ds.dims if dim in ("orbit", "run"))
+    declared = _told(kind, _Words.of(system), tuple(sweep), leading)
+    if unknown := sorted(given.keys() - declared.keys()):
         raise ChaosdrillError(f"{kind}: the table of variables does not declare {', '.join(unknown)}")
-    if missing := sorted(name for name, variable in declared.items() if variable.required and name not in present):
+    if missing := sorted(name for name, (one, _) in declared.items() if one.required and name not in given):
         raise ChaosdrillError(f"{kind}: the dataset lacks {', '.join(missing)}")
 
     columns: dict[str, Any] = {}
-    for name in sorted(present):
-        one, raw = declared[name], ds.variables[name]
+    indexes = {str(name): index for name, index in ds.xindexes.items()}
+    for name, raw in sorted(given.items()):
+        one, attributes = declared[name]
         if raw.dims != one.dims:
             raise ChaosdrillError(f"{kind}: {name} has dimensions {raw.dims}; expected {one.dims}")
         values = _cast(raw.values, one, kind)
+        if values.dtype != raw.dtype:
+            indexes.pop(name, None)
         encoding: dict[str, Any] = {"_FillValue": None} if one.coordinate else {}
         encoding |= {"dtype": values.dtype} if one.flags else {}
-        columns[name] = variable(one.dims, values, _attributes(one, system), encoding)
-    coordinates = {*map(str, ds.coords), *(name for name in present if declared[name].coordinate)}
-    found = dataset({str(name): columns[str(name)] for name in ds.variables}, coordinates, ds.attrs)
+        columns[name] = variable(one.dims, values, copy(attributes), encoding)
+    coordinates = {*map(str, ds.coords), *(name for name in given if declared[name][0].coordinate)}
+    found = dataset({name: columns[name] for name in given}, coordinates, ds.attrs, indexes=indexes)
     found.encoding = dict(ds.encoding)
     return found
 
@@ -149,6 +155,27 @@ def without_lost_codes(ds: Dataset) -> Dataset:
     return ds
 
 
+class _Words(NamedTuple):
+    """What of a system is in the declarations and attributes of variables."""
+
+    quadratures: tuple[str, ...]
+    labels: tuple[tuple[str, str], ...]
+    modes: tuple[str, ...]
+    transitions: tuple[str, ...]
+    discrete: bool
+
+    @classmethod
+    def of(cls, system: Any) -> "_Words":
+        """Those of a system."""
+        return cls(
+            tuple(map(str, system.quadratures)),
+            tuple((str(name), str(label)) for name, label in system.labels.items()),
+            tuple(map(str, system.modes)),
+            tuple(str(transition.name) for transition in system.transitions),
+            bool(getattr(system, "discrete", False)),
+        )
+
+
 def declarations(
     kind: str, *, system: Any, sweep: tuple[str, ...] = (), leading: tuple[str, ...] = ()
 ) -> dict[str, Variable]:
@@ -156,23 +183,32 @@ def declarations(
 
     Of the dimensions that a dataset has ``leading`` holds those at least of which there may be none.
     """
+    return {name: one for name, (one, _) in _told(kind, _Words.of(system), sweep, leading).items()}
+
+
+@lru_cache(maxsize=64)
+def _told(
+    kind: str, words: _Words, sweep: tuple[str, ...], leading: tuple[str, ...]
+) -> dict[str, tuple[Variable, dict[str, Any]]]:
+    """The declarations, and the attributes of each variable; the same for all calls of an analysis of a system."""
     if kind not in SCHEMA:
         raise ChaosdrillError(f"no table of variables for kind {kind!r}; there is one for {', '.join(SCHEMA)}")
-    quadratures = tuple(str(name) for name in system.quadratures)
+    quadratures, labels = words.quadratures, dict(words.labels)
     names = {SWEEP: sweep, QUADRATURE: quadratures}
     others = tuple(name for name in quadratures if name != PENETRATION)
     orbit, run = (tuple(dim for dim in leading if dim == name) for name in ("orbit", "run"))
     several = {SWEEP: sweep, ORBIT: orbit, RUN: run, STARTS_OF_RUNS: run or sweep}
-    declared: dict[str, Variable] = {}
+    declared: dict[str, tuple[Variable, dict[str, Any]]] = {}
     for variable in SCHEMA[kind].values():
         within = others if QUADRATURE in variable.name else (variable.name,)
         for one in names.get(variable.name, within):
             name = one if variable.name in names else variable.name.replace(QUADRATURE, one)
             own = (name,) if variable.name == SWEEP and variable.coordinate else variable.dims
             dims = tuple(part for dim in own for part in several.get(dim, (dim,)))
-            named = str(system.labels.get(one, one))
+            named = labels.get(one, one)
             long_name = named if variable.name in names else variable.long_name.replace(QUADRATURE, named)
-            declared[name] = replace(variable, name=name, dims=dims, long_name=long_name)
+            filled = replace(variable, name=name, dims=dims, long_name=long_name)
+            declared[name] = filled, _attributes(filled, words)
     return declared
 
 
@@ -213,29 +249,26 @@ def _words_of_map(text: str) -> str:
     return text
 
 
-def _attributes(variable: Variable, system: Any) -> dict[str, Any]:
+def _attributes(variable: Variable, words: _Words) -> dict[str, Any]:
     import numpy as np
 
-    words = _words_of_map if getattr(system, "discrete", False) else str
+    told = _words_of_map if words.discrete else str
     attributes: dict[str, Any] = {
-        "long_name": words(variable.long_name),
+        "long_name": told(variable.long_name),
         "units": variable.units,
-        "comment": words(variable.doc),
+        "comment": told(variable.doc),
         "coverage_content_type": variable.content,
     }
     if variable.sample:
         attributes["sample_dimension"] = variable.sample
     if variable.flags:
-        names = {
-            "mode": system.modes,
-            "transition": [transition.name for transition in system.transitions],
-            "truth": ["no", "yes"],
-        }
+        names = {"mode": words.modes, "transition": words.transitions, "truth": ("no", "yes")}
         code = _CODES.get(variable.flags)
         meanings = [one.meaning for one in code] if code else list(names[variable.flags])
         # CF separates the meanings by blanks and allows only these characters in one. A system without transitions
         # has no meanings at all, and NetCDF holds no empty array.
         if meanings:
             attributes["flag_values"] = np.arange(len(meanings), dtype=variable.dtype)
+            attributes["flag_values"].flags.writeable = False  # many datasets have the same
             attributes["flag_meanings"] = " ".join(re.sub(r"[^\w.+@-]", "_", str(meaning)) for meaning in meanings)
     return attributes
