@@ -133,8 +133,8 @@ class _Forward:
         found = np.zeros(frames.shape[:2])
         for i, row in enumerate(rows):
             for before in (*rows[:i], *rows[:i]):
-                row -= (row * before).sum(axis=1, keepdims=True) * before
-            length = np.linalg.norm(row, axis=1)
+                row -= np.einsum("bn,bn->b", row, before)[:, np.newaxis] * before
+            length = np.sqrt(np.einsum("bn,bn->b", row, row))
             length[length == 0.0] = 1.0
             row /= length[:, np.newaxis]
             found[:, i] = np.log(length)
@@ -385,21 +385,21 @@ def between(coordinates: np.ndarray, lost: np.ndarray) -> np.ndarray:
         In radians, from 0 to pi/2; NaN where one side has no vector.
     """
     angles = np.full((len(lost), max(lost.shape[1] - 1, 0)), np.nan)
-    for pattern in lost[:1] if (lost == lost[:1]).all() else np.unique(lost, axis=0):
-        rows, live = np.flatnonzero((lost == pattern).all(axis=1)), np.flatnonzero(~pattern)
+    same = bool((lost == lost[:1]).all())
+    for pattern in lost[:1] if same else np.unique(lost, axis=0):
+        rows = slice(None) if same else (lost == pattern).all(axis=1)
+        live, those = np.flatnonzero(~pattern), coordinates[rows]
         for first in range(1, len(live)):
-            others = coordinates[np.ix_(rows, live[first:])]
-            basis = others.swapaxes(1, 2)
-            single = len(live) - first == 1
-            basis = basis / np.linalg.norm(basis, axis=1, keepdims=True) if single else np.linalg.qr(basis)[0]
+            basis = those[:, live[first:]].swapaxes(1, 2)
             inside = live[:first]
             outside = np.setdiff1d(np.arange(coordinates.shape[2]), inside)
-            along, across = basis[:, inside], basis[:, outside]
-            if single:
-                cosine, sine = (np.linalg.norm(part[:, :, 0], axis=1) for part in (along, across))
-                # small angles are known by their sines
-                found = np.where(cosine > 0.8, np.arcsin(np.minimum(sine, 1.0)), np.arccos(np.minimum(cosine, 1.0)))
+            if len(live) - first == 1:
+                # of a single vector the parts on either side; small angles are known by their sines
+                sine, cosine = (np.einsum("kij,kij->k", part, part) for part in (basis[:, outside], basis[:, inside]))
+                found = np.arctan2(np.sqrt(sine), np.sqrt(cosine))
             else:
+                basis = np.linalg.qr(basis)[0]
+                along, across = basis[:, inside], basis[:, outside]
                 back = along.swapaxes(1, 2)
                 square = np.linalg.eigvalsh(along @ back if first < len(live) / 2 else back @ along)[:, -1]
                 cosine = np.sqrt(np.clip(square, 0, 1))
