@@ -83,6 +83,9 @@ def _legends(fig: Figure) -> list[Legend]:
 def _rooms(fig: Figure) -> Iterator[tuple[Text, float]]:
     """Texts beside the axes, each with the length that it may have in pixels."""
     page, edge = fig.bbox, TUNING.edge * fig.dpi / 72
+    middle, boxes = page.y0 + page.height / 2, [legend.get_window_extent() for legend in fig.legends]
+    top = min([box.y0 for box in boxes if box.y0 > middle], default=page.y1)
+    bottom = max([box.y1 for box in boxes if box.y1 < middle], default=page.y0)
     for text in fig.texts:
         yield text, (page.height if text.get_rotation() == 90 else page.width) - 2 * edge
     for ax in fig.axes:
@@ -98,7 +101,7 @@ def _rooms(fig: Figure) -> Iterator[tuple[Text, float]]:
         across, up = (box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2
         alone = min(across, page.x1 - across) - edge
         yield ax.xaxis.label, 2 * alone if first and last else box.width
-        upright = 2 * (min(up, page.y1 - up) - edge) if high and low else box.height
+        upright = 2 * (min(up - bottom, top - up) - edge) if high and low else box.height
         yield ax.yaxis.label, upright
 
 

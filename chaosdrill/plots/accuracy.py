@@ -31,7 +31,7 @@ def convergence(dataset: Dataset) -> Figure:
     errors = np.atleast_1d(dataset["lyapunov_error"].values)
     every = np.flatnonzero(np.isfinite(values)).tolist()
     finite = every[: TUNING.most_panels]
-    figure = new_figure(1.2 + 1.5 * max(len(finite), 1))
+    figure = new_figure(1.2 + 1.5 * max(len(finite), 1), least=0.9 + 1.2 * TUNING.low * len(finite))
     panels = np.atleast_1d(figure.subplots(max(len(finite), 1), 1, sharex=True))
     unit, _, units = time_unit(dataset)
     time = dataset["block_time"].values / unit
@@ -83,7 +83,7 @@ def work_precision(dataset: Dataset) -> Figure:
     count = max(1, len(quantities) + horizon)
     columns = 1 if is_narrow() else min(count, 2)
     rows = -(-count // columns)
-    figure = new_figure(0.9 + 2.9 * rows)
+    figure = new_figure(0.9 + 2.9 * rows, least=1.3 + 2.8 * TUNING.low * rows)
     panels = list(np.atleast_1d(figure.subplots(rows, columns, sharey=True)).ravel())
     for panel, quantity in zip(panels, quantities, strict=False):
         _quantity(panel, dataset, quantity)

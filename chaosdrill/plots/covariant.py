@@ -3,7 +3,7 @@
 import numpy as np
 
 from chaosdrill.plots._types import Axes, Dataset, Figure
-from chaosdrill.plots.figures import legend_outside, new_figure
+from chaosdrill.plots.figures import legend_above, legend_outside, new_figure
 from chaosdrill.plots.labels import label, state_label, subscript, uncertain
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
@@ -22,7 +22,7 @@ def covariant(dataset: Dataset) -> Figure:
     shown = np.flatnonzero(np.isfinite(exponents))[: len(PALETTE)].tolist()
     splits = np.flatnonzero(np.isfinite(dataset["smallest_angle"].values))[: TUNING.most_splits].tolist()
     heights = [TUNING.vectors_height] * (states.shape[1] > 1) + [TUNING.angles_height] * bool(splits)
-    figure = new_figure(0.9 + sum(heights or [TUNING.angles_height]))
+    figure = new_figure(0.9 + sum(heights or [TUNING.angles_height]), least=1.2 + 2 * TUNING.low * len(heights))
     panels = np.atleast_1d(figure.subplots(max(len(heights), 1), 1, height_ratios=heights or None))
     if not heights:
         panels[0].set_axis_off()
@@ -71,9 +71,10 @@ def _draw_angles(axes: Axes, dataset: Dataset, splits: list[int]) -> None:
     axes.set_xticks([0, np.pi / 8, np.pi / 4, 3 * np.pi / 8, np.pi / 2], ["0", "π/8", "π/4", "3π/8", "π/2"])
     axes.set_ylim(bottom=0)
     axes.set(xlabel=label(dataset["angle"]), ylabel="density")
-    axes.legend(loc="best")
+    legend_above(axes, 2)
 
 
 def _span(first: int, last: int) -> str:
     """Names of vectors in a row."""
-    return f"v{first}" if first == last else f"v{first}{' to ' if last > first + 1 else ', '}v{last}"
+    joined = " to " if last > first + 1 else ", "
+    return joined.join(subscript("v", number) for number in dict.fromkeys((first, last)))

@@ -8,7 +8,7 @@ import numpy as np
 from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.plots._types import Axes, Dataset, Figure, Integers, States
 from chaosdrill.plots.contents import limits, places_of, swept
-from chaosdrill.plots.figures import legend_outside, new_figure, note, one_panel
+from chaosdrill.plots.figures import is_narrow, legend_outside, new_figure, note, one_panel
 from chaosdrill.plots.labels import axis_label, readable, state_label, wrapped
 from chaosdrill.plots.markers import mark, named_once, soft_and_hard, tell
 from chaosdrill.plots.palette import BACKGROUND, LINE_COLOURS
@@ -106,8 +106,9 @@ def equilibria(dataset: Dataset, state: States = None) -> Figure:
     it, and its eigenvalues have its shape and colour. Beside a system of one state numbers take the place of the second
     one. ``state``: states that are drawn; default: the first two.
     """
-    figure = new_figure(3.6)
-    left, right = figure.subplots(1, 2)
+    stacked = is_narrow()
+    figure = new_figure(3.6, least=4.6 if stacked else 0.0)
+    left, right = figure.subplots(*((2, 1) if stacked else (1, 2)))
     count = dataset.sizes["state"]
     chosen = list(range(min(count, 2))) if state is None else places_of(dataset, state, min(count, 2))
     values = dataset["equilibrium_state"].values

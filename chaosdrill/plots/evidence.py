@@ -111,7 +111,7 @@ def finite_times(dataset: Dataset) -> Figure:
     """
     means = np.atleast_1d(dataset["lyapunov_exponent"].values)
     shown = np.flatnonzero(np.isfinite(means)).tolist()[: TUNING.most_panels]
-    figure = new_figure(1.1 + TUNING.evidence_panel * max(len(shown), 1))
+    figure = new_figure(1.1 + TUNING.evidence_panel * max(len(shown), 1), least=0.8 + 2 * TUNING.low * len(shown))
     panels = np.atleast_1d(figure.subplots(max(len(shown), 1), 1))
     unit, one, many = time_unit(dataset)
 

@@ -24,37 +24,38 @@ def made_by(figures: Callable[..., Figure]) -> Iterator[None]:
         _figures.reset(token)
 
 
-def new_figure(height: float, detail: float = 0.0) -> Figure:
+def new_figure(height: float, detail: float = 0.0, least: float = 0.0) -> Figure:
     """Return an empty figure of the common width, outside pyplot's global list except for `made_by`.
 
     If ``figure.figsize`` of matplotlib has been changed, that size is used.
 
-    ``height``: in inches. ``detail``: cells per inch; for many cells the resolution rises, up to 300 dots per inch, so
+    ``height``: in inches. ``least``: height below which the panels have no room, for text of the default size; a lower
+    figure, or one with larger text, is made as high. ``detail``: cells per inch; for many cells the resolution rises, up to 300 dots per inch, so
     that each cell has a dot.
     """
     from matplotlib.figure import Figure
 
     from chaosdrill.plots._layout import FittedLayout
 
-    figure = (_figures.get() or Figure)(figsize=size_of(height), layout=FittedLayout())
+    figure = (_figures.get() or Figure)(figsize=size_of(height, least), layout=FittedLayout())
     # labels and colour bars take their part of the width that the cells were counted over
     figure.set_dpi(float(np.clip(1.25 * detail, figure.dpi, max(figure.dpi, TUNING.densest))))
     return figure
 
 
-def size_of(height: float) -> tuple[float, float]:
-    """Return the width and height in inches of a new figure with this default height."""
+def size_of(height: float, least: float = 0.0) -> tuple[float, float]:
+    """Return the width and height in inches of a new figure with this default height; ``least`` as for `new_figure`."""
     import matplotlib as mpl
 
+    across, least = width(), least * font_size() / TUNING.font_size
     if is_changed("figure.figsize"):
         across, height = mpl.rcParams["figure.figsize"]
-        return float(across), float(height)
-    return width(), height
+    return float(across), max(float(height), least)
 
 
 def is_narrow() -> bool:
     """Return whether a new figure has no room for panels side by side."""
-    return size_of(0.0)[0] < TUNING.narrow
+    return size_of(0.0)[0] < TUNING.narrow * font_size() / TUNING.font_size
 
 
 def font_size(part: float = 1.0) -> float:

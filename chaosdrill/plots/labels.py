@@ -129,7 +129,11 @@ def seed_names(dataset: Dataset) -> list[str]:
 def wrapped(text: str, width: int = 18) -> str:
     """Return a label in lines of at most ``width`` characters, for a short axis; formulas stay whole."""
     lines, room = [""], 0
-    for word in re.findall(r"(?:\$[^$]*\$|[^\s$]|\$)+", text):
+    words = re.findall(r"(?:\$[^$]*\$|[^\s$]|\$)+", text)
+    if len(words) > 1 and len(words[-1]) <= 2:
+        # a symbol stands beside its name
+        words[-2:] = [" ".join(words[-2:])]
+    for word in words:
         if room and room + 1 + len(word) > width:
             lines, room = [*lines, ""], 0
         lines[-1] += " " * bool(room) + word

@@ -57,7 +57,7 @@ def orbit(dataset: Dataset, *, ax: Axes | None = None, state: States = None) -> 
         return owner(ax)
     # an orbit that does not hold may be there to draw all the same
     found = bool(np.isfinite(dataset["period_time"]))
-    figure = new_figure(5.0 if found else 2.8)
+    figure = new_figure(5.0 if found else 2.8, least=2.6 if found else 0.0)
     heading = [_heading(dataset)] * found
     if not found:
         _newton(figure.subplots(), dataset)
@@ -283,7 +283,7 @@ def multipliers(dataset: Dataset) -> Figure:
     """
     name = swept(dataset)[0]
     values = dataset["multiplier_real"].values + 1j * dataset["multiplier_imag"].values
-    figure = new_figure(6.4)
+    figure = new_figure(6.4, least=4.6)
     grid = figure.add_gridspec(2, 2, height_ratios=[1.7, 1.0], width_ratios=[1.75, 1.0])
     plane = figure.add_subplot(grid[0, :] if is_narrow() else grid[0, 0])
     beside = [] if is_narrow() else [figure.add_subplot(grid[0, 1])]
@@ -306,7 +306,7 @@ def _plane(figure: Figure, axes: Axes, dataset: Dataset, name: str, values: Comp
     look: dict[str, Any] = {"s": 5, "cmap": sequential(), "linewidth": 0, "zorder": 2, "rasterized": True}
     dots = axes.scatter(values.real[shown], values.imag[shown], c=x[shown], **look)
     bar = figure.colorbar(dots, ax=axes, aspect=30, pad=0.02)
-    bar.set_label(wrapped(axis_label(dataset, name), 36))
+    bar.set_label(wrapped(axis_label(dataset, name), 24 if is_narrow() else 36))
     bar.outline.set_linewidth(0.5)
     for kind, points in specials(dataset):
         if kind in _CROSSINGS:

@@ -52,7 +52,7 @@ def bifurcation(dataset: Dataset, *, ax: Axes | None = None, state: States = Non
     seeds = dataset.sizes["seed"]
     row = 0.18 if seeds == 1 else 0.14 * min(seeds, TUNING.named_rows)
     heights = [2.6] + [1.7] * has_spectrum + [1.0] * has_rate + [row]
-    figure = new_figure(1.4 + sum(heights)) if ax is None else owner(ax)
+    figure = new_figure(1.4 + sum(heights), least=1.2 + TUNING.low * sum(heights)) if ax is None else owner(ax)
     panels = [ax] if ax else list(figure.subplots(len(heights), 1, sharex=True, height_ratios=heights))
     for panel in panels[: len(heights) - 1]:
         _shade(panel, edges, lost, NO_RESULT)

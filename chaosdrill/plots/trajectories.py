@@ -57,7 +57,7 @@ def time_history(dataset: Dataset, *, ax: Axes | None = None, state: States = No
         count = min(every, TUNING.most_panels) if state is None else len(state)
     states = places_of(first, state, count)
     rows = len(quadratures) + len(states)
-    figure = new_figure(max(2.6, 1.0 + 1.35 * rows)) if ax is None else owner(ax)
+    figure = new_figure(max(2.6, 1.0 + 1.35 * rows), least=0.35 + 1.2 * TUNING.low * rows) if ax is None else owner(ax)
     panels: Any = np.atleast_1d(figure.subplots(rows, 1, sharex=True)) if ax is None else [ax]
     axis_labels = [*(label(first[name]) for name in quadratures), *(state_label(first, i) for i in states)]
     for panel, text in zip(panels, axis_labels, strict=True):

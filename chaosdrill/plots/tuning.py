@@ -16,7 +16,9 @@ class Tuning:
     page_width: float = 10.5
     """Width in inches of the pictures of a page, which a screen enlarges and paper reduces."""
     narrow: float = 5.0
-    """Width in inches below which panels are stacked: half of it is too narrow for labels."""
+    """Width in inches, for text of the default size, below which panels are stacked: half is too narrow for labels."""
+    low: float = 0.6
+    """Height in inches, for text of the default size, below which a panel has no room for its label and its ticks."""
     densest: float = 300.0
     """Dots an inch up to which the cells of a plane make a picture denser: no eye sees more."""
     most_panels: int = 12

@@ -52,6 +52,19 @@ def test_a_column_is_filled_and_nothing_is_cut(request, which, afterwards):
             _check(figure)
 
 
+@pytest.mark.parametrize("settings", [{"figure.figsize": (COLUMN, 1.2), "font.size": 8.0}, {"font.size": 20.0}])
+@pytest.mark.parametrize("which", ["ball", "spectrum", "diagram"])
+def test_panels_keep_room_in_a_low_figure_and_beside_large_text(request, which, settings):
+    with mpl.rc_context(settings):
+        figure = cd.plot(request.getfixturevalue(which)).figure
+    figure.draw_without_rendering()
+    assert figure.get_size_inches()[0] == settings.get("figure.figsize", (7.2, 0))[0]
+    # the strip of periods is low at any size
+    panels = figure.axes[: 3 if which == "diagram" else None]
+    for axes in panels:
+        assert axes.bbox.height > 2.5 * settings["font.size"] * figure.dpi / 72
+
+
 def test_a_long_word_beside_a_low_panel_shrinks_and_grows_back(ball):
     names = ["penetration of the mass", "penetration of the bit"]
     figure = cd.plot(ball.assign_coords(state_long_name=("state", names))).figure
