@@ -222,6 +222,10 @@ def branches_dataset(system: HybridSystem, result: BranchResult) -> xr.Dataset:
         "branch_start": ("branch_number", np.array([branch.start for branch in branches], dtype=str)),
         "branch_end": ("branch_number", np.array([branch.end_code for branch in branches], dtype=np.int8)),
         "branch_end_text": ("branch_number", np.array([branch.end for branch in branches], dtype=str)),
+        "branch_length": (
+            "branch_number",
+            np.array([result.arclength[result.branch == number].max(initial=0.0) for number in range(len(branches))]),
+        ),
         "special_index": ("special", np.array([point.point for point in special], dtype=np.int32)),
         "special_kind": ("special", np.array([point.code for point in special], dtype=np.int8)),
         "special_error": ("special", np.array([point.error for point in special], dtype=float)),

@@ -173,13 +173,17 @@ def bar(axes: Axes, x: ArrayLike, y: ArrayLike, size: float, text: str | None = 
 
 
 def ends(dataset: Dataset) -> tuple[Integers, list[str]]:
-    """Return the last points of the branches that end before the parameter's limit, and the name of each end."""
+    """Return the last points of the branches that end before the parameter's limit, and the name of each end.
+
+    A part of a branch without its last point does not end where it was cut.
+    """
     names = flag_names(dataset["branch_end"])
-    branch = dataset["branch"].values
+    branch, way = dataset["branch"].values, dataset["arclength"].values
+    last = [(branch == number) & (way == length) for number, length in enumerate(dataset["branch_length"].values)]
     found = [
-        (int(np.flatnonzero(branch == number)[-1]), names[int(code)])
-        for number, code in enumerate(dataset["branch_end"].values)
-        if names[int(code)] not in _QUIET_ENDS and (branch == number).any()
+        (int(np.flatnonzero(here)[-1]), names[int(code)])
+        for here, code in zip(last, dataset["branch_end"].values, strict=True)
+        if names[int(code)] not in _QUIET_ENDS and here.any()
     ]
     return np.array([point for point, _ in found], dtype=np.int64), [name for _, name in found]
 

@@ -94,6 +94,7 @@ VARIABLES = table(
     axis("branch_start", "branch_number", "str", "start of the branch", "In words.", True),
     need("branch_end", "branch_number", "i1", "end of the branch", "As a code.", flags="branch_end"),
     axis("branch_end_text", "branch_number", "str", "end of the branch", "In words.", True),
+    need("branch_length", "branch_number", "f8", "length of the branch", "The arclength of its last point."),
     need("special_index", "special", "i4", "point of the special point", "Its place in the dimension point, from 0."),
     need("special_kind", "special", "i1", "kind of the special point", _SPECIAL, flags="special"),
     need("special_value", "special", "f8", "parameter at the special point", "Of two, the first."),
@@ -262,8 +263,8 @@ def continue_orbit(system: HybridSystem, given: Continuation, job: Job) -> Datas
         ``orbit_state`` (state), ``mode``, ``section`` (iterate, state; NaN beyond the points of an orbit), ``period``
         and ``period_time`` as in `periodic_orbit`; ``multiplier_real`` and ``multiplier_imag`` (multiplier),
         ``stable``, ``special_point``, ``sequence``, ``smallest_speed``, ``residual``; ``event_sequence``
-        (sequence_number). Of each branch ``branch_parent``, ``branch_period``, ``branch_start``, ``branch_end`` and
-        ``branch_end_text`` (branch_number). Of each special point ``special_index``, ``special_kind``,
+        (sequence_number). Of each branch ``branch_parent``, ``branch_period``, ``branch_start``, ``branch_end``,
+        ``branch_end_text`` and ``branch_length`` (branch_number). Of each special point ``special_index``, ``special_kind``,
         ``special_value``, ``special_error``, ``special_multiplicity``, ``special_text`` (special), and
         ``special_value_2`` on a curve; ``special_criticality`` says whether a doubling, a pitchfork or a Neimark-Sacker
         point is soft or hard, by the normal form's ``special_coefficient`` and ``special_coefficient_error``. Of a

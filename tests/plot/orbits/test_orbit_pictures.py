@@ -581,3 +581,9 @@ def test_special_points_are_not_drawn_at_other_points(continuation, part):
     assert continuation.sizes["special"]
     with pytest.raises(cd.SettingsError, match="draw the whole result and narrow the axes"):
         cd.plot(continuation.isel(point=part))
+
+
+def test_a_part_of_a_branch_does_not_end_where_it_was_cut(continuation):
+    plain = continuation.isel(special=[]).assign(special_point=0 * continuation["special_point"])
+    assert any(text.startswith("end") for text in _legend(branches(plain)))
+    assert not any(text.startswith("end") for text in _legend(branches(plain.isel(point=slice(-1)))))
