@@ -3,6 +3,7 @@
 import errno
 import os
 import re
+import select
 import stat
 import sys
 import tomllib
@@ -23,6 +24,7 @@ from chaosdrill.typed import PATH, TABLE, TEXT, expecting
 _TOKEN = re.compile(rf"""{COMMENT}|{LONG_STRING}|(?P<key>{DOTTED})|"[^\n]*""")
 _PLACE = re.compile(r"\s*\(at (?:line (\d+), column (\d+)|end of document)\)$")
 _UNWRITTEN = "a pipe into which nothing writes; name a file, or '-' for standard input"
+_SILENT = "a pipe whose writer has sent nothing for {:.0f} s and keeps it open; write the scene to a file, and name this"
 
 
 @expecting(SceneError, path=PATH, changes=TABLE)
@@ -71,16 +73,31 @@ def load_scene(path: str | os.PathLike[str], changes: Mapping[str, Any] | None =
 def _read_file(path: str | os.PathLike[str]) -> bytes:
     try:
         with open(path, "rb", opener=_at_once) as file:
-            begun: bytes | None = b""
-            if not stat.S_ISREG(mode := os.fstat(file.fileno()).st_mode):
-                # nothing, and not none so far: the other end of a pipe is closed
-                if stat.S_ISFIFO(mode) and (begun := file.raw.read(1)) == b"":
-                    raise OSError(errno.EPIPE, _UNWRITTEN)
-                os.set_blocking(file.fileno(), True)
-            return (begun or b"") + file.read(TUNING.bytes + 1)
+            if stat.S_ISFIFO(os.fstat(file.fileno()).st_mode):
+                return _read_pipe(file.fileno())
+            os.set_blocking(file.fileno(), True)
+            return file.read(TUNING.bytes + 1)
     except (OSError, ValueError) as fault:
         reason = fault.strerror if isinstance(fault, OSError) else fault
         raise SceneError(f"{path}: cannot read the scene: {reason}") from None
+
+
+def _read_pipe(handle: int) -> bytes:
+    """What a pipe holds until its writers close it; an OSError if there are none, or if they are silent."""
+    data = b""
+    while len(data) <= TUNING.bytes:
+        try:
+            piece = os.read(handle, TUNING.bytes + 1 - len(data))
+        except BlockingIOError:
+            if not select.select([handle], [], [], TUNING.silence_s)[0]:
+                raise OSError(errno.ETIMEDOUT, _SILENT.format(TUNING.silence_s)) from None
+            continue
+        if not piece and not data:
+            raise OSError(errno.EPIPE, _UNWRITTEN)
+        if not piece:
+            break
+        data += piece
+    return data
 
 
 def _at_once(path: str, flags: int) -> int:

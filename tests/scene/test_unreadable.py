@@ -3,12 +3,13 @@
 import os
 import time
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import pytest
 from support.effort import Effort
 
 from chaosdrill.errors import SceneError
-from chaosdrill.scene import load_scene
+from chaosdrill.scene import load, load_scene
 
 
 def refusal(path):
@@ -50,6 +51,16 @@ def test_a_pipe_is_a_scene_unless_nothing_writes_into_it(tmp_path):
     with ThreadPoolExecutor(1) as other:
         other.submit(write)
         assert load_scene(f"/dev/fd/{reading}").text == scene
+    os.close(reading)
+
+
+def test_a_writer_that_says_nothing_is_given_up(tmp_path, monkeypatch):
+    monkeypatch.setattr(load, "TUNING", replace(load.TUNING, silence_s=0.05))
+    reading, writing = os.pipe()
+    for sent in (b"", b"[system]"):
+        os.write(writing, sent)
+        assert "a pipe whose writer has sent nothing for" in refusal(f"/dev/fd/{reading}")
+    os.close(writing)
     os.close(reading)
 
 
