@@ -89,6 +89,8 @@ def _meant(name: str) -> str:
     }
     if own := next((ours for ours, theirs in spelt.items() if name.lower() in theirs), ""):
         return f"did you mean {own!r}?"
+    if name in ("with_initial", "with_noise", "with_parameters"):
+        return f"systems have it, as in system.{name}(...)"
     told = import_module("chaosdrill.names").remedy(name, __all__)
     return told if told.startswith("did") else "dir(chaosdrill) lists its names"
 

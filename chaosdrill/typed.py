@@ -216,7 +216,8 @@ def expecting(error: type[ChaosdrillError], **kinds: Kind) -> Callable[[Callable
             try:
                 given = known.bind_partial(*arguments, **keywords).arguments
             except TypeError:
-                # a call with too many arguments has Python's own words
+                not_too_many(function.__name__, known, len(arguments))
+                # an argument that is given twice has Python's own words
                 return function(*arguments, **keywords)
             for name, kind in kinds.items():
                 if name in given and not (given[name] is None and name in optional):

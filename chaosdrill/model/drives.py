@@ -15,7 +15,7 @@ from chaosdrill.model.period import value_of
 from chaosdrill.model.places import parameter
 from chaosdrill.model.transition import Transition
 from chaosdrill.names import remedy
-from chaosdrill.typed import TEXT, refuse
+from chaosdrill.typed import TEXT, expecting, refuse
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -39,6 +39,7 @@ Part = tuple[Any, Any, Any]
 """The phases at which a piece, or a half of it, begins and ends, and the drive between them."""
 
 
+@expecting(ModelError)
 def driven(
     system: "HybridSystem",
     drive: str,

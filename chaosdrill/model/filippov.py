@@ -21,6 +21,7 @@ from chaosdrill.model.parts import read_expression, read_symbol, read_table
 from chaosdrill.model.places import parameter
 from chaosdrill.model.transition import Transition
 from chaosdrill.model.tuning import TUNING
+from chaosdrill.typed import expecting
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -40,6 +41,7 @@ class More(TypedDict, total=False):
     labels: Mapping[str, str] | None
 
 
+@expecting(ModelError)
 def filippov(
     *,
     name: str,
@@ -111,6 +113,7 @@ def filippov(
     return given.system(parts.modes, parts.transitions, given.regions(parts)).with_initial(**given.start(initial))
 
 
+@expecting(ModelError)
 def equivalent_control(
     *,
     name: str,

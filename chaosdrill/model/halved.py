@@ -15,6 +15,7 @@ from chaosdrill.model.places import parameter
 from chaosdrill.model.transition import REFLECTION, Transition
 from chaosdrill.model.tuning import TUNING
 from chaosdrill.names import remedy, shown
+from chaosdrill.typed import expecting
 
 if TYPE_CHECKING:
     from chaosdrill.model.maps import Map
@@ -24,6 +25,7 @@ CLOCK = "half_time"
 """State that tells the time within the half period."""
 
 
+@expecting(ModelError)
 def halved(system: "HybridSystem", symmetry: Mapping[Any, Any]) -> "HybridSystem":
     """The system over half of its motion, by a symmetry S that its equations have; S is checked.
 

@@ -13,6 +13,7 @@ from chaosdrill.model.parts import read_table
 from chaosdrill.model.touching import unfolded
 from chaosdrill.model.transition import Transition
 from chaosdrill.model.tuning import TUNING
+from chaosdrill.typed import expecting
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -26,6 +27,7 @@ Sides = dict[Any, int]
 """Surface -> +1 where its expression is positive, -1 where it is negative."""
 
 
+@expecting(ModelError)
 def in_modes(
     *,
     name: str,

@@ -7,6 +7,7 @@ It may come from Python, from the table of a scene, or from an archive. The rule
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from typing import Any
+from unicodedata import normalize
 
 import sympy
 
@@ -62,6 +63,12 @@ class Reader(PartReader):
         if time is not None and time in states:
             self._fault(("time",), f"{time!r:.60} is the name of a state too")
         named = [*self.parameters, *states, *([] if time is None else [time])]
+        plain: dict[str, str] = {}
+        for one in dict.fromkeys(named):
+            other = plain.setdefault(normalize("NFKC", one), one)
+            if other != one:
+                place = ("states",) if one in states else ("time",) if one == time else ("parameters", one)
+                self._fault(place, f"{one!r:.60} and {other!r:.60} are one name in Python; rename one of them")
         self._hints = {one: f"if it is the time, declare it: time = {one!r}" for one in ("t", "time")}
         if time is not None:
             self._hints = dict.fromkeys(self._hints, f"the time is called {time!r:.60}")

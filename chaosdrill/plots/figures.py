@@ -30,8 +30,8 @@ def new_figure(height: float, detail: float = 0.0, least: float = 0.0) -> Figure
     If ``figure.figsize`` of matplotlib has been changed, that size is used.
 
     ``height``: in inches. ``least``: height below which the panels have no room, for text of the default size; a lower
-    figure, or one with larger text, is made as high. ``detail``: cells per inch; for many cells the resolution rises, up to 300 dots per inch, so
-    that each cell has a dot.
+    figure, or one with larger text, is made as high. ``detail``: cells per inch; for many cells the resolution rises,
+    up to 300 dots per inch, so that each cell has a dot.
     """
     from matplotlib.figure import Figure
 

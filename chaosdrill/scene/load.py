@@ -24,7 +24,7 @@ from chaosdrill.typed import PATH, TABLE, TEXT, expecting
 _TOKEN = re.compile(rf"""{COMMENT}|{LONG_STRING}|(?P<key>{DOTTED})|"[^\n]*""")
 _PLACE = re.compile(r"\s*\(at (?:line (\d+), column (\d+)|end of document)\)$")
 _UNWRITTEN = "a pipe into which nothing writes; name a file, or '-' for standard input"
-_SILENT = "a pipe whose writer has sent nothing for {:.0f} s and keeps it open; write the scene to a file, and name this"
+_SILENT = "a pipe whose writer has sent nothing for {:.0f} s and keeps it open; name a file instead"
 
 
 @expecting(SceneError, path=PATH, changes=TABLE)

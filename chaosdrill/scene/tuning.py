@@ -10,7 +10,7 @@ class Tuning:
     bytes: int = 1_000_000
     """Size of a scene: larger ones hold something else."""
     silence_s: float = 60.0
-    """Time in which the writer of a pipe sends nothing, after which it is given up: who writes a scene takes seconds."""
+    """Silence of the writer of a pipe after which it is given up: to write a scene takes seconds."""
     key_parts: int = 64
     """Parts of a dotted key: the time of tomllib grows with the square of its length."""
     digits: int = 400

@@ -206,6 +206,8 @@ WRONG = {
     "function": ({"images": ["foo(x)", "y"]}, "images.x: unknown function 'foo'"),
     "heaviside": ({"images": ["Heaviside(x)", "y"]}, "images.x: unknown function 'Heaviside'; write Piecewise(1, "),
     "states": ({"states": "x x"}, "states.1: 'x' is named twice"),
+    # the micro sign and the Greek letter
+    "alike": ({"states": "\u00b5 \u03bc", "images": [1, 2]}, "states: '\u03bc' and '\u00b5' are one name in Python"),
     "parameter": ({"parameters": {"x": 1.0}}, "states: 'x' is the name of a parameter too"),
     "labels": ({"labels": {"q": "a"}}, "labels.q: names no state, parameter, quadrature or time; known here: x, y"),
     "bounds": ({"bounds": {"x": (1, 0)}}, "bounds.x: expected [low, high]"),

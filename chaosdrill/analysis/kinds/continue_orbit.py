@@ -264,14 +264,15 @@ def continue_orbit(system: HybridSystem, given: Continuation, job: Job) -> Datas
         and ``period_time`` as in `periodic_orbit`; ``multiplier_real`` and ``multiplier_imag`` (multiplier),
         ``stable``, ``special_point``, ``sequence``, ``smallest_speed``, ``residual``; ``event_sequence``
         (sequence_number). Of each branch ``branch_parent``, ``branch_period``, ``branch_start``, ``branch_end``,
-        ``branch_end_text`` and ``branch_length`` (branch_number). Of each special point ``special_index``, ``special_kind``,
-        ``special_value``, ``special_error``, ``special_multiplicity``, ``special_text`` (special), and
-        ``special_value_2`` on a curve; ``special_criticality`` says whether a doubling, a pitchfork or a Neimark-Sacker
-        point is soft or hard, by the normal form's ``special_coefficient`` and ``special_coefficient_error``. Of a
-        cascade ``doubling_value``, ``doubling_period``, ``feigenbaum_ratio`` (doubling), ``accumulation`` and
-        ``accumulation_error``. With ``functions``, ``function_value`` and ``function_error`` (point, function).
-        ``outcome`` says whether a first orbit was found; the attribute ``message`` explains, and names places where the
-        number of multipliers outside the unit circle changes without a special point.
+        ``branch_end_text`` and ``branch_length`` (branch_number). Of each special point ``special_index``,
+        ``special_kind``, ``special_value``, ``special_error``, ``special_multiplicity``, ``special_text`` (special),
+        and ``special_value_2`` on a curve; ``special_criticality`` says whether a doubling, a pitchfork or a
+        Neimark-Sacker point is soft or hard, by the normal form's ``special_coefficient`` and
+        ``special_coefficient_error``. Of a cascade ``doubling_value``, ``doubling_period``, ``feigenbaum_ratio``
+        (doubling), ``accumulation`` and ``accumulation_error``. With ``functions``, ``function_value`` and
+        ``function_error`` (point, function). ``outcome`` says whether a first orbit was found; the attribute
+        ``message`` explains, and names places where the number of multipliers outside the unit circle changes without a
+        special point.
 
         With ``derivatives`` also the mean rates, such as ``progression_rate``, and over ``point``, .., ``parameter``
         the derivatives of `periodic_orbit` with their errors, except those of the times of events;
