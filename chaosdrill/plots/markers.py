@@ -179,7 +179,10 @@ def ends(dataset: Dataset) -> tuple[Integers, list[str]]:
     """
     names = flag_names(dataset["branch_end"])
     branch, way = dataset["branch"].values, dataset["arclength"].values
-    last = [(branch == number) & (way == length) for number, length in enumerate(dataset["branch_length"].values)]
+    # archives of 0.2.0 do not hold it
+    lengths = dataset.get("branch_length")
+    ended = np.ones(len(way), bool) if lengths is None else way == lengths.values[branch]
+    last = [(branch == number) & ended for number in range(dataset.sizes["branch_number"])]
     found = [
         (int(np.flatnonzero(here)[-1]), names[int(code)])
         for here, code in zip(last, dataset["branch_end"].values, strict=True)
