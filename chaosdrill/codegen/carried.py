@@ -10,14 +10,20 @@ import builtins
 import math
 import operator
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
 from numba import carray, njit, types
 from numba.core import cgutils
 from numba.core.typeconv import Conversion
-from numba.extending import intrinsic, lower_cast, make_attribute_wrapper, models, overload, register_model
+from numba.extending import intrinsic, lower_cast, make_attribute_wrapper, models, register_model
+from numba.extending import overload as numba_overload
+
+# compiled functions alone call these: without wrappers for other callers they compile in half of the time
+INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+overload = partial(numba_overload, strict=False, jit_options=INNER)
 
 
 class Carrier(types.Type):
@@ -103,7 +109,7 @@ def _plain(a: Any) -> float:
     raise NotImplementedError
 
 
-@overload(_plain, strict=False)
+@overload(_plain)
 def _plain_of(a: Any) -> Any:
     if isinstance(a, Carrier):
         return lambda a: _plain(a.value)
@@ -115,7 +121,7 @@ def value_of(a: Any) -> Any:
     raise NotImplementedError
 
 
-@overload(value_of, strict=False)
+@overload(value_of)
 def _value_of(a: Any) -> Any:
     return (lambda a: a.value) if isinstance(a, Carrier) else (lambda a: a)
 
@@ -125,7 +131,7 @@ def part_of(a: Any) -> Any:
     raise NotImplementedError
 
 
-@overload(part_of, strict=False)
+@overload(part_of)
 def _part_of(a: Any) -> Any:
     return (lambda a: a.part) if isinstance(a, Carrier) else (lambda a: 0.0)
 
@@ -134,7 +140,7 @@ def _is_nothing(a: Any) -> bool:
     raise NotImplementedError
 
 
-@overload(_is_nothing, strict=False)
+@overload(_is_nothing)
 def _is_nothing_of(a: Any) -> Any:
     if isinstance(a, Carrier):
         return lambda a: _is_nothing(a.value) and _is_nothing(a.part)
@@ -149,7 +155,7 @@ def _share(a: Any, slope: Any) -> Any:
     raise NotImplementedError
 
 
-@overload(_share, strict=False)
+@overload(_share)
 def _share_of(a: Any, slope: Any) -> Any:
     if not isinstance(a, Carrier):
         return lambda a, slope: 0.0
@@ -163,7 +169,7 @@ def _rounding(a: Any, result: Any) -> Any:
     raise NotImplementedError
 
 
-@overload(_rounding, strict=False)
+@overload(_rounding)
 def _rounding_of(a: Any, result: Any) -> Any:
     return (lambda a, result: abs(result)) if a.kind == "bounded" else (lambda a, result: 0.0)
 
@@ -182,7 +188,7 @@ def _at(function: Callable[..., Any], *given: Any) -> Any:
     While a function is compiled for numbers within numbers it is needed for the inner ones, which numba would take
     for a recursion, and leave out.
     """
-    return njit(function, error_model="numpy")
+    return njit(function, error_model="numpy", **INNER)
 
 
 def _one(functions: tuple[Any, ...], value: Callable[..., Any], slope: Callable[..., Any]) -> None:
@@ -200,7 +206,7 @@ def _one(functions: tuple[Any, ...], value: Callable[..., Any], slope: Callable[
         return impl
 
     for function in functions:
-        overload(function, strict=False)(typed)
+        overload(function)(typed)
 
 
 def _two(
@@ -229,7 +235,7 @@ def _two(
         return other
 
     for function in functions:
-        overload(function, strict=False)(typed)
+        overload(function)(typed)
 
 
 def _power_slope(a: Any, b: Any, found: Any) -> Any:
@@ -300,7 +306,7 @@ def _compares(relation: Any) -> None:
     def typed(a: Any, b: Any) -> Any:
         return None if _carrier(a, b) is None else (lambda a, b: relation(_plain(a), _plain(b)))
 
-    overload(relation, strict=False)(typed)
+    overload(relation)(typed)
 
 
 for _relation in (operator.lt, operator.le, operator.gt, operator.ge, operator.eq, operator.ne):
@@ -313,7 +319,7 @@ def _of_value(function: Any) -> None:
     def typed(a: Any) -> Any:
         return None if _carrier(a) is None else (lambda a: function(_plain(a)))
 
-    overload(function, strict=False)(typed)
+    overload(function)(typed)
 
 
 for _function in (
@@ -323,7 +329,7 @@ for _function in (
     _of_value(_function)
 
 
-@overload(builtins.float, strict=False)
+@overload(builtins.float)
 def _float_of(a: Any) -> Any:
     return None if _carrier(a) is None else (lambda a: a)
 
@@ -339,19 +345,19 @@ def _chooses(functions: tuple[Any, ...], relation: Any) -> None:
         return lambda a, b: b if relation(_plain(b), _plain(a)) else _like(b, a, 0.0)
 
     for function in functions:
-        overload(function, strict=False)(typed)
+        overload(function)(typed)
 
 
 _chooses((builtins.min, np.minimum, np.fmin), operator.lt)
 _chooses((builtins.max, np.maximum, np.fmax), operator.gt)
 
 
-@overload(np.searchsorted, strict=False)
+@overload(np.searchsorted)
 def _searched(a: Any, v: Any, side: Any = "left") -> Any:
     return None if not isinstance(v, Carrier) else (lambda a, v, side="left": np.searchsorted(a, _plain(v), side))
 
 
-@overload(np.interp, strict=False)
+@overload(np.interp)
 def _interpolated(x: Any, xp: Any, fp: Any) -> Any:
     if not isinstance(x, Carrier):
         return None
@@ -368,7 +374,7 @@ def _interpolated(x: Any, xp: Any, fp: Any) -> Any:
     return impl
 
 
-@overload(carray, strict=False)
+@overload(carray)
 def _as_array(pointer: Any, shape: Any, dtype: Any = None) -> Any:
     """A tuple is what the functions of cfuncs are given in place of a pointer."""
     return (lambda pointer, shape, dtype=None: pointer) if isinstance(pointer, types.BaseTuple) else None
