@@ -102,7 +102,10 @@ def kernels(request):
     with pytest.MonkeyPatch.context() as patched:
         if request.param == "in tables":
             patched.setattr(mode, "TUNING", replace(mode.TUNING, products_in_line=-1))
-        return kernels_of(system(NAMES, f"every operation {request.param}"))
+        whole, few = (kernels_of(system(names, f"operations {request.param}")) for names in (NAMES, SIDE_BY_SIDE))
+        # lanes are compiled when they are first asked for
+        assert few.lanes
+        return whole, few
 
 
 def side_by_side(kernels, mode):
@@ -127,9 +130,11 @@ def side_by_side(kernels, mode):
 
 @pytest.fixture(scope="module")
 def expand(kernels):
+    whole, few = kernels
+
     def one(mode, c, rows):
         ws = np.full((rows + 4, COLUMNS), np.nan)
-        jet, jacobian_jet, tangent = kernels.functions[:3]
+        jet, jacobian_jet, tangent = whole.functions[:3]
         jet(mode, ORDER, TIME, c, np.array(PLACE), ws)
         jacobian_jet(mode, ORDER, c, ws)
         tangent(mode, ORDER, c, np.array([1.0, -0.4]), np.array([0.3, 2.0]), ws, rows)
@@ -138,8 +143,8 @@ def expand(kernels):
     def run(name):
         plain = name.removesuffix(BESIDE)
         if plain != name:
-            return side_by_side(kernels, NAMES.index(plain)), kernels.rows
-        return one(NAMES.index(name), kernels.constants(NUMBERS), kernels.rows), kernels.rows
+            return side_by_side(few, SIDE_BY_SIDE.index(plain)), few.rows
+        return one(NAMES.index(name), whole.constants(NUMBERS), whole.rows), whole.rows
 
     return run
 

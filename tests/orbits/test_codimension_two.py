@@ -172,7 +172,7 @@ def test_a_doubling_turns_hard_in_any_coordinates():
     z = "(x/1000 - 3)"
     image = f"1000*(-(1 + m)*{z} + {z}**2 + b*{z}**3 + y/10 + 3)"
     system = cd.Map("y x", {"m": -0.1, "b": 0.5}, {"x": image, "y": "y/2"}, initial={"x": 3000.0})
-    result = cd.continue_orbit(system, {"m": (-0.2, 0.2), "b": (-2.0, 1.0)}, follow="period_doubling", step=0.02)
+    result = cd.continue_orbit(system, {"m": (-0.2, 0.2), "b": (-2.0, 1.0)}, follow="period_doubling", step=0.1)
     assert within(result, Special.GENERALISED_FLIP, [(0.0, -1.0)])
     assert others(result) == {Special.GENERALISED_FLIP: 1}
 
@@ -253,7 +253,7 @@ def test_a_touching_orbit_folds_and_doubles():
         period=2 * sympy.pi,
         initial={"mode": "free", x: 0.0, v: 0.0, u: 0.5, w: 0.1},
     )
-    result = cd.continue_orbit(system, {"p": (0.05, 0.8), "q": (-0.1, 0.8)}, follow="grazing", step=0.2)
+    result = cd.continue_orbit(system, {"p": (0.05, 0.8), "q": (-0.1, 0.8)}, follow="grazing", step=0.4)
     height = 1 / np.hypot(3, 0.5)
     p_, q_ = result["p"].values, result["q"].values
     assert np.abs((5 * (p_ - height)) ** 2 - q_).max() < 1e-10

@@ -51,7 +51,7 @@ def test_the_curve_starts_from_the_point_on_the_branch(wall):
 def test_grazing_of_the_free_vibration():
     system = build("impact-oscillator", {"zeta": 0.1, "wall": 1.2, "omega": 1.8}, {})
     limits = {"omega": (0.5, 2.0), "wall": (0.1, 6.0)}
-    result = followed(system, limits, "grazing", 0.06, transient=100)
+    result = followed(system, limits, "grazing", 0.12, transient=100)
     w, height = result.values.T
     assert np.abs(height - 1 / np.hypot(1 - w**2, 0.2 * w)).max() < 1e-11
     # over the resonance, where the wall's parameter turns back
@@ -268,7 +268,7 @@ def test_period_doublings_of_a_spiking_neuron():
     """The slope of the map of u after a spike is -1: by differences of what scipy finds at the spike."""
     system = build("izhikevich", {"a": 0.2, "b": 2.0, "c": -56.0, "d": -16.0, "I": -99.0}, {})
     found = cd.continue_orbit(
-        system, {"c": (-60.0, -50.0), "d": (-18.0, -12.0)}, follow="period_doubling", at="spike", step=0.6
+        system, {"c": (-60.0, -50.0), "d": (-18.0, -12.0)}, follow="period_doubling", at="spike", step=1.2
     )
 
     def spike(t, y, u):
