@@ -1,23 +1,36 @@
 """Evidence from records, for spectra as for points of grids; `chaosdrill.analysis.words` makes words of it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
-from chaosdrill.analysis.recurrence import ROUND_OFF, recurrence
+from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, Recurrence, recurrence
 from chaosdrill.analysis.resting import lengthens, stirs
 from chaosdrill.analysis.stationarity import departs, stationarity
 from chaosdrill.analysis.statistics import SINKS, STAYS, block_ends, leading
-from chaosdrill.analysis.tori import REPEATS, Regularity, aside, closes, examine, goes_on, only_grows, stopped
-from chaosdrill.analysis.words import Evidence, words
+from chaosdrill.analysis.tori import END, REPEATS, Regularity, aside, closes, examine, goes_on, only_grows, stopped
+from chaosdrill.analysis.words import FOLDS, Evidence, words
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.shifts import Shifts
 from chaosdrill.engine.structure import Structure
 from chaosdrill.model import HybridSystem
 
-SHRUNK = 1e-6
-"""Logarithm by which areas shrink in a record that counts as zero."""
+SPLIT = 1e-5
+"""Least relative distance between the points of a cycle at which it differs from one of half its period."""
+
+DECAY = 1e-4
+"""A transient whose points nearly come back after twice the period of its cycle loses more than this part of its
+amplitude meanwhile, at the required distance from the doubling."""
+
+HYPERBOLIC = 1e-5
+"""Logarithm of a multiplier, averaged over whole cycles, below which a cycle is attracting."""
+
+NEUTRAL = 1e-6
+"""Logarithm of a multiplier, or of the change of an area in a record, that counts as zero."""
+
+USUAL = 64
+"""Longest period that is looked for at the end of a record, unless another one is asked for."""
 
 NO_GROWTH = 8.0
 """Logarithm by which the tangent along the flow grows or shrinks in a record at most: on an attractor it is that of the
@@ -25,6 +38,12 @@ speed at the end over that at the beginning."""
 
 ZERO = 0.1
 """Part of the largest growth or decay of a tangent up to which that along the flow may be uncertain in the record."""
+
+QUARTER = 0.25
+"""Part of a record at whose end chaos is asked to go on as well."""
+
+ENDS = (4, 8, 16, 32)
+"""Parts at the end of a record, as one over them, in which it is seen whether it has come to a cycle."""
 
 OPEN_ANSWERS = (Outcome.TRANSIENT, Outcome.UNDECIDED)
 """Words that leave open what a motion is on."""
@@ -46,9 +65,23 @@ class Averages:
     exponents: np.ndarray  # (P, m)
     errors: np.ndarray  # (P, m): their standard errors
     late: np.ndarray  # (P, m): growth rates over the later half of the record
+    course: np.ndarray  # (P, B + 1, m): logarithms of growth at the beginning and at the ends of blocks of one length
     length: np.ndarray  # (P,): time of the record
     neutral: np.ndarray  # int (P,): how many are zero whatever the attractor
     complete: bool  # whether there are as many as states
+
+    def at(self, which: np.ndarray) -> "Averages":
+        """Of some of the records."""
+        parts = {one.name: getattr(self, one.name)[which] for one in fields(self) if one.name != "complete"}
+        return Averages(complete=self.complete, **parts)
+
+
+def growth_of_end(averages: Averages, column: np.ndarray, part: float) -> np.ndarray:
+    """Logarithm of the growth of one tangent of each record, shape (P,), in the last part of it."""
+    course = averages.course[np.arange(len(column)), :, column]
+    blocks = course.shape[1] - 1
+    with np.errstate(invalid="ignore"):
+        return np.asarray(course[:, -1] - course[:, blocks - max(1, round(part * blocks))])
 
 
 def evidence_of(
@@ -83,6 +116,8 @@ def evidence_of(
     one_of = (np.arange(points), column)
     late = averages.late[one_of] if exponents.shape[1] else np.zeros(points)
     found = Evidence.of(points, ended=ended, lead=lead, margin=margin, length=length, late=late)
+    if exponents.shape[1]:
+        found.quarter = growth_of_end(averages, column, QUARTER)
     found.noisy[:] = system.draws
     unforced = not system.forced and structure.autonomous
     with np.errstate(invalid="ignore"):
@@ -100,7 +135,7 @@ def evidence_of(
             # on a line nothing comes back
             found.flows &= n > 1 or structure.symmetries > 0 or not _smooth(system)
         if averages.complete and contracts(system):
-            found.torus_possible = ~(exponents.sum(axis=1) * length < -SHRUNK)
+            found.torus_possible = ~(exponents.sum(axis=1) * length < -NEUTRAL)
     found.chaos_possible = np.full(points, _chaos_possible(system, n))
     found.stirs = (ended == Outcome.OK) & stirs(shifts.quotient(windows[:, :, :-1]), shifts.sizes(known), part)
     # what grows where only a condition or a step sees it has no tangent that tells
@@ -145,16 +180,44 @@ def evidence_of_records(
     ended = np.full(len(windows), int(Outcome.OK))
     windows, coarse = undrawn(system, windows), undrawn(system, coarse)
     e = evidence_of(system, structure, shifts, averages, windows, known, ended, coarse[:, 0], part)
-    leaving, settling = e.leaving, e.settling
     if part < 1.0:
         earlier = stationarity(shifts.quotient(coarse), shifts.sizes(known))
-        e.leaving, e.settling = leaving | earlier[0], settling | earlier[1]
+        e.leaving, e.settling = e.leaving | earlier[0], e.settling | earlier[1]
     if system.draws:
         return e
+    if flow is None:
+        paths, points = aside(windows, shifts), round(windows.shape[1] / part)
+        found = recurrence(paths, shifts.sizes(known), USUAL, 2 * USUAL)
+        whole = (found.period > 0) & (points % np.maximum(found.period, 1) == 0)
+        add_returns(e, found, found.period * averages.length / points, whole, found.residual)
+        add_ends(e, averages, paths, shifts.sizes(known), part)
+    add_record(e, windows, known, coarse, shifts, part, flow)
+    if passages is not None:
+        # along an unstable cycle that round-off does not leave, tangents grow as in chaos
+        open_ = np.flatnonzero(np.isin(words(e), (*OPEN_ANSWERS, Outcome.CHAOTIC)))
+        add_passages(e, open_, undrawn(system, passages[open_]), known[open_], shifts)
+    if flow is not None:
+        add_turns(e, windows, shifts)
+    add_later(e, windows, known, shifts, flow)
+    if flow is not None:
+        add_turns(e, windows, shifts)
+    return e
+
+
+def add_record(
+    e: Evidence,
+    windows: np.ndarray,
+    known: np.ndarray,
+    coarse: np.ndarray,
+    shifts: Shifts,
+    part: float,
+    flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
+) -> None:
+    """Add what all points of records say by themselves, as in `evidence_of_records`."""
     found = recurrence(aside(windows, shifts), shifts.sizes(known), windows.shape[1] // REPEATS)
-    e.recurs = found.period > 0
-    e.exact = e.recurs & (found.residual <= ROUND_OFF)
-    e.stopped = stopped(aside(windows, shifts), shifts.sizes(known))
+    e.recurs |= found.period > 0
+    e.exact |= (found.period > 0) & (found.residual <= ROUND_OFF)
+    leaving, settling = e.leaving, e.settling
     unclear = np.flatnonzero(~e.positive & ~e.negative)
     drifts = e.drifts.copy()
     _add_seen(e, unclear, examine(windows[unclear], known[unclear], shifts, flow), flow is None)
@@ -163,17 +226,37 @@ def evidence_of_records(
     # the whole record tells more of growth than its last points
     e.drifts |= drifts
     e.leaving[unclear], e.settling[unclear] = leaving[unclear], settling[unclear]
-    if passages is not None:
-        # along an unstable cycle that round-off does not leave, tangents grow as in chaos
-        open_ = np.flatnonzero(np.isin(words(e), (*OPEN_ANSWERS, Outcome.CHAOTIC)))
-        add_passages(e, open_, undrawn(system, passages[open_]), known[open_], shifts)
-    if flow is not None:
-        add_turns(e, windows, shifts)
-    open_ = np.flatnonzero(_is_open(e))
-    _add_later(e, open_, windows[open_, windows.shape[1] // 2 :], known[open_], shifts, flow)
-    if flow is not None:
-        add_turns(e, windows, shifts)
-    return e
+
+
+def add_returns(
+    e: Evidence, found: Recurrence, lasts: np.ndarray, whole: np.ndarray, residual: np.ndarray
+) -> np.ndarray:
+    """Add whether the last points come back, and whether nearby motions come closer meanwhile.
+
+    Parameters
+    ----------
+    found : Recurrence
+        Periods of the points.
+    lasts : ndarray, shape (P,)
+        Times that these take.
+    whole : ndarray of bool, shape (P,)
+        Whether exponents are averages over whole cycles.
+    residual : ndarray, shape (P,)
+        Distances after a period, of which it is asked whether they are round-off.
+
+    Returns
+    -------
+    ndarray of bool, shape (P,)
+        Whether distances from a whole cycle neither grow nor shrink.
+    """
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        multiplier = e.lead * lasts
+        distance = found.residual / -np.expm1(np.minimum(multiplier, -1e-300))
+        e.recurs = (found.period > 0) & (found.splitting > SPLIT) & (found.residual <= DECAY * found.splitting)
+        e.exact = e.recurs & (residual <= ROUND_OFF)
+        attracting = np.where(whole, multiplier < -HYPERBOLIC, e.negative)
+        e.attracts = attracting & (distance <= CLOSE) & (found.splitting > 10 * distance)
+    return np.asarray(whole & (np.abs(multiplier) <= NEUTRAL))
 
 
 def _add_early(
@@ -194,6 +277,27 @@ def _add_early(
     goes = goes_on(windows[which], known[which], coarse[which][:, early], steps[early], shifts)
     e.ordered[which] &= goes
     e.torus[which] &= goes
+
+
+def add_ends(e: Evidence, averages: Averages, paths: np.ndarray, known: np.ndarray, part: np.ndarray | float) -> None:
+    """Add whether points of the map come back to round-off in the end, and whether on a cycle to which all come closer.
+
+    ``paths`` and ``known`` are those of the quotient by shifts, and ``part`` is as in `evidence_of`.
+    """
+    e.stopped = stopped(paths, known)
+    blocks, rows = averages.course.shape[1] - 1, paths.shape[1]
+    part = np.broadcast_to(part, len(paths))
+    for size in ENDS:
+        count = max(END, rows // size)
+        left = np.flatnonzero(e.stopped & ~e.arrives)
+        if not len(left) or count > rows:
+            break
+        left = left[closes(paths[left, -count:], known[left])]
+        # of whole blocks
+        share = np.maximum(1, np.floor(part[left] * count / rows * blocks)).astype(int)
+        with np.errstate(invalid="ignore"):
+            shrinks = averages.course[left, -1] - averages.course[left, blocks - share]
+            e.arrives[left] = shrinks.max(axis=1, initial=-np.inf) < -2 * FOLDS
 
 
 def _is_open(e: Evidence) -> np.ndarray:
@@ -221,19 +325,20 @@ def add_passages(e: Evidence, which: np.ndarray, passages: np.ndarray, known: np
     e.ordered[which[left]] |= examine(passages[left], known[left], shifts).ordered
 
 
-def _add_later(
+def add_later(
     e: Evidence,
-    which: np.ndarray,
-    later: np.ndarray,
+    windows: np.ndarray,
     known: np.ndarray,
     shifts: Shifts,
-    flow: Callable[[np.ndarray, int], np.ndarray] | None,
+    flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
 ) -> None:
-    """Add what some motions have reached by the later half of their record.
+    """Add what motions that are open so far have reached by the later half of their record.
 
     Instants of any kind, of which the ``flow`` tells the rates, come back to a cycle only by chance; they lie on a
     closed curve there.
     """
+    which = np.flatnonzero(_is_open(e))
+    later, known = windows[which, windows.shape[1] // 2 :], known[which]
     paths, sizes = aside(later, shifts), shifts.sizes(known)
     if flow is None:
         found = recurrence(paths, sizes, later.shape[1] // REPEATS)

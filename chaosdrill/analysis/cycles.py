@@ -14,7 +14,8 @@ from itertools import groupby
 
 import numpy as np
 
-from chaosdrill.analysis.judging import HYPERBOLIC, Verdict, judge
+from chaosdrill.analysis.classification import HYPERBOLIC
+from chaosdrill.analysis.judging import Verdict, judge
 from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence, sizes, trend
 from chaosdrill.analysis.statistics import block_ends, free_exponents, margin

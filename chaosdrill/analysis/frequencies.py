@@ -16,10 +16,6 @@ ORDER = 1000
 """Integers up to which a common measure is looked for: a cycle of as many turns of either kind is found. There are so
 many relations that the best of incommensurate frequencies lacks about 2e-7."""
 
-LOW = 16
-"""The same between two lines of a torus: on a smooth one those that are seen are of low order. With twice as many some
-of three unrelated frequencies agree by chance within the errors of 1,024 points."""
-
 HARMONICS = 8
 """Integers up to which a line is a harmonic of the strongest, or of its part, and says nothing of the others."""
 
@@ -37,14 +33,6 @@ SAFE = 3.0
 
 ROUND_OFF = 1e-13
 """Error of a frequency at least: part of a turn a sample that round-off of states and times moves it by."""
-
-SHARP = 12.0
-"""Half of the lines of a torus move by less than this over the squared number of samples if a fourth of these is left
-out, most by far less. The lines of a strange nonchaotic attractor, whose spectrum is singular continuous, move by about
-0.01 over the number, which with 2048 samples is more."""
-
-CHANCE = 0.1
-"""Relations up to an order that lines known so well as they are would fulfil by chance, at most, where one counts."""
 
 PASSES = 8
 """Newton's steps to the top of a line, each of which doubles the digits."""
@@ -76,40 +64,19 @@ def incommensurate(points: np.ndarray) -> bool:
     return False
 
 
-def quasiperiodic(points: np.ndarray) -> bool:
-    """Whether strobed states have sharp lines, not all of one frequency, one of them at no small fraction of a cycle.
-
-    All lines of an adding machine are at fractions, and the phase of one that runs ever faster has none. A smooth torus
-    of one frequency is a curve, along which its points are in order; other functions of one angle, as strange
-    nonchaotic attractors of a driven map, may have lines as sharp as those of a torus.
-
-    Parameters
-    ----------
-    points : ndarray, shape (W, n)
-        States, each in parts of its extent.
-    """
-    found = [line for values in points.T for line in _lines(values)]
-    if not found:
-        return False
-    height, frequency, error = np.array(found).T
-    known = np.isfinite(frequency + error)
-    if not known[height.argmax()] or np.median(error[known]) * len(points) ** 2 > SHARP:
-        return False
-    order = np.arange(1, ORDER + 1)
-    turns = np.outer(frequency[known], order)
-    within = SAFE * np.outer(error[known], order)
-    # with this many integers none fits by chance
-    fits = (np.abs(turns - np.rint(turns)) <= within) & (within * order <= CHANCE)
-    if fits.any(axis=1).all():
-        return False
-    first, *others = sorted(zip(-height[known], frequency[known], error[known], strict=True))
-    return not all(_related(first[1], other[1], first[2], other[2], LOW) for other in others)
-
-
 def frequencies(values: np.ndarray) -> Iterator[float]:
     """Frequencies of the strongest lines of a sequence that are known, in cycles a sample."""
     tops = (_top(values, guess) for _, guess in _guesses(values) if _is_apart(guess, len(values)))
     return (top for top in tops if np.isfinite(top))
+
+
+def strongest(points: np.ndarray) -> float:
+    """Frequency of the strongest line of any state, shape (W, n), in cycles a sample; NaN where none is apart."""
+    found = [(height, values, guess) for values in points.T for height, guess in _guesses(values)]
+    for _, values, guess in sorted(found, key=lambda one: -one[0]):
+        if _is_apart(guess, len(values)) and np.isfinite(top := _top(values, guess)):
+            return top
+    return np.nan
 
 
 def _lines(values: np.ndarray) -> Iterator[tuple[float, float, float]]:

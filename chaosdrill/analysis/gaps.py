@@ -12,20 +12,6 @@ cycle they hardly fill those between its points."""
 CROSSINGS = 8
 """Times that the points on such a curve pass its middle at least: a slow drift leaves no gaps either."""
 
-CURVES, THIN = 64, 64
-"""Largest number of curves that the points of a torus visit in turn, and points of each that show its gaps."""
-
-
-def fills(points: np.ndarray) -> int:
-    """On how many curves points, shape (W, n), which visit them in turn, go round and leave no gaps; 0: on none.
-
-    It takes one state to show that.
-    """
-    for curves in range(1, min(CURVES, len(points) // THIN) + 1):
-        if full(points[::curves]).any():
-            return curves
-    return 0
-
 
 def full(path: np.ndarray) -> np.ndarray:
     """Which states go round and leave no gaps along a path, shape (W, n); bool, shape (n,)."""

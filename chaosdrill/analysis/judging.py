@@ -11,11 +11,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaosdrill.analysis.classification import Averages, add_regularity, add_rests, add_turns, evidence_of, undrawn
+from chaosdrill.analysis.classification import (
+    Averages,
+    add_ends,
+    add_later,
+    add_record,
+    add_rests,
+    add_returns,
+    add_turns,
+    evidence_of,
+    undrawn,
+)
 from chaosdrill.analysis.recurrence import CLOSE, FLOOR, ROUND_OFF, Recurrence, recurrence
 from chaosdrill.analysis.resting import is_left, rests
-from chaosdrill.analysis.statistics import error_of_exponents
-from chaosdrill.analysis.tori import LEAST, aside
+from chaosdrill.analysis.statistics import block_ends, error_of_exponents
+from chaosdrill.analysis.tori import END, LENGTH, aside
+from chaosdrill.analysis.tuning import PLAN
 from chaosdrill.analysis.words import Evidence, words
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED
@@ -23,19 +34,6 @@ from chaosdrill.engine.batch import Batch
 
 if TYPE_CHECKING:
     from chaosdrill.analysis.plan import Plan
-
-SPLIT = 1e-5
-"""Least relative distance between the points of a cycle at which it differs from one of half its period."""
-
-DECAY = 1e-4
-"""A transient whose points nearly come back after twice the period of its cycle loses more than this part of its
-amplitude meanwhile, at the required distance from the doubling."""
-
-HYPERBOLIC = 1e-5
-"""Logarithm of a multiplier, averaged over whole cycles, below which a cycle is attracting."""
-
-NEUTRAL = 1e-6
-"""Logarithm of a multiplier that counts as zero."""
 
 
 @dataclass
@@ -79,29 +77,29 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     begin = np.where(whole, _first_whole(ends, cycle), 0)
     averages = _averages(plan, batch, which, begin)
     exponents, errors = averages.exponents, averages.errors
-    windows, known = undrawn(plan.system, batch.window[which]), batch.sizes[which]
+    full, known = undrawn(plan.system, batch.window[which]), batch.sizes[which]
+    windows = last_rows(full, LENGTH) if full.shape[1] > LENGTH else full
     early = None if before is None else undrawn(plan.system, before[which])
-    points = batch.counts[which][:, sorted(plan.section)].sum(axis=1) if plan.section is not None else ends[-1]
+    points = np.full(len(which), ends[-1])
+    if plan.section is not None:
+        points = batch.counts[which][:, sorted(plan.section)].sum(axis=1)
     part = np.minimum(1.0, windows.shape[1] / np.maximum(points, 1))
     e = evidence_of(
         plan.system, plan.structure, plan.shifts, averages, windows, known, batch.outcome[which], early, part
     )
     e.measured[:] = plan.exponents > 0
-    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-        multiplier = e.lead * lasts
-        distance = found.residual / -np.expm1(np.minimum(multiplier, -1e-300))
-        split = (found.splitting > SPLIT) & (found.residual <= DECAY * found.splitting)
-        e.recurs = (found.period > 0) & split
-        neutral = whole & (np.abs(multiplier) <= NEUTRAL)
-        e.exact = e.recurs & (_residual(plan, paths, size, found, e.recurs & neutral) <= ROUND_OFF)
-        attracting = np.where(whole, multiplier < -HYPERBOLIC, e.negative)
-        e.attracts = attracting & (distance <= CLOSE) & (found.splitting > 10 * distance)
-        centre = e.recurs & neutral & (found.residual <= ROUND_OFF)
+    neutral = add_returns(e, found, lasts, whole, found.residual)
+    exact = _residual(plan, paths, size, found, e.recurs & neutral) <= ROUND_OFF
+    e.exact |= e.recurs & neutral & exact
+    centre = e.recurs & neutral & (found.residual <= ROUND_OFF)
+    if plan.maps and not noisy:
+        rows = np.where(e.ended == Outcome.OK, np.isfinite(full[:, :, 0]).sum(axis=1), 0)
+        for count in np.unique(rows[rows >= END]).tolist():
+            seen = np.flatnonzero(rows == count)
+            _look_closer(plan, e, seen, full[seen, :count], known, averages, int(points[seen].max()))
     e.winds = _winds(plan, batch, which) & ~e.recurs & ~e.noisy
     e.rests, moves = _at_rest(plan, batch, which, e, before)
     e.ended = np.where(e.rests, int(Outcome.OK), e.ended)
-    if not plan.max_extension and plan.maps and plan.section is None and not noisy:
-        _look_closer(plan, e, windows, known)
     if not plan.maps and not plan.system.forced and not noisy:
         # turns between two instants are not seen
         add_turns(e, windows, plan.shifts, batch.length[which] <= windows.shape[1] * plan.where.unit)
@@ -161,15 +159,33 @@ def _averages(plan: "Plan", batch: Batch, which: np.ndarray, begin: np.ndarray) 
     neutral = np.full(len(which), plan.structure.most_neutral)
     if plan.structure.autonomous and plan.structure.symmetries:
         neutral = plan.structure.neutral(batch.flow(which))
-    return Averages(exponents, errors, late, length, neutral, plan.computed == plan.system.free)
+    course = np.take_along_axis(sums, order[:, np.newaxis], 2)
+    return Averages(exponents, errors, late, course, length, neutral, plan.computed == plan.system.free)
 
 
-def _look_closer(plan: "Plan", e: Evidence, windows: np.ndarray, known: np.ndarray) -> None:
-    """Look for tori and long cycles in sufficiently long records whose exponent is indistinguishable from zero."""
-    rows = np.isfinite(windows[:, :, 0]).sum(axis=1)
-    unclear = np.flatnonzero(~e.positive & ~e.negative & ~e.recurs & (rows >= LEAST) & (rows == windows.shape[1]))
-    if len(unclear):
-        add_regularity(e, unclear, windows[unclear], known[unclear], plan.shifts)
+def _look_closer(
+    plan: "Plan",
+    e: Evidence,
+    which: np.ndarray,
+    full: np.ndarray,
+    known: np.ndarray,
+    averages: Averages,
+    points: int,
+) -> None:
+    """Look at section points as spectra do: at their ends, and at all of them where records are not extended.
+
+    ``full`` are the last ones of those of ``which``, all of a number, of so many ``points`` at most.
+    """
+    some, windows = e.at(which), full[:, -LENGTH:]
+    part = min(1.0, windows.shape[1] / max(points, 1))
+    add_ends(some, averages.at(which), aside(windows, plan.shifts), plan.shifts.sizes(known[which]), part)
+    if not plan.max_extension:
+        # the last states of blocks; of longer records than are kept only the later ones are known
+        ends = block_ends(points, PLAN.blocks)
+        coarse = full[:, np.maximum(ends - points + full.shape[1] - 1, 0), :-1]
+        add_record(some, windows, known[which], coarse, plan.shifts, part)
+        add_later(some, windows, known[which], plan.shifts)
+    e.put(which, some)
 
 
 def _winds(plan: "Plan", batch: Batch, which: np.ndarray) -> np.ndarray:
@@ -257,3 +273,12 @@ def _means(sums: np.ndarray, begin: np.ndarray, times: np.ndarray) -> np.ndarray
     growth = last - sums[rows, begin]
     time = times[:, -1] - times[rows, begin]
     return np.where(np.isneginf(last), -np.inf, growth / time[:, np.newaxis])
+
+
+def last_rows(windows: np.ndarray, count: int) -> np.ndarray:
+    """The last points of every window, NaN behind them where there were fewer."""
+    rows = np.isfinite(windows[:, :, 0]).sum(axis=1)
+    index = np.maximum(rows - count, 0)[:, np.newaxis] + np.arange(count)
+    taken = np.take_along_axis(windows, np.minimum(index, windows.shape[1] - 1)[:, :, np.newaxis], axis=1)
+    taken[index >= rows[:, np.newaxis]] = np.nan
+    return taken

@@ -13,7 +13,7 @@ import numpy as np
 
 from chaosdrill.analysis.classification import OPEN_ANSWERS, add_passages, add_regularity, undrawn
 from chaosdrill.analysis.cycles import Begun, Cycles, at_points, continued, escapes, linearised, search
-from chaosdrill.analysis.judging import Verdict, judge
+from chaosdrill.analysis.judging import Verdict, judge, last_rows
 from chaosdrill.analysis.matching import moments
 from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.recurrence import CLOSE, sizes
@@ -320,7 +320,7 @@ def _results(plan: Plan, batch: Batch, which: np.ndarray, verdict: Verdict) -> A
         of_motion[row, 0] = plan.shifts.quotient(states[row])
     means = event_rates(plan, batch, which) | rate_errors(plan, batch, which, verdict.cycle)
     return {
-        "section": _last_rows(window[:, :, :n], plan.rows),
+        "section": last_rows(window[:, :, :n], plan.rows),
         "period": verdict.period,
         "outcome": verdict.outcome,
         "lyapunov_exponent": verdict.exponents[:, : plan.exponents],
@@ -331,15 +331,6 @@ def _results(plan: Plan, batch: Batch, which: np.ndarray, verdict: Verdict) -> A
         "lead": verdict.lead,
         "ended_by": batch.ended_by[which],
     }
-
-
-def _last_rows(windows: np.ndarray, count: int) -> np.ndarray:
-    """The last points of every window, NaN behind them where there were fewer."""
-    rows = np.isfinite(windows[:, :, 0]).sum(axis=1)
-    index = np.maximum(rows - count, 0)[:, np.newaxis] + np.arange(count)
-    taken = np.take_along_axis(windows, np.minimum(index, windows.shape[1] - 1)[:, :, np.newaxis], axis=1)
-    taken[index >= rows[:, np.newaxis]] = np.nan
-    return taken
 
 
 def event_rates(plan: Plan, batch: Batch, which: np.ndarray) -> Arrays:

@@ -21,6 +21,7 @@ from chaosdrill.analysis.statistics import (
     kaplan_yorke_error,
 )
 from chaosdrill.analysis.tori import LENGTH
+from chaosdrill.analysis.tuning import PLAN
 from chaosdrill.analysis.words import Evidence, reason, words
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.build import dataset
@@ -47,17 +48,23 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
     samples = 1 if plan.periodic else -(-LENGTH // plan.count)
     run = run_with_tangents(system, structure, m, plan.unit, job.numerics, samples)
     outcome = plan.settle(run)
-    ends = block_ends(plan.count, blocks)
-    path = _Path(run, ends, m, passed=not plan.periodic and system.autonomous)
+    ends, of_words = (block_ends(plan.count, one) for one in (blocks, PLAN.blocks))
+    every = np.union1d(ends, of_words)
+    told, judged = (np.searchsorted(every, one) for one in (ends, of_words))
+    path = _Path(run, every, m, passed=not plan.periodic and system.autonomous)
     if outcome == Outcome.OK:
         outcome = path.follow(job)
     complete, why, dimension_error = outcome == Outcome.OK, "", float("nan")
     means = MeanExponents.unknown(len(ends) - 1, m)
     if complete and m:
-        means = mean_exponents(path.sums, path.sums_by_size, ends, plan.unit, job.numerics, run.steps)
+        sums, by_size = path.sums, path.sums_by_size
+        taken = (plan.unit, job.numerics, run.steps)
+        means = mean_exponents(sums[told], by_size[told], ends, *taken)
+        # as at points of grids, of which no more is kept
+        for_words = mean_exponents(sums[judged], sums[judged], of_words, *taken)
         of_method = job.numerics.step_error * run.steps / plan.length
         dimension_error = kaplan_yorke_error(means.values, means.rates, of_method, plan.length, system.free)
-        evidence = _evidence(run, plan, structure, means, path, job)
+        evidence = _evidence(run, plan, structure, for_words, path, judged, job)
         outcome, why = Outcome(int(words(evidence)[0])), reason(evidence)
     variables = {
         "exponent": np.arange(1, count + 1, dtype=np.int32),
@@ -68,18 +75,27 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
         "kaplan_yorke_dimension": ((), kaplan_yorke(means.values, system.free)),
         "kaplan_yorke_error": ((), dimension_error),
         "outcome": ((), np.int8(outcome)),
-        **_averages(run, plan, job.numerics, ends, path.drilled, complete),
+        **_averages(run, plan, job.numerics, ends, path.drilled[told], complete),
     }
-    told = {"message": run.stopped(outcome), "reason": why}
-    return dataset(variables, ["block_time"], {name: text for name, text in told.items() if text})
+    texts = {"message": run.stopped(outcome), "reason": why}
+    return dataset(variables, ["block_time"], {name: text for name, text in texts.items() if text})
 
 
-def _evidence(run: Run, plan: Span, structure: Structure, means: "MeanExponents", path: "_Path", job: Job) -> Evidence:
-    """What a run says at its end."""
+def _evidence(
+    run: Run,
+    plan: Span,
+    structure: Structure,
+    means: "MeanExponents",
+    path: "_Path",
+    blocks: np.ndarray,
+    job: Job,
+) -> Evidence:
+    """What a run says at its end; ``blocks`` are the places of ends of blocks at which its states are looked at."""
     averages = Averages(
         exponents=means.values[np.newaxis],
         errors=means.errors[np.newaxis],
         late=means.late[np.newaxis],
+        course=means.course[np.newaxis],
         length=np.array([plan.length]),
         neutral=np.array([int(structure.neutral(flow_of(run)))]),
         complete=len(means.values) == run.system.free,
@@ -89,7 +105,7 @@ def _evidence(run: Run, plan: Span, structure: Structure, means: "MeanExponents"
     part = min(1.0, window.shape[1] / (plan.count * run.samples))
     passages = path.passages()[np.newaxis] if path.met else None
     e = evidence_of_records(
-        system, structure, shifts, averages, window, known, path.states[np.newaxis], part, flow, passages
+        system, structure, shifts, averages, window, known, path.states[blocks][np.newaxis], part, flow, passages
     )
     e.winds = structure.winds(flow_of(run)[np.newaxis]) & ~e.noisy
     if not system.forced and structure.autonomous and not flow_of(run).any():
@@ -229,13 +245,14 @@ class MeanExponents:
     errors: np.ndarray  # (m,)
     history: np.ndarray  # (B, m): means up to the end of each block
     late: np.ndarray  # (m,): growth rates over the later half of the record
+    course: np.ndarray  # (B + 1, m): logarithms of growth at the beginning and at the end of each block
     rates: np.ndarray  # (B, m): over each block, of lengths which no unit changes; 0 where a tangent was lost
 
     @classmethod
     def unknown(cls, blocks: int, exponents: int) -> "MeanExponents":
         """Those of a run that came to an early end: NaN."""
         one, each = np.full(exponents, np.nan), np.full((blocks, exponents), np.nan)
-        return cls(one, one, each, one, each)
+        return cls(one, one, each, one, np.full((blocks + 1, exponents), np.nan), each)
 
 
 def mean_exponents(
@@ -267,7 +284,9 @@ def mean_exponents(
         late = (sums[-1] - sums[half]) / ((ends[-1] - ends[half]) * unit)
     late = np.where(finite, late, -np.inf)
     order = np.argsort(-history[-1], kind="stable")
-    return MeanExponents(history[-1, order], errors[order], history[:, order], late[order], rates[:, order])
+    return MeanExponents(
+        history[-1, order], errors[order], history[:, order], late[order], sums[:, order], rates[:, order]
+    )
 
 
 def _averages(

@@ -89,7 +89,6 @@ def in_blocks(values: np.ndarray, blocks: int) -> np.ndarray:
     return np.asarray(values[:kept].reshape(-1, size, *values.shape[1:]).mean(axis=1))
 
 
-@lru_cache(16)
 @lru_cache(maxsize=16)
 def fading(length: int) -> np.ndarray:
     """Weights of an average that fades in and out smoothly, shape (length - 1,), not to be changed; their sum is 1."""

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from chaosdrill.analysis import ordering
-from chaosdrill.analysis.frequencies import incommensurate, quasiperiodic
-from chaosdrill.analysis.gaps import fills
+from chaosdrill.analysis.frequencies import incommensurate
 from chaosdrill.analysis.ordering import comes_back, ordered
+from chaosdrill.analysis.predicting import predicted
 from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence, sizes
 from chaosdrill.analysis.statistics import fading, in_blocks, standard_error
 from chaosdrill.codegen.kinds import void
@@ -303,8 +303,8 @@ def examine(
             # what is in order does not come back
             returns[k] = winds_up or (not in_order[k] and moving.size > 0 and comes_back(moving, 0.0))
             # on a torus that settles averages part for a while, but its points are in order
-            torus[k] = smooth[k] and (in_order[k] or not parting[k]) and not returns[k] and _by_gaps(moving)
-            torus[k] = torus[k] and (in_order[k] or quasiperiodic(moving))
+            if not returns[k] and moving.size and _is_regular(moving):
+                torus[k] = predicted(moving) if not in_order[k] else smooth[k]
         elif smooth[k] and not parting[k]:
             curve[k], line[k], torus[k] = _by_neighbours(windows[k], paths[k], known[k], flow, shifts)
     return Regularity(drifts, cycle, torus, converges, agrees, curve, line, in_order, returns)
@@ -364,15 +364,9 @@ def _comes_back(paths: np.ndarray, known: np.ndarray) -> np.ndarray:
     return back
 
 
-def _by_gaps(points: np.ndarray) -> bool:
-    """Whether points, shape (W, n), leave no gaps on some curves, and are regular on these."""
-    curves = fills(points)
-    if not curves:
-        return False
-    off = np.empty_like(points)
-    for k in range(curves):
-        off[k::curves] = points[k::curves] - points[k::curves].mean(axis=0)
-    return bool(zero_one(off[-TESTED:].T).max() < REGULAR)
+def _is_regular(points: np.ndarray) -> bool:
+    """Whether the 0-1 test calls points, shape (W, n), regular."""
+    return bool(zero_one((points[-TESTED:] - points[-TESTED:].mean(axis=0)).T).max() < REGULAR)
 
 
 def zero_one(values: np.ndarray) -> np.ndarray:

@@ -18,8 +18,8 @@ class Plan:
     of the time."""
     least_rows: int = 16
     """Section points that are compared at least."""
-    most_rows: int = 1024
-    """Section points of a record that are kept at most, to tell whether it is stationary: all of a common one."""
+    most_rows: int = 2**14
+    """Section points of a record that are kept at most: all of a common one."""
     parts: int = 512
     """Parts of a duration at whose ends a point is looked at."""
     at_once: int = 4096

@@ -51,9 +51,11 @@ class Evidence:
     margin: np.ndarray  # beyond which it differs from zero
     length: np.ndarray  # time of the record
     late: np.ndarray  # its growth rate over the later half of the record
+    quarter: np.ndarray  # logarithm of its growth in the last quarter of the record
     recurs: np.ndarray  # bool: all late points come back within the tolerance, those of a cycle apart from each other
     exact: np.ndarray  # bool: they come back as exactly as a run allows
     stopped: np.ndarray  # bool: the end of the record does so
+    arrives: np.ndarray  # bool: a part at the end of the record does so, in which all tangents shrink
     attracts: np.ndarray  # bool: nearby motions come closer, by the exponents over whole cycles
     leaving: np.ndarray  # bool: the spread of the record, or what it lacks to a cycle, still grows
     settling: np.ndarray  # bool: it still shrinks
@@ -85,7 +87,7 @@ class Evidence:
         """Evidence of ``points`` points, of which nothing else is known; by default all is possible and flows on."""
         given = {
             "ended": np.full(points, int(Outcome.OK)),
-            **{name: np.zeros(points) for name in ("lead", "margin", "late")},
+            **{name: np.zeros(points) for name in ("lead", "margin", "late", "quarter")},
             "length": np.ones(points),
             **{name: np.ones(points, bool) for name in ("measured", "flows", "chaos_possible", "torus_possible")},
         } | known
@@ -118,14 +120,18 @@ class Evidence:
 
     @property
     def folds(self) -> np.ndarray:
-        """Whether tangents grow in both halves further than those of any one departure, in a stationary record.
+        """Whether tangents grow further than those of any one departure, and do so once more to the end, stationarily.
+
+        To the end is in the later half or in the last quarter.
 
         In intermittent motion the error of the mean growth is often nearly as large as the mean.
         """
         later, whole = self.late * self.length / 2, self.lead * self.length
         stationary = ~self.leaving & ~self.settling & ~self.recurs & ~self.stopped
         beyond = self.lead > self.margin / SURE
-        return self.chaos_possible & stationary & beyond & (later > DIGITS) & (whole - later > DIGITS)
+        halves = (later > DIGITS) & (whole - later > DIGITS)
+        late = (self.quarter > DIGITS) & (whole - self.quarter > DIGITS)
+        return self.chaos_possible & stationary & beyond & (halves | late)
 
     @property
     def reached_cycle(self) -> np.ndarray:
@@ -175,6 +181,11 @@ class Evidence:
         return (whole <= UNMOVED) | (~even & (whole <= STILL))
 
     @property
+    def unstable(self) -> np.ndarray:
+        """Whether tangents grow further than in chaos on bands so narrow that all points come back to round-off."""
+        return self.late * self.length / 2 > DIGITS
+
+    @property
     def bounded(self) -> np.ndarray:
         """Whether tangents grow or shrink little in the whole record."""
         return np.abs(self.lead) * self.length <= BOUNDED
@@ -205,12 +216,19 @@ RULES = (
         Outcome.TRANSIENT, lambda e: ~e.flows, "no exponent is zero for the flow: the motion leaves, or comes to rest"
     ),
     Rule(Outcome.QUASIPERIODIC, lambda e: e.winds & ~e.positive, "nothing moves but phases without a common measure"),
-    Rule(Outcome.PERIODIC, lambda e: e.exact & ~e.leaving, "the points come back to round-off"),
+    Rule(
+        Outcome.PERIODIC, lambda e: e.exact & ~e.leaving & (e.stays | e.unstable), "the points come back to round-off"
+    ),
     Rule(Outcome.PERIODIC, lambda e: e.recurs & e.attracts, "the points come back, and nearby motions come closer"),
     Rule(
         Outcome.PERIODIC,
         lambda e: e.reached_cycle,
         "its later half comes back to round-off, or lies on a closed curve, and nearby motions come closer, or stay",
+    ),
+    Rule(
+        Outcome.PERIODIC,
+        lambda e: e.arrives & ~e.lengthens,
+        "at its end the points come back to round-off, and nearby motions come closer",
     ),
     Rule(
         Outcome.QUASIPERIODIC,
@@ -231,7 +249,7 @@ RULES = (
     Rule(
         Outcome.CHAOTIC,
         lambda e: e.folds,
-        "tangents grow in both halves of a stationary record further than in any departure",
+        "tangents grow further than in any departure, and once more to the end of a stationary record",
     ),
     Rule(
         Outcome.CONTRACTING,

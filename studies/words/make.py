@@ -25,6 +25,7 @@ import chaosdrill
 from chaosdrill.analysis.classification import Averages, evidence_of_records
 from chaosdrill.analysis.statistics import block_ends, standard_error
 from chaosdrill.analysis.tori import LENGTH
+from chaosdrill.analysis.tuning import PLAN
 from chaosdrill.analysis.words import words
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.shifts import Shifts
@@ -34,7 +35,6 @@ HERE = Path(__file__).resolve().parent
 LENGTHS = (64, 256, 1024, 4096, 16384)
 LENGTHS_OF_RUNS = LENGTHS[:4]
 SEED = 20_261_126
-BLOCKS = 256
 OPEN_ANSWERS = {"undecided", "transient"}
 MOST_WRONG = 1e-3
 
@@ -42,7 +42,7 @@ MOST_WRONG = 1e-3
 def averages_of(growth):
     """Exponents of growth a step, of shape (P, L, m), as a spectrum makes them of its blocks."""
     length = growth.shape[1]
-    ends = block_ends(length, BLOCKS)
+    ends = block_ends(length, PLAN.blocks)
     sums = np.concatenate([np.zeros_like(growth[:, :1]), np.cumsum(growth, axis=1)], axis=1)[:, ends]
     half = (len(ends) - 1) // 2
     rates = (np.diff(sums, axis=1) / np.diff(ends)[:, np.newaxis]).swapaxes(0, 1)
@@ -51,7 +51,8 @@ def averages_of(growth):
     order = np.argsort(-values, axis=1, kind="stable")
     values, errors, late = (np.take_along_axis(one, order, 1) for one in (values, errors, late))
     points = len(growth)
-    return Averages(values, errors, late, np.full(points, float(length)), np.zeros(points, int), False), ends
+    course = np.take_along_axis(sums, order[:, np.newaxis], 2)
+    return Averages(values, errors, late, course, np.full(points, float(length)), np.zeros(points, int), False), ends
 
 
 def called(states, growth):
@@ -142,7 +143,7 @@ def main():
         for length in LENGTHS:
             enter(name, length, right, *found(name, length, lambda name=name, length=length: of_records(name, length)))
     for name, (_, right) in RUNS.items():
-        for length in LENGTHS_OF_RUNS:
+        for length in LENGTHS_OF_RUNS if given.runs else ():
             enter(name, length, right, *found(name, length, lambda name=name, length=length: of_runs(name, length)))
     listed = ("periodic", "quasiperiodic", "chaotic", "open", "equilibrium", "transient", "undecided")
     lines = [f"| records | length | right | {' | '.join(listed)} | wrong |", "|---|" + "---:|" * (len(listed) + 3)]
@@ -152,7 +153,7 @@ def main():
     ]
     told = [
         f"| {length} | {total[length]} | {wrong[length]} | {total[length] - short[length]} | {open_[length]} "
-        f"| {open_[length] / (total[length] - short[length]):.1%} | {open_short[length]} |"
+        f"| {open_[length] / max(total[length] - short[length], 1):.1%} | {open_short[length]} |"
         for length in LENGTHS
     ]
     lines += [

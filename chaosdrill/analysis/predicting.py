@@ -1,0 +1,135 @@
+"""Tori of two and three angles by prediction: a smooth function of angles is known where it was not looked at.
+
+Points of a torus are smooth functions of angles that advance evenly. Their trigonometric polynomials, in frequencies
+that are refined with them (after Laskar, Froeschle and Celletti 1992, doi:10.1016/0167-2789(92)90028-L; Gomez, Mondelo
+and Simo 2010, doi:10.3934/dcdsb.2010.14.41), are fitted to three quarters of a record and tell the last quarter, ever
+better the more terms they have. Nothing else does so: chaos and strange nonchaotic attractors are not smooth, adding
+machines have no frequency beside their fractions, and exchanges of intervals none that lasts.
+"""
+
+from functools import lru_cache
+from itertools import product
+
+import numpy as np
+
+from chaosdrill.analysis.frequencies import strongest
+
+ANGLES = (1, 2, 3)
+"""How many are tried. Of one alone points lie in order along a curve, which needs no smoothness, so that one is no
+answer here but the first step to two."""
+
+FITTED = 0.75
+"""Part of a record to which polynomials are fitted."""
+
+TERMS, PER_ROW, FIRST = 400, 0.5, 32
+"""Terms of a polynomial at most, at most for each point that is fitted, and of that which is taken off before another
+frequency is looked for: many terms fit whatever lies near their frequencies."""
+
+LOW, STEPS = 3, 3
+"""Degree of the polynomials with which frequencies are refined, and Gauss-Newton steps for that."""
+
+MISSED, BETTER = 5e-3, 2.0
+"""Root mean square, in parts of the extent, by which they miss at most, and how many times less than those of half of
+the degree: series of smooth functions fall like a geometric one. Strange nonchaotic attractors are missed by 2 % and
+more."""
+
+WEIGHT = 1e-7
+"""Part of all squares with which coefficients count, so that two waves that hardly part have no large ones."""
+
+BEATS = 4.0
+"""Times that any combination of frequencies up to the degree `LOW` goes round in the record at least: of slower ones it
+is not known that they do."""
+
+
+def predicted(points: np.ndarray) -> bool:
+    """Whether points are smooth functions of two or three angles that advance evenly, without a common measure.
+
+    Parameters
+    ----------
+    points : ndarray, shape (W, n)
+        States at a strobe or section, each in parts of its extent.
+    """
+    off, turns = points - points.mean(axis=0), np.zeros(0)
+    fitted, rest = int(FITTED * len(points)), off
+    for angles in ANGLES:
+        line = strongest(rest)
+        if not np.isfinite(line):
+            return False
+        turns = _refined(off, np.append(turns, line))
+        slow = _terms(angles, LOW) @ turns
+        if (np.abs(slow - np.rint(slow)) * len(points) < BEATS).any():
+            return False
+        if angles > 1 and _is_known(off, _refined(off[:fitted], turns), fitted):
+            return not _comes_back(points)
+        columns = _columns(len(points), turns, _terms(angles, _degree(angles, FIRST)))
+        rest = off - columns @ _solved(columns, off)
+    return False
+
+
+def _is_known(points: np.ndarray, turns: np.ndarray, fitted: int) -> bool:
+    """Whether the last points are known from the first ones that are fitted, and ever better."""
+    most = _degree(len(turns), min(TERMS, int(PER_ROW * fitted)))
+    for degree in (most, most * 2 // 3):
+        fine = _misses(points, turns, degree, fitted)
+        if fine <= MISSED and BETTER * fine <= _misses(points, turns, degree // 2, fitted):
+            return True
+    return False
+
+
+def _comes_back(points: np.ndarray) -> bool:
+    """Whether points come back as closely as they are known: so many terms fit any cycle of fewer points."""
+    lags = range(1, len(points) // 2 + 1)
+    return any(np.median(np.abs(points[lag:] - points[:-lag]).max(axis=1)) <= MISSED for lag in lags)
+
+
+@lru_cache(maxsize=32)
+def _terms(angles: int, degree: int) -> np.ndarray:
+    """Multiples of angles up to a degree, one of each pair of opposite signs, shape (K, angles)."""
+    span = product(range(-degree, degree + 1), repeat=angles)
+    return np.array([m for m in span if sum(map(abs, m)) <= degree and m > (0,) * angles])
+
+
+def _degree(angles: int, most: int) -> int:
+    """The largest degree of a polynomial with so many coefficients at most."""
+    degree = 1
+    while 2 * len(_terms(angles, degree + 1)) + 1 <= most:
+        degree += 1
+    return degree
+
+
+def _columns(count: int, turns: np.ndarray, terms: np.ndarray) -> np.ndarray:
+    """Cosines and sines of multiples of angles at so many points, and a constant; shape (count, 2 K + 1)."""
+    waves = np.exp(2j * np.pi * np.outer(np.arange(count), terms @ turns % 1.0))
+    return np.concatenate([np.ones((count, 1)), waves.real, waves.imag], axis=1)
+
+
+def _solved(columns: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Least squares, by normal equations that keep coefficients small."""
+    square = columns.T @ columns
+    square[np.diag_indices_from(square)] += len(columns) * WEIGHT
+    return np.linalg.solve(square, columns.T @ values)
+
+
+def _refined(points: np.ndarray, turns: np.ndarray) -> np.ndarray:
+    """Frequencies with which a polynomial of low degree is nearest to the points."""
+    terms, count = _terms(len(turns), LOW), len(points)
+    at, half = np.arange(count) - (count - 1) / 2, len(terms) + 1
+    for _ in range(STEPS):
+        columns = _columns(count, turns, terms)
+        solved = _solved(columns, points)
+        rates = [
+            2 * np.pi * at[:, np.newaxis] * (columns[:, 1:half] @ (of * solved[half:].T).T
+            - columns[:, half:] @ (of * solved[1:half].T).T)
+            for of in terms.T
+        ]  # fmt: skip
+        apart = [rate - columns @ _solved(columns, rate) for rate in rates]
+        slopes = np.stack([one.ravel() for one in apart], axis=1)
+        turns = turns + np.linalg.lstsq(slopes, (points - columns @ solved).ravel(), rcond=None)[0]
+    return turns
+
+
+def _misses(points: np.ndarray, turns: np.ndarray, degree: int, fitted: int) -> float:
+    """Root mean square by which a polynomial that fits the first points misses the others; of the worst state."""
+    columns = _columns(len(points), turns, _terms(len(turns), degree))
+    lacks = points[fitted:] - columns[fitted:] @ _solved(columns[:fitted], points[:fitted])
+    return float(np.sqrt((lacks**2).mean(axis=0)).max())
