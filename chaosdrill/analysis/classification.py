@@ -180,9 +180,6 @@ def evidence_of_records(
     ended = np.full(len(windows), int(Outcome.OK))
     windows, coarse = undrawn(system, windows), undrawn(system, coarse)
     e = evidence_of(system, structure, shifts, averages, windows, known, ended, coarse[:, 0], part)
-    if part < 1.0:
-        earlier = stationarity(shifts.quotient(coarse), shifts.sizes(known))
-        e.leaving, e.settling = e.leaving | earlier[0], e.settling | earlier[1]
     if system.draws:
         return e
     if flow is None:
@@ -217,7 +214,9 @@ def add_record(
     found = recurrence(aside(windows, shifts), shifts.sizes(known), windows.shape[1] // REPEATS)
     e.recurs |= found.period > 0
     e.exact |= (found.period > 0) & (found.residual <= ROUND_OFF)
-    leaving, settling = e.leaving, e.settling
+    if part < 1.0:
+        earlier = stationarity(shifts.quotient(coarse), shifts.sizes(known))
+        e.leaving, e.settling = e.leaving | earlier[0], e.settling | earlier[1]
     unclear = np.flatnonzero(~e.positive & ~e.negative)
     drifts = e.drifts.copy()
     _add_seen(e, unclear, examine(windows[unclear], known[unclear], shifts, flow), flow is None)
@@ -225,7 +224,6 @@ def add_record(
         _add_early(e, np.flatnonzero(e.ordered), windows, known, coarse, shifts, part)
     # the whole record tells more of growth than its last points
     e.drifts |= drifts
-    e.leaving[unclear], e.settling[unclear] = leaving[unclear], settling[unclear]
 
 
 def add_returns(

@@ -8,9 +8,9 @@ import sympy
 from maps import map_system
 
 import chaosdrill as cd
-from chaosdrill.analysis.classification import contracts
-from chaosdrill.analysis.frequencies import quasiperiodic
+from chaosdrill.analysis.classification import Averages, add_ends, contracts
 from chaosdrill.analysis.ordering import LAST, comes_back, goes_on, ordered
+from chaosdrill.analysis.predicting import predicted
 from chaosdrill.analysis.stationarity import departs
 from chaosdrill.analysis.tori import examine, only_grows, stopped
 from chaosdrill.analysis.words import BOUNDED, RULES, Evidence
@@ -308,24 +308,58 @@ def test_arcs_of_a_slow_angle_are_not_open():
 
 
 @pytest.mark.parametrize("base", [2, 3])
-def test_an_adding_machine_of_an_interval_has_lines_at_fractions(base):
-    """Points of van der Corput's sequence leave no gaps; on a torus of two frequencies a line is at none."""
+def test_only_a_torus_is_known_where_it_was_not_looked_at(base):
+    """Points of van der Corput's sequence leave no gaps, and follow from no frequency."""
     digits = np.arange(2048)[:, np.newaxis] // base ** np.arange(12) % base
     points = digits @ (1.0 / base ** np.arange(1, 13))
-    assert not quasiperiodic(np.column_stack([points, np.tanh(points)]))
+    assert not predicted(np.column_stack([points, np.tanh(points)]))
     angles = 2 * np.pi * np.outer(np.arange(2048), [np.sqrt(2), np.sqrt(3)])
-    assert quasiperiodic(np.cos(angles) + np.cos(angles[:, ::-1]) / 2)
-    # that of a phase which runs ever faster moves with the part of the record that is looked at
-    assert not quasiperiodic(np.cos(1e-4 * np.arange(2048.0) ** 2)[:, np.newaxis])
+    assert predicted(np.cos(angles) + np.cos(angles[:, ::-1]) / 2)
+    # a phase that runs ever faster has no frequency
+    assert not predicted(np.cos(1e-4 * np.arange(2048.0) ** 2)[:, np.newaxis])
 
 
 def test_a_function_of_one_angle_that_is_no_curve_is_no_torus():
-    """Keller's pinched maps (1996): their lines are as sharp as those of a torus, all of one frequency."""
+    """Keller's pinched maps (1996): their lines are as sharp as those of a torus, but no polynomial of angles fits."""
     angle, x, points = 0.3, 1.0, []
     for _ in range(3048):
         x, angle = 4 * abs(np.cos(np.pi * angle)) * np.tanh(x), (angle + np.sqrt(2) - 1) % 1
         points.append((x, np.cos(2 * np.pi * angle), np.sin(2 * np.pi * angle)))
-    assert not quasiperiodic(np.array(points[1000:]))
+    assert not predicted(np.array(points[1000:]))
+
+
+@pytest.mark.parametrize("count", [2, 3])
+@pytest.mark.parametrize("points", [256, 1024])
+def test_tori_of_two_and_three_angles_need_few_points(count, points):
+    """Averages over a thousand points agree to two digits at best, as slow beats do; a polynomial tells them all.
+
+    A cycle of 300 points in any order, and a beat that does not come round in the record, are told by none.
+    """
+    turns = np.array([np.sqrt(2), np.sqrt(3), np.sqrt(5)])[:count] / 4
+    angle = 2 * np.pi * np.outer(np.arange(points), turns)
+    path = np.stack([np.cos(angle).sum(axis=1), np.sin(angle + 0.2 * np.sin(angle)).sum(axis=1)], axis=1)
+    path[:, 0] += 0.2 * np.tanh(path[:, 1])
+    assert predicted(path / np.ptp(path, axis=0)) == (points == 1024 or count == 2)
+    cycle = np.random.default_rng(3).random((points // 3, 2))[np.arange(points) % (points // 3)]
+    assert not predicted(cycle)
+    beat = np.cos(angle[:, 0]) + np.cos(angle[:, 0] * (1 + 0.5 / points))
+    assert not predicted(beat[:, np.newaxis])
+
+
+@pytest.mark.parametrize(("tail", "word"), [(-0.2, "periodic"), (0.0, "undecided"), (0.1, "transient")])
+def test_chaos_that_has_fallen_to_a_cycle_is_on_it(tail, word):
+    """In the last sixth of a record; a stay at an unstable or a neutral cycle is none of it."""
+    rng = np.random.default_rng(8)
+    path, grown = rng.random((1, 1200, 2)), np.full(1200, 0.5)
+    path[:, 1000:], path[:, :, 1], grown[1000:] = 0.7, 0.0, tail
+    course = np.append(0.0, np.cumsum(grown.reshape(24, 50).sum(axis=1)))[np.newaxis, :, np.newaxis]
+    lead = np.array([grown.mean()])
+    one = np.full((1, 1), 0.02)
+    averages = Averages(lead[:, None], one, one, course, np.array([1200.0]), np.zeros(1, int), False)
+    e = Evidence.of(1, lead=lead, margin=np.array([0.9]), late=np.array([0.1]), length=np.array([1200.0]))
+    add_ends(e, averages, path, np.ones((1, 1)), 1.0)
+    assert e.stopped.all()
+    assert (cd.Outcome(int(words_of(e)[0])).meaning == word) or (word == "transient" and not e.arrives.any())
 
 
 @pytest.mark.parametrize(("sigma", "angle"), [(2.32, 0.29), (1.63, 0.56), (2.0, 0.3)])
