@@ -671,6 +671,263 @@ def bernoulli_ratio(v, s, order):
     return value
 
 
+RESTS = ("exp", "sin", "cos", "sinh", "cosh", "log1p", "asin", "atan", "asinh", "atanh", "tanh", "log_cosh", "power")
+"""Functions of `taylor_rest`, by their numbers; the last is that of `power_rest`. A power is one of 1 + v, as log1p."""
+
+_EXP, _SIN, _COS, _SINH, _COSH, _LOG, _ASIN, _ATAN, _ASINH, _ATANH, _TANH, _LOG_COSH, _POWER = range(len(RESTS))
+
+REST_TERMS = 200
+
+
+def series_of_rests(count: int = REST_TERMS) -> np.ndarray:
+    """Taylor coefficients at 0 of the functions of `taylor_rest`, one a row; those of powers depend on the exponent."""
+    found = np.zeros((len(RESTS), count))
+    found[:, 0] = [f in ("exp", "cos", "cosh") for f in RESTS]
+    inverse, odd = 1.0, 1.0
+    # T of T' = 1 + T^2, all of whose coefficients are positive
+    tangent = [0.0]
+    for j in range(1, count):
+        tangent.append((float(j == 1) + sum(tangent[i] * tangent[j - 1 - i] for i in range(j))) / j)
+        inverse /= j
+        turning = (-1.0) ** (j // 2)
+        found[_EXP, j], found[_LOG, j] = inverse, -((-1.0) ** j) / j
+        if j % 2 == 0:
+            found[[_COS, _COSH], j] = turning * inverse, inverse
+            found[_LOG_COSH, j] = found[_TANH, j - 1] / j
+            continue
+        found[[_SIN, _SINH], j] = turning * inverse, inverse
+        found[[_ATAN, _ATANH], j] = turning / j, 1.0 / j
+        found[[_ASINH, _ASIN], j] = turning * odd / j, odd / j
+        found[_TANH, j] = turning * tangent[j]
+        odd *= j / (j + 1.0)
+    return found
+
+
+REST_SERIES = series_of_rests()
+
+REST_NEAR = np.array([3.0 if g <= _COSH else 1.0 if g in (_TANH, _LOG_COSH) else 0.5 for g in range(len(RESTS))])
+"""Size of an argument up to which powers of it are added: half of the radius of their series, or 3. Beyond it what is
+left of the function is divided, which loses the fewer digits the larger the argument is beside a step."""
+
+
+@numba.njit(error_model="numpy", cache=True)
+def _rest_term(g, a, j):
+    """Taylor coefficient j of a function at 0."""
+    if g != _POWER:
+        return REST_SERIES[g, j]
+    c = 1.0
+    for i in range(j):
+        c *= (a - i) / (i + 1.0)
+    return c
+
+
+@numba.njit(error_model="numpy", cache=True)
+def _rest_nearby(v, g, a, m, k):
+    """Coefficient k of a rest by powers of a change of v: the sum of c_(j + m) C(j, k) v^(j - k)."""
+    total, weight, quiet = 0.0, 1.0, 0
+    c = _rest_term(g, a, k + m)
+    for j in range(k, REST_TERMS - m):
+        if g != _POWER:
+            c = REST_SERIES[g, j + m]
+        term = c * weight
+        total += term
+        # every second one may be zero
+        quiet = quiet + 1 if abs(term) <= 1e-18 * abs(total) else 0
+        if quiet > 3 and j > 2 * k + 4:
+            break
+        weight *= v * (j + 1.0) / (j + 1.0 - k)
+        c *= (a - (j + m)) / (j + m + 1.0)
+    return total
+
+
+@numba.njit(error_model="numpy", cache=True)
+def _rest_value(v, g, a):
+    """A function of `taylor_rest` itself."""
+    if g == _EXP:
+        return math.exp(v)
+    if g == _SIN:
+        return math.sin(v)
+    if g == _COS:
+        return math.cos(v)
+    if g == _SINH:
+        return math.sinh(v)
+    if g == _COSH:
+        return math.cosh(v)
+    if g == _ATAN:
+        return math.atan(v)
+    if g == _ASINH:
+        return math.asinh(v)
+    if g == _TANH:
+        return math.tanh(v)
+    if g == _LOG_COSH:
+        return log_cosh(v)
+    if v < -1.0 or (v > 1.0 and (g == _ASIN or g == _ATANH)):
+        return math.nan
+    if g == _LOG:
+        return math.log1p(v)
+    if g == _ASIN:
+        return math.asin(v)
+    return math.atanh(v) if g == _ATANH else (1.0 + v) ** a
+
+
+@numba.njit(error_model="numpy", cache=True)
+def _rest_slope(v, g, a):
+    """Its derivative."""
+    if g == _EXP:
+        return math.exp(v)
+    if g == _SIN:
+        return math.cos(v)
+    if g == _COS:
+        return -math.sin(v)
+    if g == _SINH:
+        return math.cosh(v)
+    if g == _COSH:
+        return math.sinh(v)
+    if g == _ATAN:
+        return 1.0 / (1.0 + v * v)
+    if g == _ASINH:
+        return 1.0 / math.hypot(1.0, v)
+    if g == _TANH:
+        return _tanh_coefficient(v, 1)
+    if g == _LOG_COSH:
+        return math.tanh(v)
+    if v < -1.0 or (v > 1.0 and (g == _ASIN or g == _ATANH)):
+        return math.nan
+    if g == _LOG:
+        return 1.0 / (1.0 + v)
+    if g == _ASIN:
+        return 1.0 / math.sqrt((1.0 - v) * (1.0 + v))
+    return 1.0 / ((1.0 - v) * (1.0 + v)) if g == _ATANH else a * (1.0 + v) ** (a - 1.0)
+
+
+@numba.njit(error_model="numpy", cache=True)
+def _tanh_coefficient(v, k):
+    """Coefficient k >= 1 of tanh by powers of a change of v, |v| >= 1: twice the sum of (-1)^j exp(-2 j |v|)."""
+    total, j = 0.0, 1.0
+    while True:
+        term = math.exp(-2.0 * j * abs(v)) * (1.0 if j % 2.0 == 0.0 else -1.0)
+        for i in range(1, k + 1):
+            term *= -2.0 * j / i
+        total += term
+        if 2.0 * j * abs(v) > k + 1.0 and (abs(term) <= 1e-18 * abs(total) or 2.0 * j * abs(v) > 800.0):
+            # an odd function's coefficients of even orders are odd
+            return 2.0 * total * (-1.0 if v < 0.0 and k % 2 == 0 else 1.0)
+        j += 1.0
+
+
+@numba.njit(error_model="numpy", cache=True)
+def _rest_next(v, g, a, k, last, before):
+    """Coefficient k >= 2 of a function by powers of a change of v, from the two before it."""
+    if g == _EXP:
+        return last / k
+    if g == _SIN or g == _COS:
+        return -before / (k * (k - 1.0))
+    if g == _SINH or g == _COSH:
+        return before / (k * (k - 1.0))
+    if g == _LOG:
+        return -last * (k - 1.0) / (k * (1.0 + v))
+    if g == _POWER:
+        return last * (a - k + 1.0) / (k * (1.0 + v))
+    if g == _TANH:
+        return _tanh_coefficient(v, k)
+    if g == _LOG_COSH:
+        return _tanh_coefficient(v, k - 1) / k
+    # (1 + s u^2) f'' = -s p u f'
+    s = 1.0 if g == _ATAN or g == _ASINH else -1.0
+    p = 1.0 if g == _ASIN or g == _ASINH else 2.0
+    i = k - 2.0
+    turned = (i + 1.0) * (2.0 * i + p) * v * last + i * (i - 1.0 + p) * before
+    return -s * turned / ((1.0 + s * v * v) * k * (k - 1.0))
+
+
+@numba.njit(error_model="numpy", cache=True)
+def _rest_coefficient(v, g, a, m, k):
+    """Coefficient k of a rest by powers of a change of v."""
+    if abs(v) <= REST_NEAR[g]:
+        return _rest_nearby(v, g, a, m, k)
+    last = before = one = two = three = four = value = 0.0
+    for i in range(k + 1):
+        if i == 0:
+            value = _rest_value(v, g, a)
+        elif i == 1:
+            value = _rest_slope(v, g, a)
+        else:
+            value = _rest_next(v, g, a, i, last, before)
+        before, last = last, value
+        power = 1.0
+        for p in range(i, m):
+            value -= _rest_term(g, a, p) * power
+            power *= v * (p + 1.0) / (p + 1.0 - i)
+        # over the change beside v, as often as the function vanishes
+        one = value = (value - one) / v
+        if m > 1:
+            two = value = (value - two) / v
+        if m > 2:
+            three = value = (value - three) / v
+        if m > 3:
+            four = value = (value - four) / v
+    return value
+
+
+@numba.njit(error_model="numpy", cache=True)
+def _rest(v, g, a, m, order):
+    """Derivative of an order of a rest."""
+    value = _rest_coefficient(v, g, a, m, order)
+    for i in range(order):
+        value *= i + 1
+    return value
+
+
+@numba.njit(error_model="numpy", cache=True)
+def _write_rest(v, g, a, m, order, count, target, stride):
+    """Write Taylor coefficients of a derivative of a rest, at v + w, by powers of w."""
+    for k in range(count):
+        value = _rest_coefficient(v, g, a, m, k + order)
+        for i in range(order):
+            value *= k + order - i
+        target[k * stride] = value
+
+
+@numba.njit(error_model="numpy", cache=True)
+def taylor_rest_expanded(v, g, m, order, derivative, count, target, stride):
+    """Write Taylor coefficients of a derivative of the function of that order, at v + w, by powers of w."""
+    _write_rest(v, int(g), 0.0, int(m), int(order) + derivative, count, target, stride)
+
+
+@numba.njit(error_model="numpy", cache=True)
+def power_rest_expanded(v, a, m, order, derivative, count, target, stride):
+    """Write Taylor coefficients of a derivative of the function of that order, at v + w, by powers of w."""
+    _write_rest(v, _POWER, a, int(m), int(order) + derivative, count, target, stride)
+
+
+@numba.njit(error_model="numpy", cache=True)
+def taylor_rest(v, g, m, order):
+    """Derivative of an order of what the first terms of its Taylor series leave of a function, over a power.
+
+    Parameters
+    ----------
+    v : float
+    g : float
+        Number of the function in `RESTS`.
+    m : float
+        How many terms are taken away, and the power of v that divides, 1 to 4.
+    order : float
+        A whole number >= 0.
+
+    Notes
+    -----
+    Coefficients of the functions obey linear recurrences of two terms at most, but for tanh, whose exponentials are
+    added.
+    """
+    return _rest(v, int(g), 0.0, int(m), int(order))
+
+
+@numba.njit(error_model="numpy", cache=True)
+def power_rest(v, a, m, order):
+    """The same for (1 + v)^a."""
+    return _rest(v, _POWER, a, int(m), int(order))
+
+
 CODE = {
     function.__name__: function
     for function in (
@@ -687,6 +944,8 @@ CODE = {
         log_sum,
         log_cosh,
         bernoulli_ratio,
+        taylor_rest,
+        power_rest,
     )
 }
 """Code of the special functions by name."""
@@ -694,5 +953,7 @@ CODE = {
 EXPANSIONS = {
     "hunt_crossley_duration": hunt_crossley_duration_expanded,
     "bernoulli_ratio": bernoulli_ratio_expanded,
+    "taylor_rest": taylor_rest_expanded,
+    "power_rest": power_rest_expanded,
 }
 """Code of the Taylor coefficients of those that have it, by name."""

@@ -14,6 +14,7 @@ from typing import Any
 
 import sympy
 
+from chaosdrill.model.removable import without_removable
 from chaosdrill.model.special import bernoulli_ratio, exact_logarithm, gate, log_cosh, log_sum
 from chaosdrill.model.text import undivided
 from chaosdrill.model.tuning import TUNING
@@ -29,7 +30,7 @@ def without_overflow(expression: Any) -> Any:
         if made is expression or (more := _once(made)) == made:
             break
         made = more
-    return made
+    return without_removable(made)
 
 
 def _once(expression: Any) -> Any:

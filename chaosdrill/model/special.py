@@ -8,6 +8,7 @@ not, or at a place where both sides of a quotient are zero; their derivatives ar
 """
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import sympy
@@ -225,6 +226,11 @@ class log_cosh(WithFormula):
     nargs = 1
     is_nonnegative = True
 
+    @classmethod
+    def eval(cls, u: Any) -> Any:
+        """0 at 0."""
+        return sympy.S.Zero if u.is_zero else None
+
     def formula(self) -> Any:
         """The size of u, and the rest."""
         size = sympy.Abs(self.args[0])
@@ -264,6 +270,93 @@ class bernoulli_ratio(WithFormula):
         if argindex == 1:
             return bernoulli_ratio(u, s, order + 1)
         raise ArgumentIndexError(self, argindex)
+
+
+_U = sympy.Dummy("u", real=True)
+
+RESTS: tuple[Any, ...] = (
+    *(sympy.exp, sympy.sin, sympy.cos, sympy.sinh, sympy.cosh, lambda u: sympy.log(1 + u)),
+    *(sympy.asin, sympy.atan, sympy.asinh, sympy.atanh, sympy.tanh, log_cosh),
+)
+"""Functions of `taylor_rest`, by their numbers."""
+
+
+class _Rest(WithFormula):
+    """What the first terms of its Taylor series leave of a function, over a power: (g(u) - sum of c_p u^p, p < m)/u^m.
+
+    Arguments u, what tells g, m from 1 to 4, and the order of a derivative by u.
+    """
+
+    nargs = 4
+
+    @classmethod
+    def of(cls, told: Any, u: Any) -> Any:
+        """g(u)."""
+        raise NotImplementedError
+
+    @classmethod
+    def term(cls, told: Any, p: int) -> Any:
+        """Coefficient c_p."""
+        raise NotImplementedError
+
+    def whole(self) -> Any:
+        """g at its argument."""
+        return self.of(self.args[1], self.args[0])
+
+    def formula(self) -> Any:
+        """The quotient's derivative, no number at 0."""
+        u, told, m, order = self.args
+        first = sympy.Add(*(self.term(told, p) * _U**p for p in range(int(m))))
+        return sympy.diff((self.of(told, _U) - first) / _U**m, _U, order).subs(_U, u)
+
+    @classmethod
+    def eval(cls, u: Any, told: Any, m: Any, order: Any) -> Any:
+        """A term of the series at 0."""
+        if u.is_zero and m.is_Integer and order.is_Integer:
+            return cls.term(told, int(m + order)) * sympy.factorial(order)
+        return None
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Derivative by u."""
+        u, told, m, order = self.args
+        if argindex == 1:
+            return self.func(u, told, m, order + 1)
+        raise ArgumentIndexError(self, argindex)
+
+
+class taylor_rest(_Rest):
+    """What the first m terms of its Taylor series leave of a function, over u^m, or a derivative of that.
+
+    Arguments u, the number of the function in `RESTS`, m from 1 to 4, and the order of the derivative. It is analytic at
+    0; with the number 1, of sin, and m = 1 it is sin(u)/u.
+    """
+
+    @classmethod
+    def of(cls, told: Any, u: Any) -> Any:
+        """g(u)."""
+        return RESTS[int(told)](u)
+
+    @classmethod
+    @cache
+    def term(cls, told: Any, p: int) -> Any:
+        """Coefficient c_p."""
+        if RESTS[int(told)] is log_cosh:
+            return cls.term(RESTS.index(sympy.tanh), p - 1) / p if p else sympy.S.Zero
+        return cls.of(told, _U).diff(_U, p).subs(_U, 0) / sympy.factorial(p)
+
+
+class power_rest(_Rest):
+    """The same for (1 + u)^a: arguments u, a, m from 1 to 4, and the order of a derivative by u."""
+
+    @classmethod
+    def of(cls, told: Any, u: Any) -> Any:
+        """(1 + u)^a."""
+        return (1 + u) ** told
+
+    @classmethod
+    def term(cls, told: Any, p: int) -> Any:
+        """Coefficient c_p."""
+        return sympy.ff(told, p) / sympy.factorial(p)
 
 
 def exact_logarithm(above: Any, below: Any) -> Any:
@@ -338,6 +431,8 @@ SPECIAL: dict[str, Special] = {
         Special(log_sum, 5e-16, moving=(0, 1, 2)),
         Special(log_cosh, 5e-16, moving=(0,)),
         Special(bernoulli_ratio, 2e-15, moving=(0,), expanded=True, relative=False),
+        Special(taylor_rest, 4e-15, moving=(0,), expanded=True, relative=False),
+        Special(power_rest, 4e-15, moving=(0,), expanded=True, relative=False),
         Special(random_uniform, 0.0),
     )
 }

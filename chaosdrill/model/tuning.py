@@ -36,6 +36,12 @@ class Tuning:
     """Relative difference up to which the numbers of two sums have one ratio: they are rounded."""
     multiplied_out: int = 2
     """Hyperbolic functions in a term, at most, that become exponentials, each two of them."""
+    zeros: int = 8
+    """Order of a zero, at most, that is taken out of both sides of a quotient."""
+    rest_terms: int = 5
+    """Terms of a Taylor series that are not taken away from a function any more: the code of what is left ends there."""
+    rest_factors: int = 3
+    """Functions in a product, at most, each of which becomes two terms."""
     smallest_value: float = 1e-300
     """Size of a power or an exponential below which it may have lost digits, as it is then near the smallest double."""
     arguments_shown: int = 6

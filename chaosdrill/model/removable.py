@@ -1,0 +1,299 @@
+"""Quotients whose sides are zero together become functions that are analytic at that place.
+
+``sin(x)/x`` is 0/0 at x = 0, and ``(1 - cos(x))/x**2`` has lost its digits long before. A place is taken from what
+divides: in the distance u from it each side is a sum of products of polynomials and elementary functions g, and each of
+these is the first terms of its Taylor series and a power of u times a `taylor_rest`. The terms below the first that does
+not cancel are zero, the power is taken out, and what is left is divided. Poles that cancel each other, as in
+``1/tanh(x) - 1/x``, are put on one divisor before.
+"""
+
+import math
+from collections.abc import Iterator
+from functools import lru_cache
+from itertools import islice, product
+from typing import Any
+
+import sympy
+
+from chaosdrill.model.special import RESTS, gate, power_rest, taylor_rest
+from chaosdrill.model.tuning import TUNING
+
+_BY_TYPE: dict[Any, int] = {g: i for i, g in enumerate(RESTS) if isinstance(g, type)}
+_LOG1P = sympy.Integer(next(i for i, g in enumerate(RESTS) if not isinstance(g, type)))
+_ANGLES = (sympy.tan, sympy.acos)
+_FUNCTIONS = (*_BY_TYPE, *_ANGLES, sympy.log, gate)
+
+_U = sympy.Dummy("u", real=True)
+
+
+class _Unknown(Exception):  # noqa: N818
+    """A factor is no such sum of products."""
+
+
+def without_removable(expression: Any) -> Any:
+    """An expression without quotients that are 0/0 at a place where they have a limit."""
+    return _filled(expression, {}) if _divides(expression) and _has_functions(expression) else expression
+
+
+def _filled(e: Any, known: dict[Any, Any]) -> Any:
+    if not e.args or not isinstance(e, sympy.Basic):
+        return e
+    if e not in known:
+        parts = [_filled(a, known) for a in e.args]
+        made = e if all(new is old for new, old in zip(parts, e.args, strict=True)) else e.func(*parts)
+        if (made.is_Mul or made.is_Add) and _divides(made) and _has_functions(made):
+            made = _joined(made) if made.is_Add else _quotient(made)
+        known[e] = made
+    return known[e]
+
+
+def _has_functions(e: Any) -> bool:
+    return bool(e.has(*_FUNCTIONS)) or any(not p.exp.is_Integer for p in e.atoms(sympy.Pow))
+
+
+def _divides(e: Any) -> bool:
+    """Whether something in an expression divides by what has symbols."""
+    return e.has(gate) or any(p.exp.is_Integer and p.exp.is_negative and p.base.free_symbols for p in e.atoms(sympy.Pow))
+
+
+@lru_cache(maxsize=512)
+def _quotient(e: Any) -> Any:
+    """A product without such a quotient; itself if it has none."""
+    if _is_long(e):
+        return e
+    for symbol, distance in _places(e):
+        found = _divided(e, symbol, distance)
+        if found is not None:
+            return found
+    return e
+
+
+@lru_cache(maxsize=512)
+def _joined(e: Any) -> Any:
+    """A sum whose poles that cancel each other are one quotient that has none."""
+    if _is_long(e) or sum(map(_divides, e.args)) < 2:
+        return e
+    for symbol, distance in dict.fromkeys(place for term in e.args for place in _places(term)):
+        terms = [one for term in e.args for one in sympy.Add.make_args(sympy.expand(_turned(term)))]
+        poles = [term for term in terms if _divides(term) and _order(term, symbol, distance) < 0]
+        if len(poles) < 2:
+            continue
+        others = [term for term in terms if term not in poles]
+        put = sympy.Add(*poles)
+        found = _divided(sympy.together(put), symbol, distance)
+        if found is not None:
+            return sympy.Add(found, *others)
+    return e
+
+
+def _is_long(e: Any) -> bool:
+    most = TUNING.decomposed_parts
+    return sum(1 for _ in islice(sympy.preorder_traversal(e), most + 1)) > most
+
+
+def _places(e: Any) -> Iterator[tuple[Any, Any]]:
+    """Symbols with expressions, linear in them, that may be zero where a divisor of a product is."""
+    seen = set()
+    for factor in sympy.Mul.make_args(e):
+        base, power = factor.as_base_exp()
+        if isinstance(factor, gate):
+            base, power = sympy.exp(factor.args[2]), sympy.S.NegativeOne
+        if not (power.is_Integer and power.is_negative) or isinstance(factor, sympy.exp):
+            continue
+        inner: list[Any] = [a for f in base.atoms(sympy.Function) for a in f.args if isinstance(f, _FUNCTIONS)]
+        inner += [p.base - 1 for p in base.atoms(sympy.Pow) if not p.exp.is_Integer]
+        inner += [a - 1 for f in base.atoms(sympy.log) for a in f.args]
+        for distance in [base] if not inner else inner:
+            for symbol in sorted(distance.free_symbols, key=lambda s: s.name):
+                slope = sympy.diff(distance, symbol)
+                if slope == 0 or symbol in slope.free_symbols or slope.has(sympy.Function):
+                    continue
+                found = symbol, sympy.expand(distance / slope)
+                if found not in seen:
+                    seen.add(found)
+                    yield found
+                break
+
+
+def _divided(e: Any, symbol: Any, distance: Any) -> Any:
+    """A product whose powers of a distance have been divided; None if it has a pole there, or nothing is 0/0."""
+    try:
+        factors = list(_near(e, symbol, distance))
+    except _Unknown:
+        return None
+    order = sum(power * times for power, times, _ in factors)
+    above = any(power > 0 and times > 0 for power, times, _ in factors)
+    below = any(power > 0 and times < 0 for power, times, _ in factors)
+    if order < 0 or not (above and below):
+        return None
+    made = sympy.Mul(_U**order, *(rest**times for _, times, rest in factors))
+    return made.xreplace({_U: distance})
+
+
+def _order(e: Any, symbol: Any, distance: Any) -> int:
+    """How often a product is zero at a place; negative at a pole."""
+    try:
+        return sum(power * times for power, times, _ in _near(e, symbol, distance))
+    except _Unknown:
+        return 0
+
+
+def _near(e: Any, symbol: Any, distance: Any) -> Iterator[tuple[int, int, Any]]:
+    """Factors of a product about a place: how often each is zero there, its power, and what it is over that."""
+    put = {symbol: symbol - distance + _U}
+    exact = {number: sympy.Rational(repr(float(number))) for number in e.atoms(sympy.Float)}
+    for factor in sympy.Mul.make_args(_turned(e)):
+        base, times = factor.as_base_exp() if not isinstance(factor, sympy.exp) else (factor, sympy.S.One)
+        if not times.is_Integer:
+            base, times = factor, sympy.S.One
+        if symbol not in base.free_symbols:
+            yield 0, int(times), base
+            continue
+        moved = _centred(base.xreplace(exact).xreplace(put))
+        above, below = sympy.fraction(sympy.together(moved)) if _divides(moved) else (moved, sympy.S.One)
+        for side, way in ((above, 1), (below, -1)):
+            for one in sympy.Mul.make_args(side):
+                inner, again = one.as_base_exp() if not isinstance(one, sympy.exp) else (one, sympy.S.One)
+                if not (again.is_Integer and again.is_positive):
+                    inner, again = one, sympy.S.One
+                power, rest = _zeros(inner)
+                yield power, way * int(times * again), rest
+
+
+def _turned(e: Any) -> Any:
+    """An expression with sines and cosines for its tangents, arc sines for its arc cosines, and poles for gates."""
+    if not e.has(*_ANGLES, gate):
+        return e
+    made = e.replace(sympy.tan, lambda a: sympy.sin(a) / sympy.cos(a))
+    made = made.replace(sympy.acos, lambda a: sympy.pi / 2 - sympy.asin(a))
+    return made.replace(gate, _gate)
+
+
+def _gate(m: Any, n: Any, u: Any, e: Any) -> Any:
+    """A gate with a pole where u is zero, by a function that is finite beyond it; any other as it is."""
+    if m + n != 0 or e not in (0, u):
+        return gate(m, n, u, e)
+    return (1 / sympy.tanh(u / 2) + (1 if e == u else -1)) / (2 * n)
+
+
+def _centred(e: Any) -> Any:
+    """An expression whose functions have arguments that are zero where u is."""
+    if not e.args or _U not in e.free_symbols:
+        return e
+    e = e.func(*(_centred(a) for a in e.args))
+    if e.is_Pow and not e.exp.is_Integer and _U not in e.exp.free_symbols:
+        start = _start(e.base)
+        return start**e.exp * (1 + sympy.expand(e.base / start - 1)) ** e.exp if _is_positive(start) else e
+    if not isinstance(e, _FUNCTIONS):
+        return e
+    start = _start(e.args[0])
+    if isinstance(e, sympy.log):
+        return sympy.log(start) + sympy.log(1 + sympy.expand(e.args[0] / start - 1)) if _is_positive(start) else e
+    if start is None or start == 0:
+        return e
+    rest = sympy.expand(e.args[0] - start)
+    if isinstance(e, sympy.exp):
+        return sympy.exp(start) * sympy.exp(rest)
+    for odd, even, sign in ((sympy.sin, sympy.cos, -1), (sympy.sinh, sympy.cosh, 1)):
+        if isinstance(e, odd):
+            return odd(start) * even(rest) + even(start) * odd(rest)
+        if isinstance(e, even):
+            return even(start) * even(rest) + sign * odd(start) * odd(rest)
+    return e
+
+
+def _is_positive(number: Any) -> bool:
+    return number is not None and bool(number.is_number and number.is_positive)
+
+
+def _start(e: Any) -> Any:
+    """What an expression is where u is zero; None if it is not finite there."""
+    found = e.subs(_U, 0)
+    return None if found.has(sympy.nan, sympy.zoo, sympy.oo) else sympy.expand(found)
+
+
+def _zeros(e: Any) -> tuple[int, Any]:
+    """How often an expression is zero where u is, and what it is over that power of u."""
+    if _U not in e.free_symbols:
+        return 0, e
+    if (start := _start(e)) is not None and start != 0:
+        return 0, e
+    if (known := _elementary(e)) is not None and not known[2].is_polynomial(_U):
+        rest_of, told, inner = known
+        power, rest = _zeros(inner)
+        own = next((p for p in range(1, TUNING.rest_terms) if rest_of.term(told, p) != 0), 0)
+        if power and own and rest_of.term(told, 0) == 0:
+            return own * power, rest_of(inner, told, own, 0) * rest**own
+    terms = [_Term(term) for term in sympy.Add.make_args(sympy.expand(e))]
+    for power in range(1, TUNING.zeros + 1):
+        rests, sums = [], {}
+        for term in terms:
+            for degree, coefficient in term.beyond(power, rests).items():
+                sums[degree] = sums.get(degree, sympy.S.Zero) + coefficient
+        if any(sympy.expand(sums.get(degree, 0)) != 0 for degree in range(power)):
+            return (power - 1, last) if power > 1 else (0, e)
+        polynomial = (c * _U ** (degree - power) for degree, c in sums.items() if degree >= power)
+        last = sympy.Add(*polynomial, *rests)
+    raise _Unknown
+
+
+def _elementary(e: Any) -> tuple[Any, Any, Any] | None:
+    """What gives the rests of a function, what tells which function it is, and its argument."""
+    if isinstance(e, sympy.log):
+        return taylor_rest, _LOG1P, sympy.expand(e.args[0] - 1)
+    if e.is_Pow and not e.exp.is_Integer and _U not in e.exp.free_symbols:
+        return power_rest, e.exp, sympy.expand(e.base - 1)
+    return (taylor_rest, sympy.Integer(_BY_TYPE[type(e)]), e.args[0]) if type(e) in _BY_TYPE else None
+
+
+class _Term:
+    """A product of a constant, a power of u, and elementary functions of polynomials that are zero where u is."""
+
+    def __init__(self, term: Any) -> None:
+        self.constant, self.power, self.functions = sympy.S.One, 0, []
+        for factor in sympy.Mul.make_args(term):
+            if _U not in factor.free_symbols:
+                self.constant *= factor
+                continue
+            base, times = factor.as_base_exp() if not isinstance(factor, sympy.exp) else (factor, sympy.S.One)
+            whole = times.is_Integer and times.is_positive
+            if base == _U and whole:
+                self.power += int(times)
+                continue
+            base, times = (base, int(times)) if whole else (factor, 1)
+            known = _elementary(base)
+            if known is None or not known[2].is_polynomial(_U) or known[2].subs(_U, 0) != 0:
+                raise _Unknown
+            self.functions += [known] * times
+        if len(self.functions) > TUNING.rest_factors:
+            raise _Unknown
+
+    def beyond(self, power: int, rests: list[Any]) -> dict[int, Any]:
+        """Coefficients of the term's polynomial by powers of u; what is left, over that power, is added to the rests."""
+        if self.power >= power or not self.functions:
+            if not self.functions:
+                return {self.power: self.constant}
+            whole = sympy.Mul(*(rest_of.of(told, w) for rest_of, told, w in self.functions))
+            rests.append(self.constant * _U ** (self.power - power) * whole)
+            return {}
+        choices = []
+        for rest_of, told, w in self.functions:
+            lowest = min(degree for (degree,) in sympy.Poly(w, _U).monoms())
+            terms = math.ceil((power - self.power) / lowest)
+            if terms >= TUNING.rest_terms:
+                raise _Unknown
+            first = sympy.Add(*(rest_of.term(told, p) * w**p for p in range(terms)))
+            over = sympy.expand(w / _U**lowest) ** terms
+            choices.append(((first, 0), (over * rest_of(w, told, terms, 0), lowest * terms)))
+        found: dict[int, Any] = {}
+        for chosen in product(*choices):
+            raised = sum(by for _, by in chosen)
+            whole = self.constant * sympy.Mul(*(part for part, _ in chosen))
+            if raised:
+                rests.append(whole * _U ** (self.power + raised - power))
+                continue
+            for (degree,), coefficient in sympy.Poly(whole, _U).terms():
+                place = degree + self.power
+                found[place] = found.get(place, sympy.S.Zero) + coefficient
+        return found
+
