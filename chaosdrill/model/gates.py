@@ -249,7 +249,7 @@ class _Divisor:
 
 def _quotient(product: Any) -> Any:
     """A product whose divisors have been divided into what stands above them."""
-    factors = list(sympy.Mul.make_args(product))
+    factors = list(sympy.Mul.make_args(sympy.Mul(*map(_squared, sympy.Mul.make_args(product)))))
     divisors = [(i, *f.as_base_exp()) for i, f in enumerate(factors)]
     divisors = [(i, base, power) for i, base, power in divisors if power.is_Integer and power.is_negative]
     # what grows like an exponential first
@@ -282,6 +282,18 @@ def _quotient(product: Any) -> Any:
         if made != product:
             return _once(made)
     return _multiplied(product)
+
+
+def _squared(factor: Any) -> Any:
+    """A factor, as a square if it is ``exp(u) + exp(-u) - 2`` but for a number, which loses its digits near 0."""
+    base, power = factor.as_base_exp()
+    if not (base.is_Add and power.is_Integer and base.has(*_EXPONENTIAL)) or len(found := _exponentials(base)) != 3:
+        return factor
+    (_, alone), *others = sorted(found.items(), key=lambda one: one[0] != 0)
+    (a, m), (b, n) = others
+    if m != n or alone + 2 * m != 0 or sympy.expand(a + b) != 0 or 0 not in found:
+        return factor
+    return (4 * m * sympy.sinh(sympy.expand(a / 2 if b.could_extract_minus_sign() else b / 2)) ** 2) ** power
 
 
 def _removed(base: Any, power: int, rest: list[Any]) -> Any:
