@@ -22,10 +22,10 @@ import sympy
 from chaosdrill.analysis.tuning import PRECISION
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
-from chaosdrill.model import HybridSystem
+from chaosdrill.model import HybridSystem, special
 from chaosdrill.model.derive import reset_map
 from chaosdrill.model.places import arguments
-from chaosdrill.model.special import SPECIAL
+from chaosdrill.model.special import RESTS, SPECIAL
 
 Point = list[Any]
 Rate = Callable[[Any, Point], Point]
@@ -242,11 +242,34 @@ def bernoulli_ratio(u: Any, s: Any, order: Any) -> Any:
     return +found
 
 
+def _rest(told: Any, kind: Any, g: Any, u: Any, m: Any, order: Any) -> Any:
+    """Derivative of an order of what the first m terms of its Taylor series leave of a function g, over u^m."""
+    terms = [sympy.Rational(kind.term(sympy.nsimplify(told, rational=True), p)) for p in range(int(m + order) + 1)]
+    exact = [mpmath.mpf(int(c.p)) / int(c.q) for c in terms]
+    if not u:
+        return exact[-1] * mpmath.factorial(int(order))
+    with mpmath.workdps(3 * mpmath.mp.dps + PRECISION.guard_digits):
+        found = mpmath.diff(lambda v: (g(v) - mpmath.polyval(exact[: int(m)][::-1], v)) / v**m, u, int(order))
+    return +found
+
+
+def taylor_rest(u: Any, told: Any, m: Any, order: Any) -> Any:
+    """Of the function with this number among `RESTS` of `chaosdrill.model.special`."""
+    name = RESTS[int(told)].__name__
+    g = log_cosh if name == "log_cosh" else getattr(mpmath, name)
+    return _rest(int(told), special.taylor_rest, g, u, m, order)
+
+
+def power_rest(u: Any, a: Any, m: Any, order: Any) -> Any:
+    """Of (1 + u)^a."""
+    return _rest(a, special.power_rest, lambda v: (1 + v) ** a, u, m, order)
+
+
 EXACT = {
     function.__name__: function
     for function in (
         *(hunt_crossley_exit, hunt_crossley_peak, hunt_crossley_duration, positive_power),
-        *(gate, log_sum, log_cosh, bernoulli_ratio),
+        *(gate, log_sum, log_cosh, bernoulli_ratio, taylor_rest, power_rest),
     )
 }
 """By name, those that can be evaluated in many digits."""

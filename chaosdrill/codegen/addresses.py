@@ -16,6 +16,14 @@ PREFIX = "chaosdrill_"
 EXPANDED = "_expanded"
 OF_PYTHON = "python_"
 
+ARGUMENTS = {
+    **{"hunt_crossley_exit": 2, "hunt_crossley_exit_lam": 2, "positive_power": 2},
+    **{f"hunt_crossley_{of}": 4 for of in ("peak", "duration", "duration_lam", "duration_n")},
+    **{f"hunt_crossley_duration_lam_{of}": 4 for of in ("lam", "n")},
+    **{"gate": 4, "log_sum": 3, "log_cosh": 1, "bernoulli_ratio": 3, "taylor_rest": 4, "power_rest": 4},
+}
+"""How many numbers the special functions take that have code of their own."""
+
 _MAKES_ARRAYS = f"hunt_crossley_duration{EXPANDED}"
 """A function that makes arrays, by numba's own code, which is there with numba alone."""
 
@@ -54,6 +62,12 @@ def address(name: str) -> int:
     library = load(code_of(title), {})
     _libraries.append(library)
     return library.address(title)
+
+
+@cache
+def python_function(title: str) -> Callable[..., float]:
+    """A special function for Python to call, by its machine code."""
+    return ctypes.CFUNCTYPE(ctypes.c_double, *[ctypes.c_double] * ARGUMENTS[title])(address(PREFIX + title))
 
 
 def kept_codes() -> dict[Path, Callable[[], bytes]]:

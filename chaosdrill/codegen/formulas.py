@@ -1,7 +1,7 @@
 """Expressions of a system as functions of numbers, for what is asked of a few points only.
 
 What was derived is kept as the text of a formula. A process that finds it reads it by a grammar of its own, in which
-nothing but arithmetic and the functions of `math` or numpy can be said, and needs no sympy.
+nothing but arithmetic, the functions of `math` or numpy and the special functions can be said, and needs no sympy.
 """
 
 import ast
@@ -10,6 +10,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from chaosdrill.codegen.addresses import ARGUMENTS, python_function
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -77,12 +79,12 @@ def _derived(
     import sympy
 
     from chaosdrill.codegen import python
-    from chaosdrill.codegen.special import CODE
     from chaosdrill.model.places import arguments
 
-    own: dict[str, Any] = {**CODE, "Called": python.evaluate}
-    if arrays:
-        own = {name: np.vectorize(function, otypes=[float]) for name, function in own.items()}
+    parts = map(sympy.sympify, sympy.flatten([expression]))
+    needed = {type(f).__name__ for part in parts for f in part.atoms(sympy.Function)}
+    own = _special(needed & ARGUMENTS.keys(), arrays)
+    own["Called"] = np.vectorize(python.evaluate, otypes=[float]) if arrays else python.evaluate
     modules = [own, "numpy" if arrays else "math"]
     if of is None:
         found = sympy.lambdify(arguments(system.placed), expression, modules=modules)
@@ -95,6 +97,12 @@ def _derived(
         return found
     formulas[name] = text
     return found
+
+
+def _special(names: "set[str]", arrays: bool) -> dict[str, Any]:
+    """Special functions by name."""
+    found = {name: python_function(name) for name in names}
+    return {name: np.vectorize(one, otypes=[float]) for name, one in found.items()} if arrays else dict(found)
 
 
 def _read(text: str, arrays: bool) -> Any:
@@ -111,7 +119,9 @@ def _read(text: str, arrays: bool) -> Any:
     given = made.args
     if given.defaults or given.kwonlyargs or given.vararg or given.kwarg or any(one.annotation for one in given.args):
         raise ValueError(text)
-    names, known = {one.arg for one in given.args}, _OF_NUMPY if arrays else _OF_MATH
+    names = {one.arg for one in given.args}
+    named = {node.id for node in ast.walk(made) if isinstance(node, ast.Name)}
+    known = (_OF_NUMPY if arrays else _OF_MATH) | _special((named & ARGUMENTS.keys()) - names, arrays)
     *terms, last = made.body
     for term in terms:
         # a part that several terms have in common

@@ -15,11 +15,11 @@ from typing import Any
 
 import sympy
 
-from chaosdrill.model.special import RESTS, gate, power_rest, taylor_rest
+from chaosdrill.model.special import RESTS, gate, log1p, power_rest, taylor_rest
 from chaosdrill.model.tuning import TUNING
 
 _BY_TYPE: dict[Any, int] = {g: i for i, g in enumerate(RESTS) if isinstance(g, type)}
-_LOG1P = sympy.Integer(next(i for i, g in enumerate(RESTS) if not isinstance(g, type)))
+_LOG1P = sympy.Integer(RESTS.index(log1p))
 _ANGLES = (sympy.tan, sympy.acos)
 _FUNCTIONS = (*_BY_TYPE, *_ANGLES, sympy.log, gate)
 

@@ -274,8 +274,15 @@ class bernoulli_ratio(WithFormula):
 
 _U = sympy.Dummy("u", real=True)
 
+
+
+def log1p(u: Any) -> Any:
+    """log(1 + u)."""
+    return sympy.log(1 + u)
+
+
 RESTS: tuple[Any, ...] = (
-    *(sympy.exp, sympy.sin, sympy.cos, sympy.sinh, sympy.cosh, lambda u: sympy.log(1 + u)),
+    *(sympy.exp, sympy.sin, sympy.cos, sympy.sinh, sympy.cosh, log1p),
     *(sympy.asin, sympy.atan, sympy.asinh, sympy.atanh, sympy.tanh, log_cosh),
 )
 """Functions of `taylor_rest`, by their numbers."""

@@ -96,7 +96,18 @@ LAWS = {
     lambda u: u / mpmath.sinh(u) if u else mpmath.mpf(1): ("u/sinh(u)", "2*u/(exp(u) - exp(-u))"),
     lambda u: channel(u) * channel(-u): ("u**2*exp(u)/(exp(u) - 1)**2", "(u/2/sinh(u/2))**2"),
     lambda u: mpmath.tanh(u) / u if u else mpmath.mpf(1): ("tanh(u)/u", "sinh(u)/(u*cosh(u))"),
+    lambda u: (u / 2 / mpmath.sinh(u / 2)) ** 2 if u else mpmath.mpf(1): ("u**2/(2*cosh(u) - 2)",),
+    lambda u: mpmath.sinc(u): ("sin(u)/u",),
+    lambda u: mpmath.sinc(u / 2) ** 2 / 2: ("(1 - cos(u))/u**2",),
+    lambda u: mpmath.atan(u) / u if u else mpmath.mpf(1): ("atan(u)/u",),
+    lambda u: mpmath.coth(u) - 1 / u if u else mpmath.mpf(0): ("1/tanh(u) - 1/u",),
+    lambda u: mpmath.log1p(u * u) / u**2 if u else mpmath.mpf(1): ("log(1 + u**2)/u**2",),
+    lambda u: 1 / (1 + mpmath.sqrt(1 + u * u)): ("(sqrt(1 + u**2) - 1)/u**2",),
+    over_one(lambda u: (mpmath.sin(u) - u * mpmath.cos(u)) / u**3 if u else mpmath.mpf(1) / 3): (
+        "(sin(u) - u*cos(u))/u**3/(1 + u**2)",
+    ),
 }
+"""Some of them, such as u/sin(u), have poles elsewhere and are in `test_removable`."""
 WRITINGS = [(law, text) for law, texts in LAWS.items() for text in texts]
 STATES = [f"y{i}" for i in range(len(WRITINGS))]
 
