@@ -15,6 +15,7 @@ from sympy.logic.boolalg import Boolean, BooleanAtom, BooleanFunction
 
 from chaosdrill.errors import ModelError
 from chaosdrill.model.gates import without_overflow
+from chaosdrill.model.removable import with_factor
 from chaosdrill.model.grammar import ExpressionError, parse
 from chaosdrill.model.python import Called, Source, called, fault_of, is_python, reads_time
 from chaosdrill.model.rules import folded, refused
@@ -242,7 +243,8 @@ class PartReader:
             way = "a guard is a number that crosses zero: write the difference of the two sides, as in 'x - 0.3'"
             self._fault(path, f"{value!s:.60} is a comparison; {way}, and a direction")
             return None
-        return self._expression(path, value, FLOW)
+        found = self._expression(path, value, FLOW)
+        return found if found is None else with_factor(found, self._moving)
 
     def _source(self, path: Path, value: Any) -> tuple[str, ...]:
         sources = [value] if isinstance(value, str) or not isinstance(value, list | tuple) else value

@@ -8,7 +8,7 @@ not cancel are zero, the power is taken out, and what is left is divided. Poles 
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from itertools import islice, product
 from typing import Any
@@ -16,6 +16,7 @@ from typing import Any
 import sympy
 
 from chaosdrill.model.special import RESTS, gate, log1p, power_rest, taylor_rest
+from chaosdrill.model.touching import degree_bound, exact
 from chaosdrill.model.tuning import TUNING
 
 _BY_TYPE: dict[Any, int] = {g: i for i, g in enumerate(RESTS) if isinstance(g, type)}
@@ -33,6 +34,26 @@ class _Unknown(Exception):  # noqa: N818
 def without_removable(expression: Any) -> Any:
     """An expression without quotients that are 0/0 at a place where they have a limit."""
     return _filled(expression, {}) if _divides(expression) and _has_functions(expression) else expression
+
+
+def with_factor(guard: Any, moving: Iterable[Any]) -> Any:
+    """A guard as a product with what moves, if it is a polynomial that this divides although no term of it shows it.
+
+    Near zero ``(x + 7)**2 - 49`` is what rounding leaves of 49; ``x*(x + 14)`` has all its digits, and shows that it is
+    zero where x is.
+    """
+    symbols = sorted(guard.free_symbols & set(moving), key=lambda s: s.name)
+    if not (guard.is_Add and symbols and guard.is_polynomial(*symbols)) or all(t.is_Symbol for t in guard.args):
+        return guard
+    if math.comb(degree_bound(guard) + len(symbols), len(symbols)) > TUNING.terms:
+        return guard
+    polynomial = sympy.Poly(exact(guard), *symbols)
+    shared = {s: min(powers) for s, powers in zip(symbols, zip(*polynomial.monoms(), strict=True), strict=True)}
+    hidden = [s for s, power in shared.items() if power and not all(term.has(s) for term in guard.args)]
+    if not hidden or polynomial.is_zero:
+        return guard
+    divisor = sympy.Mul(*(s ** shared[s] for s in hidden))
+    return divisor * polynomial.quo(sympy.Poly(divisor, *symbols)).as_expr()
 
 
 def _filled(e: Any, known: dict[Any, Any]) -> Any:
@@ -141,7 +162,6 @@ def _order(e: Any, symbol: Any, distance: Any) -> int:
 def _near(e: Any, symbol: Any, distance: Any) -> Iterator[tuple[int, int, Any]]:
     """Factors of a product about a place: how often each is zero there, its power, and what it is over that."""
     put = {symbol: symbol - distance + _U}
-    exact = {number: sympy.Rational(repr(float(number))) for number in e.atoms(sympy.Float)}
     for factor in sympy.Mul.make_args(_turned(e)):
         base, times = factor.as_base_exp() if not isinstance(factor, sympy.exp) else (factor, sympy.S.One)
         if not times.is_Integer:
@@ -149,7 +169,7 @@ def _near(e: Any, symbol: Any, distance: Any) -> Iterator[tuple[int, int, Any]]:
         if symbol not in base.free_symbols:
             yield 0, int(times), base
             continue
-        moved = _centred(base.xreplace(exact).xreplace(put))
+        moved = _centred(exact(base).xreplace(put))
         above, below = sympy.fraction(sympy.together(moved)) if _divides(moved) else (moved, sympy.S.One)
         for side, way in ((above, 1), (below, -1)):
             for one in sympy.Mul.make_args(side):

@@ -101,9 +101,9 @@ def _fold(part: Any, moving: frozenset[Any], values: tuple[tuple[str, float | No
             return None if touched is None else Fold(part, None, touched.where)
         angle = 2 * sympy.atan(g / (1 + sympy.Abs(touched.root) * sympy.sqrt(touched.rest)))
         return Fold(part, angle if isinstance(part, sympy.asin) else sympy.pi / 2 - angle, touched.where)
-    base, exponent = part.args[0], _exact(part.args[1])
+    base, exponent = part.args[0], exact(part.args[1])
     known = exponent.xreplace({p: sympy.Float(value) for p, value in numbers.items() if value is not None})
-    power = _exact(known) if known.is_number and known.is_real else sympy.Float(math.pi)
+    power = exact(known) if known.is_number and known.is_real else sympy.Float(math.pi)
     touched = None if power.is_Integer else _touched(base, power, moving, numbers)
     if touched is None or touched.root is None:
         return None if touched is None else Fold(part, None, touched.where)
@@ -164,7 +164,7 @@ def _parts(expression: Any) -> int:
     return sum(1 for _ in islice(sympy.preorder_traversal(expression), TUNING.decomposed_parts + 1))
 
 
-def _exact(expression: Any) -> Any:
+def exact(expression: Any) -> Any:
     """An expression whose doubles are the decimal numbers that they are written as."""
     numbers = {number: sympy.Rational(repr(float(number))) for number in expression.atoms(sympy.Float)}
     return expression.xreplace(numbers)
@@ -294,7 +294,7 @@ class _Variables:
 def _content(angle: Any) -> tuple[Any, Any]:
     """A number, and what an angle is a multiple of by it."""
     count = len(angle.atoms(sympy.Symbol, sympy.Function))
-    if math.comb(_degree(angle) + count, count) > TUNING.terms:
+    if math.comb(degree_bound(angle) + count, count) > TUNING.terms:
         return sympy.Integer(1), angle
     content, direction = sympy.expand(angle).as_content_primitive()
     return (-content, -direction) if direction.could_extract_minus_sign() else (content, direction)
@@ -307,12 +307,12 @@ def _decomposed(expression: Any) -> tuple[Any, dict[Any, int]] | None:
     """
     if _parts(expression) > TUNING.decomposed_parts:
         return None
-    exact, variables = _exact(expression), _Variables()
-    variables.read_angles(exact)
+    decimal, variables = exact(expression), _Variables()
+    variables.read_angles(decimal)
     try:
-        top, bottom = sympy.fraction(sympy.together(variables.put(exact)))
+        top, bottom = sympy.fraction(sympy.together(variables.put(decimal)))
         names = variables.listed
-        if not names or any(math.comb(_degree(e) + len(names), len(names)) > TUNING.terms for e in (top, bottom)):
+        if not names or any(math.comb(degree_bound(e) + len(names), len(names)) > TUNING.terms for e in (top, bottom)):
             return None
         roots = None if variables.radical is None else [variables.radical]
         lists = [(_factors(sympy.Poly(e, *names, extension=roots)), way) for e, way in ((top, 1), (bottom, -1))]
@@ -358,13 +358,13 @@ def _homogeneous(factor: Any, half: Any, sine: Any, cosine: Any) -> tuple[Any, i
     return sympy.Add(*terms), int(degree)
 
 
-def _degree(e: Any) -> int:
+def degree_bound(e: Any) -> int:
     """A bound of the degree of a polynomial that is not multiplied out, and of those inside of its functions."""
     if e.is_Mul:
-        return sum(map(_degree, e.args))
+        return sum(map(degree_bound, e.args))
     if e.is_Pow and e.exp.is_Integer:
-        return abs(int(e.exp)) * _degree(e.base)
-    return max(map(_degree, e.args), default=int(e.is_Symbol))
+        return abs(int(e.exp)) * degree_bound(e.base)
+    return max(map(degree_bound, e.args), default=int(e.is_Symbol))
 
 
 def _touches(factor: Any, others: Any, times: int, moving: frozenset[Any], numbers: Mapping[Any, Any]) -> bool:
