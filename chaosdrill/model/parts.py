@@ -22,6 +22,7 @@ from chaosdrill.model.rules import folded, refused
 from chaosdrill.model.special import CONDITION, FLOW, RESET
 from chaosdrill.model.tables import MOST, finite
 from chaosdrill.model.text import has_doubles, read_open_text, read_text, rejoined, unknown_name
+from chaosdrill.model.touching import without_smooth_zeros
 from chaosdrill.model.tuning import TUNING
 from chaosdrill.names import remedy, shortened, shown
 
@@ -291,6 +292,8 @@ class PartReader:
             else:
                 found = self._from_sympy(value, condition)
             found = without_overflow(found)
+            if not self.open and level == FLOW:
+                found = without_smooth_zeros(found, self._moving, self._values())
             if not self.open and (told := refused(found, self._moving, level)):
                 raise ExpressionError(told)
             if not self.open and level == FLOW and (told := folded(found, self._moving, self._values())):

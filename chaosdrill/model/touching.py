@@ -40,8 +40,8 @@ class Fold:
         As it is written,
     instead : sympy expression or None
         and with ``Abs`` and ``sign``; None if factors touch together that have nothing in common to be taken out.
-    where : sympy expression
-        What is zero there.
+    where : sympy expression or None
+        What is zero there; None if the part has no kink, since it is smooth where its base is zero.
     """
 
     part: Any
@@ -49,7 +49,9 @@ class Fold:
     where: Any
 
 
-def find_fold(expression: Any, moving: Iterable[Any], numbers: Mapping[str, float]) -> Fold | None:
+def find_fold(
+    expression: Any, moving: Iterable[Any], numbers: Mapping[str, float], *, smooth: bool = False
+) -> Fold | None:
     """The first part of an expression that has a kink or a jump by what it does.
 
     Parameters
@@ -59,15 +61,27 @@ def find_fold(expression: Any, moving: Iterable[Any], numbers: Mapping[str, floa
         States and time.
     numbers : mapping of str to float
         Values of the parameters, at which zeros are looked for.
+    smooth : bool
+        Look for the first part, instead, whose base touches zero and which is smooth there.
     """
     moving = frozenset(moving)
     for part in sympy.postorder_traversal(expression):
         if _may_fold(part, moving):
             held = sorted(symbol.name for symbol in part.free_symbols - moving)
             found = _fold(part, moving & part.free_symbols, tuple((one, _number(numbers.get(one))) for one in held))
-            if found is not None:
+            if found is not None and (found.where is None) == smooth:
                 return found
     return None
+
+
+def without_smooth_zeros(expression: Any, moving: Iterable[Any], numbers: Mapping[str, float]) -> Any:
+    """The expression with powers that are smooth where their bases are zero, as ``sqrt(x**4)``, taken out of roots."""
+    for _ in range(TUNING.passes):
+        fold = find_fold(expression, moving, numbers, smooth=True)
+        if fold is None:
+            break
+        expression = expression.xreplace({fold.part: fold.instead})
+    return expression
 
 
 def unfolded(expression: Any, moving: Iterable[Any], numbers: Mapping[str, float]) -> Any:
@@ -85,7 +99,7 @@ def _may_fold(part: Any, moving: frozenset[Any]) -> bool:
     if isinstance(part, sympy.Pow | positive_power):
         base, exponent = part.args
         return bool(base.free_symbols & moving) and not (exponent.is_Integer or exponent.free_symbols & moving)
-    return isinstance(part, sympy.asin | sympy.acos | sympy.atan) and bool(part.free_symbols & moving)
+    return isinstance(part, sympy.asin | sympy.acos | sympy.atan | sympy.Abs) and bool(part.free_symbols & moving)
 
 
 @lru_cache(maxsize=512)
@@ -94,11 +108,17 @@ def _fold(part: Any, moving: frozenset[Any], values: tuple[tuple[str, float | No
     numbers = {sympy.Symbol(name, real=True): value for name, value in values}
     if isinstance(part, sympy.atan):
         return _arctangent(part, moving, numbers)
+    if isinstance(part, sympy.Abs):
+        # its kinks are seen by its name
+        touched = _touched(part.args[0] ** 2, _HALF, moving, numbers)
+        if touched is None or not touched.is_smooth:
+            return None
+        return Fold(part, touched.root * sympy.sqrt(touched.rest), None)
     if isinstance(part, sympy.asin | sympy.acos):
         g = part.args[0]
         touched = _touched(1 - g**2, _HALF, moving, numbers)
-        if touched is None or touched.root is None:
-            return None if touched is None else Fold(part, None, touched.where)
+        if touched is None or touched.root is None or touched.is_smooth:
+            return None if touched is None or touched.is_smooth else Fold(part, None, touched.where)
         angle = 2 * sympy.atan(g / (1 + sympy.Abs(touched.root) * sympy.sqrt(touched.rest)))
         return Fold(part, angle if isinstance(part, sympy.asin) else sympy.pi / 2 - angle, touched.where)
     base, exponent = part.args[0], exact(part.args[1])
@@ -107,6 +127,8 @@ def _fold(part: Any, moving: frozenset[Any], values: tuple[tuple[str, float | No
     touched = None if power.is_Integer else _touched(base, power, moving, numbers)
     if touched is None or touched.root is None:
         return None if touched is None else Fold(part, None, touched.where)
+    if touched.is_smooth:
+        return Fold(part, touched.root * part.func(touched.rest, exponent), None)
     return Fold(part, sympy.Abs(touched.root) ** (2 * exponent) * part.func(touched.rest, exponent), touched.where)
 
 
@@ -132,6 +154,8 @@ class _Touched:
     where: Any
     root: Any
     rest: Any
+    is_smooth: bool = False
+    """Whether the root is that of the power, which has no kink, instead."""
 
 
 def _touched(base: Any, power: Any, moving: frozenset[Any], numbers: Mapping[Any, Any]) -> _Touched | None:
@@ -140,7 +164,7 @@ def _touched(base: Any, power: Any, moving: frozenset[Any], numbers: Mapping[Any
     if found is None:
         return None
     constant, factors = found
-    root, rest, folds = sympy.Integer(1), constant, False
+    root, rest, folds, smooth = sympy.Integer(1), constant, False, sympy.Integer(1)
     for factor, times in factors.items():
         others = constant * sympy.Mul(*(f**m for f, m in factors.items() if f != factor))
         alone = times % 2 and not others.free_symbols & moving
@@ -149,11 +173,13 @@ def _touched(base: Any, power: Any, moving: frozenset[Any], numbers: Mapping[Any
             return _Touched(factor, None, None)
         if touches:
             root *= factor ** (times // 2)
+            smooth *= factor ** (times * power)
             folds = folds or (times * power) % 2 != 0
         else:
             rest *= factor**times
     if not folds:
-        return None
+        # the run could not pass the zero of the base although nothing happens there
+        return _Touched(None, _shortest(smooth), _shortest(rest), True) if smooth != 1 else None
     short = _shortest(root)
     _, where = _content(short)
     return _Touched(where, short, _shortest(rest))
