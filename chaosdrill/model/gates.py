@@ -8,6 +8,7 @@ sum a `log_sum`; what is zero where a difference of two exponentials is, as in t
 `bernoulli_ratio`.
 """
 
+import math
 from collections.abc import Iterator
 from itertools import combinations
 from typing import Any
@@ -48,10 +49,30 @@ def _rewritten(e: Any, known: dict[Any, Any]) -> Any:
             made = _quotient(made)
         elif isinstance(made, sympy.log):
             made = _logarithm(made)
+        elif isinstance(made, sympy.exp):
+            made = _bounded(made)
         elif made.is_Relational:
             made = _comparison(made)
         known[e] = _tail(made) if made.is_Add else made
     return known[e]
+
+
+def _bounded(e: Any) -> Any:
+    """An exponential of exponentials, each of which ends where the whole is zero, or larger than any double.
+
+    What is left of their product with a rate, of ``exp(-exp(-x))`` say, would be zero times infinity there.
+    """
+    if not any(isinstance(f, sympy.exp) for term in sympy.Add.make_args(e.args[0]) for f in sympy.Mul.make_args(term)):
+        return e
+    terms = []
+    for term in sympy.Add.make_args(e.args[0]):
+        factors = sympy.Mul.make_args(term)
+        grown = [f.args[0] for f in factors if isinstance(f, sympy.exp) and f.free_symbols]
+        most = sympy.Float(math.exp(TUNING.bounded)) if grown else sympy.S.One
+        ended = [1 / (1 + sympy.exp(undivided(sympy.expand(sympy.Integer(TUNING.bounded) - v)))) for v in grown]
+        others = [f for f in factors if not (isinstance(f, sympy.exp) and f.free_symbols)]
+        terms.append(sympy.Mul(most ** len(grown), *ended, *others))
+    return sympy.exp(sympy.Add(*terms))
 
 
 def _divisor_or_part(whole: Any, part: Any, known: dict[Any, Any]) -> Any:
