@@ -15,7 +15,7 @@ from sympy.core.function import ArgumentIndexError
 from chaosdrill.codegen.layout import UNIT
 from chaosdrill.codegen.tape import inverse_of
 from chaosdrill.model.python import Called, Doubt
-from chaosdrill.model.special import SPECIAL
+from chaosdrill.model.special import SPECIAL, power_rest, taylor_rest
 
 
 def rounding_bound(expression: Any, doubts: Mapping[Any, Any] | None = None) -> Any:
@@ -73,6 +73,9 @@ def _bound(e: Any, bound: Any) -> Any:
     # any other function: what its arguments may be off by, through its derivatives
     carried = sympy.Add(*(sympy.Abs(_slope(e, i)) * bound(a) for i, a in enumerate(e.args)))
     special = SPECIAL.get(type(e).__name__)
+    if isinstance(e, (taylor_rest, power_rest)) and e.args[1].is_number:
+        # far from 0 it is what is left of the function itself, divided
+        carried += sympy.Abs(e.whole()) / (sympy.Abs(e.args[0]) ** e.args[2] + sympy.Rational(1, 2) ** e.args[2])
     return carried + sympy.Abs(e) * (1 if special is None else math.ceil(special.error / UNIT))
 
 

@@ -122,7 +122,13 @@ def test_the_error_of_the_code_is_within_its_bound(name):
         with mpmath.workdps(30):
             truth = EXACT[name](*map(mpmath.mpf, values))
             error = abs(mpmath.mpf(CODE[name](*values)) - truth)
-        assert error <= special.error * abs(truth)
+        size = abs(truth)
+        if name.endswith("_rest"):
+            # far from 0 as exact as the function itself over the power
+            v, told, m, _ = values
+            told = int(told) if name == "taylor_rest" else told
+            size += abs(float(special.make.of(told, sympy.Float(v)))) / (v**m + 0.5**m)
+        assert error <= special.error * size
     bound = rounding_bound(special.make(*symbols)).coeff(sympy.Abs(special.make(*symbols)))
     # what an exponent is off by, its value is off by as well
     assert bound.xreplace({symbols[-1]: sympy.S.Zero}) == math.ceil(special.error / UNIT)
