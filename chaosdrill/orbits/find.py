@@ -395,8 +395,8 @@ def _one_turn(problem: Problem, orbit: Orbit) -> Orbit:
     ends = float(orbit.durations[0]) / turns
     states = problem.at([orbit], ends[np.newaxis])[0][0]
     size = np.maximum(np.abs(orbit.starts[0, :d]), 1e-6 * problem.sizes)
-    away = np.abs(problem.shifts.across(states - orbit.starts[0, :d])) / size
-    back = np.flatnonzero(away.max(axis=1) < TUNING.same_point)
+    allowed = TUNING.same_point * size + 4 * problem.solved_to(orbit.starts[:, :d])
+    back = np.flatnonzero((np.abs(problem.shifts.across(states - orbit.starts[0, :d])) < allowed).all(axis=1))
     if not len(back):
         return orbit
     return replace(orbit, durations=ends[back[:1]], drift=_drift_within(problem, orbit, states[back[0]]))

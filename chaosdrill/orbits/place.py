@@ -87,8 +87,8 @@ def _first_unit(place: Place, numerics: Numerics) -> float:
 def _crossing(place: Place, numerics: Numerics, unit: float) -> tuple[float, int]:
     """The longest ratio of extent to mean rate among the states, from samples at this distance; and the steps taken.
 
-    States that move one way only are ignored if there are others. For a motion that escapes, the mean time between its
-    events tells how fast it was before.
+    States that move one way only are ignored if there are others. For a motion that escapes, or has left for good
+    without an end, the mean time between its events tells how fast it was before.
     """
     system = place.system
     d = len(system.state_names)
@@ -97,11 +97,9 @@ def _crossing(place: Place, numerics: Numerics, unit: float) -> tuple[float, int
         ((TUNING.characteristic_units + 2) * TUNING.characteristic_samples, d + len(system.quadratures) + 1)
     )
     outcome, _ = run.advance(TUNING.characteristic_units, samples)
-    if outcome == Outcome.ESCAPED:
-        events = events_until_escape(place, numerics, unit)
-        times = events[:, layout.EVENT_STROBES] * unit + events[:, layout.EVENT_TIME]
-        if len(times) > 1:
-            return float(np.diff(times).mean()), run.steps
+    between = _between_events(place, numerics, unit) if outcome == Outcome.ESCAPED else None
+    if between:
+        return between, run.steps
     rows = samples[: run.filled()[0]]
     if len(rows) < 2:
         return 0.0, run.steps
@@ -118,7 +116,18 @@ def _crossing(place: Place, numerics: Numerics, unit: float) -> tuple[float, int
         seen = np.ptp(times) * extent[moving] / np.abs(np.diff(rows[:, :d], axis=0)).sum(axis=0)[moving]
         ways = np.where(seen > np.maximum(unit, TUNING.characteristic_ratio * ways), seen, ways)
     returning = ways < TUNING.characteristic_units * unit / 2
+    if not returning.any():
+        between = _between_events(place, numerics, unit)
+        if between:
+            return between, run.steps
     return float((ways[returning] if returning.any() else ways).max(initial=0.0)), run.steps
+
+
+def _between_events(place: Place, numerics: Numerics, unit: float) -> float | None:
+    """Mean time between the events with an effect of these units; None if there are less than two."""
+    events = within_bounds(place.system, events_of(place.run(unit, numerics), TUNING.characteristic_units)[1])
+    times = events[:, layout.EVENT_STROBES] * unit + events[:, layout.EVENT_TIME]
+    return float(np.diff(times).mean()) if len(times) > 1 else None
 
 
 def events_until_escape(place: Place, numerics: Numerics, unit: float) -> np.ndarray:

@@ -245,8 +245,14 @@ class Problem:
         """Whether a path repeats after this number of segments, within a part of the sizes of the states."""
         starts = orbit.starts[:, : self.states]
         size = np.maximum(np.abs(starts).max(axis=0), 1e-6 * self.sizes)
-        turned = np.abs(self.shifts.across(np.roll(starts, step, axis=0) - starts)) / size
-        return bool(np.array_equal(np.roll(orbit.segments, step, axis=0), orbit.segments) and turned.max() < within)
+        turned = np.abs(self.shifts.across(np.roll(starts, step, axis=0) - starts))
+        # both turns solve the equations to a residual only, of which a state that stays zero consists
+        apart = turned > within * size + 4 * self.solved_to(starts)
+        return bool(np.array_equal(np.roll(orbit.segments, step, axis=0), orbit.segments) and not apart.any())
+
+    def solved_to(self, states: np.ndarray) -> np.ndarray:
+        """Residual at which equations between states (M, d) are solved, shape (d,)."""
+        return np.asarray(TUNING.residual * np.maximum(self.sizes, np.abs(states).max(axis=0)))
 
     def shoot(self, orbit: Orbit, watched: bool = True, section: Orbit | None = None) -> Shot:
         """The shooting residual of an orbit, and its derivatives.
@@ -261,7 +267,7 @@ class Problem:
         """
         d = self.states
         # the starts of segments are solutions, as exact as the equations are
-        self._slack[:d] = TUNING.residual * np.maximum(self.sizes, np.abs(orbit.starts[:, :d]).max(axis=0))
+        self._slack[:d] = self.solved_to(orbit.starts[:, :d])
         found, room = self._room(len(orbit))
         plane = self._plane(section or orbit)
         if orbit.drift is not None:

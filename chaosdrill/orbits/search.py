@@ -72,14 +72,16 @@ class CloseReturns:
         known = self._measured()
         # if every motion escapes, the given ones are not on an attractor and show little of where orbits are
         stays = problem.forced or not self.eventful or any(len(r.states) == TUNING.record for r in self.records)
+        self.escaping = not stays
         short = TUNING.short_record * longest
         if stays:
             span = np.ptp(known, axis=0) if len(known) else np.zeros(problem.states)
-            self.records += [self._record(system, short) for system in self._scattered(known, span)]
+            self.records += [self._record(system, short) for system in self._scattered(known, span, span)]
         else:
             for _ in range(TUNING.open_rounds):
-                span = np.maximum(self.extent, np.abs(known).max(axis=0, initial=0))
-                self.records += [self._record(system, short) for system in self._scattered(known, span)]
+                # how far the set extends that motions leave is not known: as they do, or as far as the origin, or between
+                most = np.maximum(self.extent, np.abs(known).max(axis=0, initial=0))
+                self.records += [self._record(system, short) for system in self._scattered(known, self.extent, most)]
                 known = self._measured()
             self.records += [self._record(system, short) for system in self._beside_lasting()]
             known = self._measured()
@@ -180,10 +182,10 @@ class CloseReturns:
             guess = Orbit(segments, 1, record.states[j : j + 1], 0.0, durations.sum(keepdims=True), drift)
         return solved(problem, guess)
 
-    def _scattered(self, known: np.ndarray, span: np.ndarray) -> Iterator[HybridSystem]:
+    def _scattered(self, known: np.ndarray, span: np.ndarray, most: np.ndarray) -> Iterator[HybridSystem]:
         """Systems that start at random in the enlarged box of the known states, where their mode leaves freedom.
 
-        The box extends beyond them by a part of the ``span``, shape (d,).
+        The box extends beyond them by a part of a length between ``span`` and ``most``, shapes (d,), of any order.
         """
         table = constrained_states(self.problem.plain)
         rng = np.random.default_rng(20260106)
@@ -191,7 +193,9 @@ class CloseReturns:
         for _ in range(TUNING.random_starts if len(known) else 0):
             chosen = int(rng.integers(len(known)))
             low, high = known.min(axis=0), known.max(axis=0)
-            drawn = rng.uniform(low - TUNING.wider * span, high + TUNING.wider * span)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                beyond = TUNING.wider * np.where(most > span, span * (most / span) ** rng.uniform(), span)
+            drawn = rng.uniform(low - beyond, high + beyond)
             state = np.where(table[modes[chosen]] == 1, known[chosen], drawn)
             yield started(self.problem.plain, state, self.problem.plain.mode_names[modes[chosen]])
 
@@ -360,7 +364,8 @@ def search(
 def _all_of(period: int, close_returns: CloseReturns, known: "Known") -> None:
     """Try the returns after a period, last those that probably lead to a known orbit.
 
-    If there are too few of them, rounds are joined from pieces, as long as new orbits are found.
+    If there are too few of them, or all motions escape, so that returns favour the orbits that are left slowly, rounds are
+    joined from pieces, as long as new orbits are found.
     """
     put_off: list[tuple[float, Return]] = []
 
@@ -375,7 +380,7 @@ def _all_of(period: int, close_returns: CloseReturns, known: "Known") -> None:
     few = _try(fresh(), known)
     few &= _try((candidate for _, candidate in sorted(put_off, key=lambda pair: -pair[0])), known)
     before = -1
-    while few and len(known.found) > before:
+    while (few or close_returns.escaping) and len(known.found) > before:
         before = len(known.found)
         _try(close_returns.pieced(period), known)
 

@@ -169,8 +169,9 @@ class Tuning:
     """Part of the norm of the tangent map below which a multiplier is not read off the map as a whole."""
     graded_along: float = 1e-6
     """The same along branches, where many trials between two points ask for multipliers."""
-    graded_rounds: int = 64
-    """Rounds of simultaneous iteration, at most; multipliers of nearly one modulus are then taken together."""
+    graded_rounds: int = 12
+    """Rounds of simultaneous iteration, at most: multipliers less than 15-fold apart are then taken together, whose block
+    keeps 13 digits."""
     graded_turned: float = 1e-14
     """What is left of a wrong direction when two multipliers count as distinct."""
     piece_condition: float = 1e4

@@ -1,12 +1,15 @@
 """Orbits of systems in which almost every motion escapes."""
 
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from support.pinball import ROUNDS, itineraries, least, on_triangle, pinball
 
 from chaosdrill import HybridSystem, Outcome, Transition, periodic_orbit
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.orbits.find import least_period, starting_orbit
 
 # Newton's method from beside an orbit, though the motion from there escapes.
 
@@ -50,6 +53,15 @@ def test_what_never_returned_has_escaped():
     assert int(found["outcome"]) == Outcome.ESCAPED
 
 
+def test_two_turns_that_differ_by_a_residual_are_one():
+    """The height y is zero on the cycle between two disks."""
+    across = pinball().with_initial(x=2.0, y=0.0, p=0.0)
+    problem, once, _, residuals, _ = starting_orbit(across, (), 1, "guess", 0.0, Numerics())
+    twice = {name: np.concatenate([getattr(once, name)] * 2) for name in ("segments", "starts", "durations")}
+    twice["starts"][2:, problem.plain.state_names.index("y")] += residuals[-1] + problem.solved_to(once.starts)[1]
+    assert len(least_period(problem, replace(once, **twice))[0]) == len(once) == 2
+
+
 # A search, though hardly a motion returns.
 
 
@@ -62,7 +74,11 @@ def _itineraries(found, names):
     ("order", "options", "given"),
     [
         ((0, 1, 2), {}, {}),
-        ((2, 0, 1), {"states": "p y x", "unit": 1000.0}, {"seeds": [{"x": 2000.0, "y": 100.0, "p": 0.1}]}),
+        (
+            (2, 0, 1),
+            {"states": "p y x", "unit": 1000.0, "away": 1000.0},
+            {"seeds": [{"x": 1.002e6, "y": 100.0, "p": 0.1}]},
+        ),
     ],
 )
 def test_all_cycles_of_the_pinball(order, options, given):

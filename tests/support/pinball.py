@@ -20,9 +20,9 @@ ROUNDS = {
 """Times and leading multipliers of cycles of two, three and four bounces."""
 
 
-def pinball(order=(0, 1, 2), states="x y p", unit=1.0, **options):
-    """The system: place (x, y) and direction p of motion at speed ``unit``, with disks in any order."""
-    x, y = f"(x/{unit!r})", f"(y/{unit!r})"
+def pinball(order=(0, 1, 2), states="x y p", unit=1.0, away=0.0, **options):
+    """The system: place (x, y) and direction p of motion at speed ``unit``, with disks in any order, ``away`` from 0."""
+    x, y = f"(x/{unit!r} - {away!r})", f"(y/{unit!r})"
     bounces = [
         Transition(
             f"d{i}", "m", "m", f"1 - ({x} - {cx!r})**2 - ({y} - {cy!r})**2", 1, kind="bounce",
@@ -33,7 +33,7 @@ def pinball(order=(0, 1, 2), states="x y p", unit=1.0, **options):
     return HybridSystem(
         name="pinball", states=states, parameters={}, transitions=bounces,
         modes={"m": {"x": f"{unit!r}*cos(p)", "y": f"{unit!r}*sin(p)", "p": "0"}},
-        initial={"x": 1.5 * unit, "y": 0.0, "p": 0.01}, **options,
+        initial={"x": (1.5 + away) * unit, "y": 0.0, "p": 0.01}, **options,
     )  # fmt: skip
 
 
