@@ -315,7 +315,9 @@ class _Transit:
         before = [self._doubt_before(i, shared, states[i]) for i in range(self.n)]
         reset = {i: self.maps[index][i] for i, x in enumerate(system.states) if self.maps[index][i] != x}
         bounds = {i: rounding_bound(e, self.mode.doubts).xreplace(self.slow) for i, e in reset.items() if cancels(e)}
-        known = dict(zip([*system.states, *doubts], [*states, *before], strict=True))
+        # what each reset makes of an error in a state that stands still would grow from event to event without end
+        sized = [self._at_most_known(i, doubt) for i, doubt in enumerate(before)]
+        known = dict(zip([*system.states, *doubts], [*states, *sized], strict=True))
         needed = set().union(*(e.free_symbols for e in bounds.values()))
         known |= {symbol: shared[part] for part, symbol in self.slow.items() if symbol in needed}
         values = self.mode._expressions(f, self.x, list(bounds.values()), known)
@@ -324,6 +326,11 @@ class _Transit:
                 before[i] if i not in reset else values[bounds[i]] if i in bounds else f.intrinsic("fabs", images[i])
             )
             self.out[self.places.doubt + i] = after
+
+    def _at_most_known(self, i: int, doubt: Number) -> Number:
+        """The error of a state, or that of a moving state of its size where that is smaller."""
+        known = self.out[self.places.known + i]
+        return self.f.choose(known.compare("<", doubt), known, doubt)
 
     def _doubt_before(self, i: int, shared: Expressions, x: Number) -> Number:
         f, places = self.f, self.places

@@ -345,3 +345,29 @@ def test_the_unit_of_a_guard_does_not_matter(method):
     swept = Batch(system, {"unit": np.array(units)}, starts, modes, Numerics(method, TOLERANCE))
     swept.run(1, np.array([0, 4]))
     assert swept.counts[:, 0].tolist() == [16] * len(units)
+
+
+@pytest.fixture(scope="module")
+def folded_disc():
+    """A billiard in the unit disc, whose hits also turn the disc: all chords have one length, at any angle."""
+    c, s, (u, v) = *sympy.symbols("c s", real=True), sympy.symbols("u v", real=True)
+    kept = u - 2 * (X * u + Y * v) * X, v - 2 * (X * u + Y * v) * Y
+    turned = {a: c * p - s * q for a, (p, q) in {X: (X, Y), u: kept}.items()}
+    turned |= {b: s * p + c * q for b, (p, q) in {Y: (X, Y), v: kept}.items()}
+    return cd.HybridSystem(
+        states=(X, Y, u, v),
+        parameters={c: 1.0, s: 0.0},
+        modes={"in": {X: u, Y: v, u: 0, v: 0}},
+        transitions=[cd.Transition("hit", "in", "in", guard=X**2 + Y**2 - 1, direction=+1, reset=turned)],
+        initial={"x": 0.1, "y": 0.2, "u": 0.6, "v": 0.8},
+    )
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("angle", [0.0, 0.3, np.pi])
+def test_hits_that_turn_states_which_stand_still_are_each_met_once(folded_disc, method, angle):
+    """What a hit makes of an error in a velocity may not grow from hit to hit, until nothing tells a side any more."""
+    system = folded_disc.with_parameters(c=np.cos(angle), s=np.sin(angle))
+    run = cd.trajectory(system, duration=200.0, samples=1, method=method, tolerance=TOLERANCE)
+    chord, first = 2 * np.sqrt(1 - 0.04**2), np.sqrt(1 - 0.04**2) - 0.22
+    np.testing.assert_allclose(run["event_time"], np.arange(first, 200, chord), rtol=0, atol=1e-11)
