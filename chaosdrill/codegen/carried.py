@@ -10,7 +10,11 @@ import builtins
 import math
 import operator
 from collections.abc import Callable
+<<<<<<< HEAD
 from functools import cache, partial
+=======
+from functools import cache, wraps
+>>>>>>> 8935f1a4 (codegen: write functions that go by type with one helper)
 from typing import Any
 
 import numpy as np
@@ -74,17 +78,22 @@ def _from_plain(context: Any, builder: Any, given: Any, wanted: Any, value: Any)
     return made._getvalue()
 
 
+def _written(kind: Carrier, value: Any, part: Any, first: int) -> Callable[..., Any]:
+    """What writes a number of a kind from two arguments of a call, the first of which has this place."""
+
+    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        made = cgutils.create_struct_proxy(kind)(context, builder)
+        made.value = context.cast(builder, arguments[first], value, kind.inner)
+        made.part = context.cast(builder, arguments[first + 1], part, kind.inner)
+        return made._getvalue()
+
+    return write
+
+
 @intrinsic
 def _like(typingctx: Any, like: Any, value: Any, part: Any) -> Any:
     """A number of the type of the first."""
-
-    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        made = cgutils.create_struct_proxy(like)(context, builder)
-        made.value = context.cast(builder, arguments[1], value, like.inner)
-        made.part = context.cast(builder, arguments[2], part, like.inner)
-        return made._getvalue()
-
-    return like(like, value, part), write
+    return like(like, value, part), _written(like, value, part, 1)
 
 
 def carry(kind: Carrier) -> Callable[..., Any]:
@@ -92,20 +101,27 @@ def carry(kind: Carrier) -> Callable[..., Any]:
 
     @intrinsic
     def carried(typingctx: Any, value: Any, part: Any) -> Any:
-        def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            made = cgutils.create_struct_proxy(kind)(context, builder)
-            made.value = context.cast(builder, arguments[0], value, kind.inner)
-            made.part = context.cast(builder, arguments[1], part, kind.inner)
-            return made._getvalue()
-
-        return kind(value, part), write
+        return kind(value, part), _written(kind, value, part, 0)
 
     made: Callable[..., Any] = carried
     return made
 
 
-def _plain(a: Any) -> float:
+def _by_type(typed: Callable[..., Any]) -> Callable[..., Any]:
+    """A function for compiled code, which is what ``typed`` gives for the types of its arguments."""
+
+    @wraps(typed)
+    def called(*given: Any) -> Any:
+        raise NotImplementedError
+
+    overload(called, strict=False)(typed)
+    return called
+
+
+@_by_type
+def _plain(a: Any) -> Any:
     """The double behind a number."""
+<<<<<<< HEAD
     raise NotImplementedError
 
 
@@ -114,20 +130,29 @@ def _plain_of(a: Any) -> Any:
     if isinstance(a, Carrier):
         return lambda a: _plain(a.value)
     return lambda a: a
+=======
+    return (lambda a: _plain(a.value)) if isinstance(a, Carrier) else (lambda a: a)
+>>>>>>> 8935f1a4 (codegen: write functions that go by type with one helper)
 
 
+@_by_type
 def value_of(a: Any) -> Any:
     """The value of a number that may carry something."""
+<<<<<<< HEAD
     raise NotImplementedError
 
 
 @overload(value_of)
 def _value_of(a: Any) -> Any:
+=======
+>>>>>>> 8935f1a4 (codegen: write functions that go by type with one helper)
     return (lambda a: a.value) if isinstance(a, Carrier) else (lambda a: a)
 
 
+@_by_type
 def part_of(a: Any) -> Any:
     """What a number carries; 0 where it carries nothing."""
+<<<<<<< HEAD
     raise NotImplementedError
 
 
@@ -142,21 +167,32 @@ def _is_nothing(a: Any) -> bool:
 
 @overload(_is_nothing)
 def _is_nothing_of(a: Any) -> Any:
+=======
+    return (lambda a: a.part) if isinstance(a, Carrier) else (lambda a: 0.0)
+
+
+@_by_type
+def _is_nothing(a: Any) -> Any:
+>>>>>>> 8935f1a4 (codegen: write functions that go by type with one helper)
     if isinstance(a, Carrier):
         return lambda a: _is_nothing(a.value) and _is_nothing(a.part)
     return lambda a: a == 0.0
 
 
+@_by_type
 def _share(a: Any, slope: Any) -> Any:
     """What an operation of this slope hands on of what a number carries.
 
     That is nothing where it carries nothing, whatever the slope: that of a root at 0 is infinite.
     """
+<<<<<<< HEAD
     raise NotImplementedError
 
 
 @overload(_share)
 def _share_of(a: Any, slope: Any) -> Any:
+=======
+>>>>>>> 8935f1a4 (codegen: write functions that go by type with one helper)
     if not isinstance(a, Carrier):
         return lambda a, slope: 0.0
     if a.kind == "dual":
@@ -164,13 +200,17 @@ def _share_of(a: Any, slope: Any) -> Any:
     return lambda a, slope: a.part if a.part == 0.0 else abs(slope) * a.part
 
 
+@_by_type
 def _rounding(a: Any, result: Any) -> Any:
     """What an operation adds to what it hands on."""
+<<<<<<< HEAD
     raise NotImplementedError
 
 
 @overload(_rounding)
 def _rounding_of(a: Any, result: Any) -> Any:
+=======
+>>>>>>> 8935f1a4 (codegen: write functions that go by type with one helper)
     return (lambda a, result: abs(result)) if a.kind == "bounded" else (lambda a, result: 0.0)
 
 
