@@ -10,7 +10,6 @@ import numpy as np
 from chaosdrill.codegen.kinds import uint64
 from chaosdrill.engine.jit import rare, series
 from chaosdrill.engine.lanes import part, put, spread
-from chaosdrill.engine.polynomial import value_and_slope
 from chaosdrill.engine.tuning import ROOTS
 
 
@@ -43,6 +42,24 @@ def _value(a, n, u):
 
 
 @series
+def _value_and_slope(a, n, u):
+    """Value and derivative, in the same way."""
+    square = u * u
+    top = n - n % 2
+    f = a[top]
+    d = 0.0
+    g = a[top + 1] if n % 2 == 1 else 0.0
+    e = 0.0
+    for j in range(top // 2):
+        k = top - 2 - 2 * j
+        d = d * square + f
+        f = f * square + a[uint64(k)]
+        e = e * square + g
+        g = g * square + a[uint64(k + 1)]
+    return f + u * g, 2.0 * u * (d + u * e) + g
+
+
+@series
 def _refine(a, n, low, high, guess):
     """Root in [low, high] of a polynomial that is negative at low and not negative at high.
 
@@ -51,7 +68,7 @@ def _refine(a, n, low, high, guess):
     u = guess if low < guess < high else 0.5 * (low + high)
     before = 0.0
     for _ in range(100):
-        f, d = value_and_slope(a, n, u)
+        f, d = _value_and_slope(a, n, u)
         if f < 0.0:
             low = u
         else:
@@ -81,15 +98,15 @@ def _concave_crossing(a, n, left, right):
     """
     low = left
     high = right
-    f_low, d_low = value_and_slope(a, n, low)
-    f_high, d_high = value_and_slope(a, n, high)
+    f_low, d_low = _value_and_slope(a, n, low)
+    f_high, d_high = _value_and_slope(a, n, high)
     if d_low <= 0.0 or d_high >= 0.0:
         return -1.0
     for _ in range(60):
         u = low + (f_high - f_low - d_high * (high - low)) / (d_low - d_high)
         if f_low + d_low * (u - low) < 0.0 or not low < u < high:
             return -1.0
-        f, d = value_and_slope(a, n, u)
+        f, d = _value_and_slope(a, n, u)
         if f >= 0.0:
             return _refine(a, n, left, u, left)
         if d > 0.0:
@@ -242,7 +259,7 @@ def first_crossing(g, start, n, h, up, a, stack, ends):
             most += max(a[n], 0.0)
     if a[0] + most + rest < 0.0:
         return -1.0
-    for k in range(n + 1, max(n + 2, ROOTS.degree + 1)):
+    for k in range(n + 1, ROOTS.degree + 1):
         a[k] = 0.0
     b = spread(a[0])
     for k in range(1, ROOTS.degree + 1):

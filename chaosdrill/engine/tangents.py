@@ -29,16 +29,15 @@ def _project(v, basis, scratch):
         v[a] = scratch[a]
 
 
-@inlined
-def take_away(row, basis, count, n, size, dots):
-    """Take from ``size`` numbers of a row their parts along orthonormal rows, as the first n tell; these are kept."""
+@inner
+def _take_away(row, basis, count, n, size):
+    """Take from ``size`` numbers of a row their parts along orthonormal rows, as the first n tell."""
     for j in range(count):
         dot = 0.0
         for a in range(n):
             dot += basis[j, a] * row[a]
         for a in range(size):
             row[a] -= dot * basis[j, a]
-        dots[j] = dot
 
 
 @rare
@@ -78,7 +77,7 @@ def normals_of(functions, tables, mode, t, state, n, scratch):
         for a in range(n):
             before += row[a] * row[a]
         for _ in range(2):
-            take_away(row, normals, found, n, size + 2, scratch.image)
+            _take_away(row, normals, found, n, size + 2)
         length = 0.0
         for a in range(n):
             length += row[a] * row[a]
@@ -103,7 +102,7 @@ def keep_to_surfaces(functions, tables, state, scratch):
     found = normals_of(functions, tables, run.mode, time_of(run), state, n, scratch)
     for i in range(vectors.shape[0]):
         before = _by_size(vectors[i], state.scale)
-        take_away(vectors[i], normals, found, n, n, scratch.image)
+        _take_away(vectors[i], normals, found, n, n)
         if _by_size(vectors[i], state.scale) <= TANGENTS.rank**2 * before:
             for a in range(n):
                 vectors[i, a] = 0.0
@@ -177,10 +176,15 @@ def orthonormalise(functions, tables, state, scratch):
         checked = run.rank_check >= CHECKED
         image = _by_size(vectors[i], state.scale) if checked else 0.0
         for _ in range(2 if kept > 0 else 0):
-            take_away(vectors[i], vectors, kept, n, n, dots)
             for j in range(kept):
-                early -= dots[j] * sooner[j]
-                told += abs(dots[j] * sooner[j])
+                dot = 0.0
+                for a in range(n):
+                    dot += vectors[j, a] * vectors[i, a]
+                for a in range(n):
+                    vectors[i, a] -= dot * vectors[j, a]
+                early -= dot * sooner[j]
+                told += abs(dot * sooner[j])
+                dots[j] = dot
             if state.shares.shape[0] > 0:
                 _keep_shares(state, i, kept, dots)
             length = 0.0
