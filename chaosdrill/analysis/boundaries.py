@@ -85,10 +85,10 @@ def uncertainty(numbers: np.ndarray) -> Uncertainty:
     cells as close to it along this axis lead to one attractor; cells closer to its ends than the largest of these are
     left out. The exponent is the slope of a line through the logarithms, all weighted alike, along the axis on which it
     is least: others may cross a fractal boundary where it is smooth. Its error joins that of the slope when each of the
-    4 parts of every axis is left out in turn, what the line leaves unexplained, or the difference of the slopes at
-    small and at large distances, as the steps of a self-similar boundary make, and half of what it would be more if
-    what is uncertain at one distance overlapped at random at a larger one, as it does where much of the grid is
-    uncertain.
+    4 parts of every axis is left out in turn; the largest of what the line leaves unexplained, the difference of the
+    slopes at small and at large distances, as the steps of a self-similar boundary make, and what a rough boundary hides
+    between cells; and half of what it would be more if what is uncertain at one distance
+    overlapped at random at a larger one, as it does where much of the grid is uncertain.
     """
     along = [_uncertainty_along(numbers, axis) for axis in range(numbers.ndim)]
     told = [one for one in along if np.isfinite(one.exponent)]
@@ -128,7 +128,8 @@ def _uncertainty_along(numbers: np.ndarray, axis: int) -> Uncertainty:
         half = len(across) // 2
         ends = [_slope(across[part], np.log(fraction[fits])[part])[0] for part in (slice(half), slice(-half, None))]
         crowded = _slope(across, np.log(-np.log1p(-np.minimum(fraction[fits], BOUNDARIES.most_uncertain))))[0]
-        systematic = max(left, abs(ends[1] - ends[0]))
+        missed = _missed_between_cells(distance[fits], fraction[fits])
+        systematic = max(left, abs(ends[1] - ends[0]), missed)
         exponent_error = float(np.hypot(np.hypot(spread, systematic), abs(crowded - exponent) / 2))
     return Uncertainty(distance, fraction, error, exponent, exponent_error)
 
@@ -152,6 +153,29 @@ def _parts(shape: tuple[int, ...]) -> np.ndarray:
         along = np.arange(length) * BOUNDARIES.blocks // length
         found = BOUNDARIES.blocks * found + along.reshape([-1 if k == axis else 1 for k in range(len(shape))])
     return found
+
+
+def _missed_between_cells(distance: np.ndarray, fraction: np.ndarray) -> float:
+    """By how much an exponent may be off since a rough boundary leaves its cell and comes back between two cells.
+
+    Fractions then lack about the same at all distances, and their logarithms are steeper than the boundary is rough.
+    The power of the distance with which they grow beside a constant is compared with that without one, in proportion to
+    the square of the part that the constant explains of what is unexplained without it: it explains half of the steps of
+    a self-similar boundary as well.
+    """
+    powers = np.linspace(*BOUNDARIES.powers)
+    terms = np.stack([distance ** powers[:, np.newaxis], np.ones((len(powers), len(distance)))], axis=2)
+    terms /= fraction[:, np.newaxis]
+
+    def unexplained(columns: np.ndarray) -> np.ndarray:
+        left = 1.0 - (columns @ (np.linalg.pinv(columns) @ np.ones((len(distance), 1))))[:, :, 0]
+        return np.asarray((left**2).sum(axis=1))
+
+    plain, beside = unexplained(terms[:, :, :1]), unexplained(terms)
+    if not plain.min() > 0:
+        return 0.0
+    explained = max(0.0, 1.0 - float(beside.min() / plain.min()))
+    return float(abs(powers[plain.argmin()] - powers[beside.argmin()])) * explained**2
 
 
 def _slope(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:

@@ -181,6 +181,8 @@ class Boundaries:
     """Fraction that is taken for all."""
     least: int = 16
     """Cells with different attractors, at least, for a distance to count in the fit."""
+    powers: tuple[float, float, int] = (0.01, 1.5, 150)
+    """Exponents that are tried beside a constant: from the roughest boundary to beyond a smooth one."""
     shifts: int = 5
     """Places at most at which boxes begin along an axis, to see by how much entropies depend on it."""
 

@@ -133,6 +133,20 @@ def test_a_boundary_that_is_a_function_has_its_own_exponent(ratio):
     assert np.mean(hits) >= 0.9
 
 
+def test_errors_cover_what_a_rough_boundary_hides_between_cells():
+    """Weierstrass' function, of Hoelder exponent 0.3: between cells it leaves them and comes back."""
+    rng, found = np.random.default_rng(3), []
+    for count in rng.integers(200, 700, 60).tolist():
+        along = np.linspace(0, 2 * np.pi, count)
+        edge = sum(np.cos(1.7**k * along + turn) / 1.7 ** (0.3 * k) for k, turn in enumerate(rng.uniform(0, 6.3, 60)))
+        most = 1.1 * np.abs(edge).max()
+        one = uncertainty(1 + (np.linspace(-most, most, count) > edge[:, np.newaxis]))
+        found.append((abs(one.exponent - 0.3) <= 2 * one.exponent_error, one.exponent_error))
+    held, errors = np.array(found).T
+    assert held.mean() >= 0.88
+    assert np.median(errors) < 0.17
+
+
 def test_what_is_too_coarse_has_no_exponent():
     assert np.isnan(uncertainty(newton(60, 1.5)).exponent)
     assert np.isnan(uncertainty(np.ones((200, 200), dtype=int)).exponent)
