@@ -86,9 +86,9 @@ def uncertainty(numbers: np.ndarray) -> Uncertainty:
     left out. The exponent is the slope of a line through the logarithms, all weighted alike, along the axis on which it
     is least: others may cross a fractal boundary where it is smooth. Its error joins that of the slope when each of the
     4 parts of every axis is left out in turn; the largest of what the line leaves unexplained, the difference of the
-    slopes at small and at large distances, as the steps of a self-similar boundary make, and what a rough boundary hides
-    between cells; and half of what it would be more if what is uncertain at one distance
-    overlapped at random at a larger one, as it does where much of the grid is uncertain.
+    slopes at small and at large distances, as the steps of a self-similar boundary make, and what a rough boundary
+    hides between cells; and half of what it would be more if what is uncertain at one distance overlapped at random at
+    a larger one, as it does where much of the grid is uncertain.
     """
     along = [_uncertainty_along(numbers, axis) for axis in range(numbers.ndim)]
     told = [one for one in along if np.isfinite(one.exponent)]
@@ -159,9 +159,9 @@ def _missed_between_cells(distance: np.ndarray, fraction: np.ndarray) -> float:
     """By how much an exponent may be off since a rough boundary leaves its cell and comes back between two cells.
 
     Fractions then lack about the same at all distances, and their logarithms are steeper than the boundary is rough.
-    The power of the distance with which they grow beside a constant is compared with that without one, in proportion to
-    the square of the part that the constant explains of what is unexplained without it: it explains half of the steps of
-    a self-similar boundary as well.
+    The power of the distance with which they grow beside a constant is compared with that without one, in proportion
+    to the square of the part that the constant explains of what is unexplained without it: it explains half of the
+    steps of a self-similar boundary, too.
     """
     powers = np.linspace(*BOUNDARIES.powers)
     terms = np.stack([distance ** powers[:, np.newaxis], np.ones((len(powers), len(distance)))], axis=2)
