@@ -113,6 +113,12 @@ def joined(pieces: Iterable[Markup]) -> Markup:
     return NOTHING.join(pieces)
 
 
+def known_columns(head: Sequence[str], rows: Sequence[Sequence[Any]]) -> tuple[list[str], list[list[Any]]]:
+    """Names and rows of a table without the columns in which nothing is known."""
+    kept = [k for k in range(len(head)) if any(_is_known(row[k]) for row in rows)]
+    return [head[k] for k in kept], [[row[k] for k in kept] for row in rows]
+
+
 def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[Any]], most: int = MOST_ROWS) -> Markup:
     """A table whose first column names its rows; empty without rows.
     head : sequence of str
@@ -134,6 +140,10 @@ def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[Any]], most
         for row in listed[:most]
     )
     return part("table", caption, columns, cells, len(listed) - most)
+
+
+def _is_known(value: Any) -> bool:
+    return value not in ("", MISSING) if isinstance(value, str) else isinstance(value, bool) or value == value
 
 
 def _look(value: Any, is_wide: bool = False) -> str | None:

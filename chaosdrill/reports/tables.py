@@ -9,7 +9,19 @@ from markupsafe import Markup
 from chaosdrill.annotations import DataArray, Dataset, Variable
 from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.dataset.references import mapping
-from chaosdrill.reports.html import MISSING, NOTHING, Quantity, count, joined, number, part, seconds, table, uncertain
+from chaosdrill.reports.html import (
+    MISSING,
+    NOTHING,
+    Quantity,
+    count,
+    joined,
+    known_columns,
+    number,
+    part,
+    seconds,
+    table,
+    uncertain,
+)
 
 MOST_INTERVALS = 60
 _PERIODIC = ("ok", "periodic")
@@ -373,7 +385,8 @@ def _special(dataset: Dataset, parameters: list[str]) -> Markup:
     coefficient = "first Lyapunov coefficient" if "special_frequency" in dataset else "cubic coefficient"
     born = (coefficient,) if "special_coefficient" in dataset else ()
     follows = ("after grazing",) if "special_onset" in dataset else ()
-    return table("Special points", ("kind", *parameters, "error", "branch", *born, *follows, "what happens"), rows)
+    head = ("kind", *parameters, "error", "branch", *born, *follows, "what happens")
+    return table("Special points", *known_columns(head, rows))
 
 
 def _onset(dataset: Dataset, i: int) -> tuple[Any, ...]:
@@ -462,7 +475,7 @@ def work_precision(dataset: Dataset) -> Markup:
             rows.append([str(cell["method"].values), Quantity(asked), *errors, *cost, ended])
     head = ["method", "asked", *(f"error: {_words(name)}" for name in quantities)]
     head += ["time a period", "steps a period", "evaluations a period", "outcome"]
-    shown = table("Work and precision", head, rows)
+    shown = table("Work and precision", *known_columns(head, rows))
     advice = [line for line in str(dataset.attrs.get("recommendation", "")).splitlines() if line.strip()]
     return part("bullets", advice) + shown if advice else shown
 
