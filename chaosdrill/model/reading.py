@@ -67,8 +67,8 @@ class Reader(PartReader):
         for one in dict.fromkeys(named):
             other = plain.setdefault(normalize("NFKC", one), one)
             if other != one:
-                place = ("states",) if one in states else ("time",) if one == time else ("parameters", one)
-                self._fault(place, f"{one!r:.60} and {other!r:.60} are one name in Python; rename one of them")
+                where: Path = ("states",) if one in states else ("time",) if one == time else ("parameters", one)
+                self._fault(where, f"{one!r:.60} and {other!r:.60} are one name in Python; rename one of them")
         self._hints = {one: f"if it is the time, declare it: time = {one!r}" for one in ("t", "time")}
         if time is not None:
             self._hints = dict.fromkeys(self._hints, f"the time is called {time!r:.60}")
