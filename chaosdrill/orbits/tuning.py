@@ -170,8 +170,10 @@ class Tuning:
     graded_along: float = 1e-6
     """The same along branches, where many trials between two points ask for multipliers."""
     graded_rounds: int = 12
-    """Rounds of simultaneous iteration, at most: multipliers less than 15-fold apart are then taken together, whose block
-    keeps 13 digits."""
+    """Rounds of simultaneous iteration, at most: multipliers less than 15-fold apart are then taken together, whose
+    block keeps 13 digits."""
+    graded_near: float = 0.1
+    """Ratio of two moduli above which multipliers that the map as a whole shows are taken together from the start."""
     graded_turned: float = 1e-14
     """What is left of a wrong direction when two multipliers count as distinct."""
     piece_condition: float = 1e4
