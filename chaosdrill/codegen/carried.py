@@ -10,11 +10,7 @@ import builtins
 import math
 import operator
 from collections.abc import Callable
-<<<<<<< HEAD
-from functools import cache, partial
-=======
-from functools import cache, wraps
->>>>>>> 8935f1a4 (codegen: write functions that go by type with one helper)
+from functools import cache, partial, wraps
 from typing import Any
 
 import numpy as np
@@ -114,66 +110,30 @@ def _by_type(typed: Callable[..., Any]) -> Callable[..., Any]:
     def called(*given: Any) -> Any:
         raise NotImplementedError
 
-    overload(called, strict=False)(typed)
+    overload(called)(typed)
     return called
 
 
 @_by_type
 def _plain(a: Any) -> Any:
     """The double behind a number."""
-<<<<<<< HEAD
-    raise NotImplementedError
-
-
-@overload(_plain)
-def _plain_of(a: Any) -> Any:
-    if isinstance(a, Carrier):
-        return lambda a: _plain(a.value)
-    return lambda a: a
-=======
     return (lambda a: _plain(a.value)) if isinstance(a, Carrier) else (lambda a: a)
->>>>>>> 8935f1a4 (codegen: write functions that go by type with one helper)
 
 
 @_by_type
 def value_of(a: Any) -> Any:
     """The value of a number that may carry something."""
-<<<<<<< HEAD
-    raise NotImplementedError
-
-
-@overload(value_of)
-def _value_of(a: Any) -> Any:
-=======
->>>>>>> 8935f1a4 (codegen: write functions that go by type with one helper)
     return (lambda a: a.value) if isinstance(a, Carrier) else (lambda a: a)
 
 
 @_by_type
 def part_of(a: Any) -> Any:
     """What a number carries; 0 where it carries nothing."""
-<<<<<<< HEAD
-    raise NotImplementedError
-
-
-@overload(part_of)
-def _part_of(a: Any) -> Any:
-    return (lambda a: a.part) if isinstance(a, Carrier) else (lambda a: 0.0)
-
-
-def _is_nothing(a: Any) -> bool:
-    raise NotImplementedError
-
-
-@overload(_is_nothing)
-def _is_nothing_of(a: Any) -> Any:
-=======
     return (lambda a: a.part) if isinstance(a, Carrier) else (lambda a: 0.0)
 
 
 @_by_type
 def _is_nothing(a: Any) -> Any:
->>>>>>> 8935f1a4 (codegen: write functions that go by type with one helper)
     if isinstance(a, Carrier):
         return lambda a: _is_nothing(a.value) and _is_nothing(a.part)
     return lambda a: a == 0.0
@@ -185,14 +145,6 @@ def _share(a: Any, slope: Any) -> Any:
 
     That is nothing where it carries nothing, whatever the slope: that of a root at 0 is infinite.
     """
-<<<<<<< HEAD
-    raise NotImplementedError
-
-
-@overload(_share)
-def _share_of(a: Any, slope: Any) -> Any:
-=======
->>>>>>> 8935f1a4 (codegen: write functions that go by type with one helper)
     if not isinstance(a, Carrier):
         return lambda a, slope: 0.0
     if a.kind == "dual":
@@ -203,14 +155,6 @@ def _share_of(a: Any, slope: Any) -> Any:
 @_by_type
 def _rounding(a: Any, result: Any) -> Any:
     """What an operation adds to what it hands on."""
-<<<<<<< HEAD
-    raise NotImplementedError
-
-
-@overload(_rounding)
-def _rounding_of(a: Any, result: Any) -> Any:
-=======
->>>>>>> 8935f1a4 (codegen: write functions that go by type with one helper)
     return (lambda a, result: abs(result)) if a.kind == "bounded" else (lambda a, result: 0.0)
 
 
