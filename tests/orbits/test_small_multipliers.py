@@ -6,6 +6,7 @@ import sympy
 from mpmath import mp
 
 import chaosdrill as cd
+from chaosdrill.orbits.multipliers import _simultaneous, _together
 
 x, y, a, b = sympy.symbols("x y a b", real=True)
 
@@ -42,3 +43,26 @@ def test_each_multiplier_has_its_digits(henon, period, digits):
     exact = sorted((complex(v) for v in mp.eig(tangent, left=False, right=False)), key=abs, reverse=True)
     assert abs(exact[1]) < 1e-14 * abs(exact[0]) or period == 2
     np.testing.assert_allclose(_multipliers(henon)[point], exact, rtol=1e-8)
+
+
+def test_what_the_map_as_a_whole_shows_is_not_parted(monkeypatch):
+    """A complex pair, one of nearly its modulus, and one of 1e-36: few turns of twelve factors give each its digits."""
+    count, angle = 12, 0.3
+    turn = 0.98 * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    step = np.zeros((4, 4))
+    step[:2, :2], step[2, 2], step[3, 3] = turn, 0.95, 1e-3
+    frames = np.random.default_rng(5).normal(size=(count, 4, 4)) + 3 * np.eye(4)
+    factors = np.array([np.roll(frames, -1, 0)[i] @ step @ np.linalg.inv(frames[i]) for i in range(count)])
+    whole = np.linalg.multi_dot(factors[::-1])
+    values = np.sort_complex(np.linalg.eigvals(whole))[::-1]
+    values = values[np.argsort(-np.abs(values), kind="stable")]
+    together = _together(values, whole, 4, 1e-6)
+    assert together.tolist() == [True, True, False]
+    turned, plain = [], np.linalg.qr
+    monkeypatch.setattr(np.linalg, "qr", lambda a: turned.append(1) or plain(a))
+    found = _simultaneous(factors[np.newaxis], 4, together[np.newaxis])[0][0]
+    assert len(turned) < 6 * count
+    pair = 0.98**count * np.exp(1j * angle * count)
+    expected = [pair, np.conj(pair), 0.95**count, 1e-3**count]
+    assert min(abs(found[0] / e - 1) for e in expected[:2]) < 1e-13
+    np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(expected), rtol=1e-11)
