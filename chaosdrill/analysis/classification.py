@@ -186,7 +186,7 @@ def evidence_of_records(
         paths, points = aside(windows, shifts), round(windows.shape[1] / part)
         found = recurrence(paths, shifts.sizes(known), USUAL, 2 * USUAL)
         whole = (found.period > 0) & (points % np.maximum(found.period, 1) == 0)
-        add_returns(e, found, found.period * averages.length / points, whole, found.residual)
+        add_returns(e, found, found.period * averages.length / points, whole)
         add_ends(e, averages, paths, shifts.sizes(known), part)
     add_record(e, windows, known, coarse, shifts, part, flow)
     if passages is not None:
@@ -226,9 +226,7 @@ def add_record(
     e.drifts |= drifts
 
 
-def add_returns(
-    e: Evidence, found: Recurrence, lasts: np.ndarray, whole: np.ndarray, residual: np.ndarray
-) -> np.ndarray:
+def add_returns(e: Evidence, found: Recurrence, lasts: np.ndarray, whole: np.ndarray) -> np.ndarray:
     """Add whether the last points come back, and whether nearby motions come closer meanwhile.
 
     Parameters
@@ -239,8 +237,6 @@ def add_returns(
         Times that these take.
     whole : ndarray of bool, shape (P,)
         Whether exponents are averages over whole cycles.
-    residual : ndarray, shape (P,)
-        Distances after a period, of which it is asked whether they are round-off.
 
     Returns
     -------
@@ -251,7 +247,6 @@ def add_returns(
         multiplier = e.lead * lasts
         distance = found.residual / -np.expm1(np.minimum(multiplier, -1e-300))
         e.recurs = (found.period > 0) & (found.splitting > SPLIT) & (found.residual <= DECAY * found.splitting)
-        e.exact = e.recurs & (residual <= ROUND_OFF)
         attracting = np.where(whole, multiplier < -HYPERBOLIC, e.negative)
         e.attracts = attracting & (distance <= CLOSE) & (found.splitting > 10 * distance)
     return np.asarray(whole & (np.abs(multiplier) <= NEUTRAL))

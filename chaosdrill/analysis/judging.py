@@ -88,9 +88,12 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
         plan.system, plan.structure, plan.shifts, averages, windows, known, batch.outcome[which], early, part
     )
     e.measured[:] = plan.exponents > 0
-    neutral = add_returns(e, found, lasts, whole, found.residual)
-    exact = _residual(plan, paths, size, found, e.recurs & neutral) <= ROUND_OFF
-    e.exact |= e.recurs & neutral & exact
+    neutral = add_returns(e, found, lasts, whole)
+    # round-off may come from the largest that states have been
+    rounded = _residual(plan, paths, size, found, e.recurs & neutral) <= ROUND_OFF
+    e.exact = e.recurs & rounded
+    exact = np.flatnonzero(e.exact)
+    e.exact[exact] = _returned(paths[exact], size[exact])
     centre = e.recurs & neutral & (found.residual <= ROUND_OFF)
     if plan.maps and not noisy:
         rows = np.where(e.ended == Outcome.OK, np.isfinite(full[:, :, 0]).sum(axis=1), 0)
@@ -129,6 +132,16 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
         cycle=np.where(certain & (period > 0), cycle, 0),
         moves=moves,
     )
+
+
+def _returned(paths: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Whether all of the later half of some points, shape (P, W, n + 1), comes back to the tolerance."""
+    half = np.isfinite(paths).all(axis=2).sum(axis=1) // 2
+    found = np.zeros(len(paths), dtype=bool)
+    for count in np.unique(half[half > 1]).tolist():
+        here = np.flatnonzero(half == count)
+        found[here] = recurrence(paths[here], known[here], count, count).period > 0
+    return found
 
 
 def _residual(plan: "Plan", windows: np.ndarray, known: np.ndarray, found: Recurrence, whole: np.ndarray) -> np.ndarray:

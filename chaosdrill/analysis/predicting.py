@@ -18,8 +18,8 @@ ANGLES = (1, 2, 3)
 """How many are tried. Of one alone points lie in order along a curve, which needs no smoothness, so that one is no
 answer here but the first step to two."""
 
-FITTED = 0.75
-"""Part of a record to which polynomials are fitted."""
+MOST, FITTED = 1024, 0.75
+"""Points that are looked at, at most, and part of them to which polynomials are fitted."""
 
 TERMS, PER_ROW, FIRST = 400, 0.5, 32
 """Terms of a polynomial at most, at most for each point that is fitted, and of that which is taken off before another
@@ -28,10 +28,10 @@ frequency is looked for: many terms fit whatever lies near their frequencies."""
 LOW, STEPS = 3, 3
 """Degree of the polynomials with which frequencies are refined, and Gauss-Newton steps for that."""
 
-MISSED, BETTER = 5e-3, 2.0
-"""Root mean square, in parts of the extent, by which they miss at most, and how many times less than those of half of
-the degree: series of smooth functions fall like a geometric one. Strange nonchaotic attractors are missed by 2 % and
-more."""
+ROUGH, MISSED, BETTER, EXACT = 0.05, 5e-3, 2.0, 1e-5
+"""Root mean square, in parts of the extent, by which these miss at most, and those of a higher degree, how many times
+less than those of half of the degree, since series of smooth functions fall like a geometric one, and from where on no
+less. Strange nonchaotic attractors are missed by 2 % and more by any."""
 
 SLOW, EXPLAINED, SEEN = 2, 0.5, 1e-7
 """Degree of the terms that are let change with time and its square, part of what a polynomial leaves that this explains
@@ -54,6 +54,7 @@ def predicted(points: np.ndarray) -> bool:
     points : ndarray, shape (W, n)
         States at a strobe or section, each in parts of its extent.
     """
+    points = points[-MOST:]
     off, turns = points - points.mean(axis=0), np.zeros(0)
     fitted, rest = int(FITTED * len(points)), off
     for angles in ANGLES:
@@ -73,10 +74,12 @@ def predicted(points: np.ndarray) -> bool:
 
 def _known_by(points: np.ndarray, turns: np.ndarray, fitted: int) -> int:
     """Degree by which the last points are known from the first ones that are fitted, and ever better; 0: by none."""
+    if _misses(points, turns, LOW, fitted) > ROUGH:
+        return 0
     most = _degree(len(turns), min(TERMS, int(PER_ROW * fitted)))
     for degree in (most, most * 2 // 3):
         fine = _misses(points, turns, degree, fitted)
-        if fine <= MISSED and BETTER * fine <= _misses(points, turns, degree // 2, fitted):
+        if fine <= MISSED and BETTER * fine <= max(_misses(points, turns, degree // 2, fitted), EXACT):
             return degree
     return 0
 
