@@ -213,7 +213,8 @@ def add_record(
     """Add what all points of records say by themselves, as in `evidence_of_records`."""
     found = recurrence(aside(windows, shifts), shifts.sizes(known), windows.shape[1] // REPEATS)
     e.recurs |= found.period > 0
-    e.exact |= (found.period > 0) & (found.residual <= ROUND_OFF)
+    # at steps of a map chaos on narrow bands does so, too
+    e.exact |= (found.period > 0) & (found.residual <= ROUND_OFF) & ~(e.even & e.bounded)
     if part < 1.0:
         earlier = stationarity(shifts.quotient(coarse), shifts.sizes(known))
         e.leaving, e.settling = e.leaving | earlier[0], e.settling | earlier[1]

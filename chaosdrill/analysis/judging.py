@@ -91,7 +91,7 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     neutral = add_returns(e, found, lasts, whole)
     # round-off may come from the largest that states have been
     rounded = _residual(plan, paths, size, found, e.recurs & neutral) <= ROUND_OFF
-    e.exact = e.recurs & rounded
+    e.exact = e.recurs & rounded & ~(e.even & e.bounded)
     exact = np.flatnonzero(e.exact)
     e.exact[exact] = _returned(paths[exact], size[exact])
     centre = e.recurs & neutral & (found.residual <= ROUND_OFF)

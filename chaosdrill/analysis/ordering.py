@@ -36,7 +36,7 @@ RESOLVED = 16.0
 """Points of that angle at least, without a gap, on a piece of the way as long as the extent: those of a cycle of many
 points, which come back, are as far apart in angle as in space."""
 
-JUMP, APART, RARE = 0.1, 8.0, 500
+JUMP, APART, RARE = 0.1, 8.0, 300
 """Part of the extent that neighbours on a curve are apart at a jump, at least, times that they are further apart than
 those on one side of it, which a curve that is steep for a while is not, and points that each jump but one takes at
 least. A rotation, cut once, has one. An exchange of more intervals follows an angle until it comes to one that is

@@ -48,10 +48,12 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
     samples = 1 if plan.periodic else -(-LENGTH // plan.count)
     run = run_with_tangents(system, structure, m, plan.unit, job.numerics, samples)
     outcome = plan.settle(run)
-    ends, of_words = (block_ends(plan.count, one) for one in (blocks, PLAN.blocks))
-    every = np.union1d(ends, of_words)
-    told, judged = (np.searchsorted(every, one) for one in (ends, of_words))
-    path = _Path(run, every, m, passed=not plan.periodic and system.autonomous)
+    ends = block_ends(plan.count, blocks)
+    # words are made as at points of grids, if blocks can be taken together so
+    judged = np.flatnonzero(np.isin(ends, block_ends(plan.count, PLAN.blocks)))
+    if len(judged) <= min(PLAN.blocks, plan.count):
+        judged = np.arange(len(ends))
+    path = _Path(run, ends, m, passed=not plan.periodic and system.autonomous)
     if outcome == Outcome.OK:
         outcome = path.follow(job)
     complete, why, dimension_error = outcome == Outcome.OK, "", float("nan")
@@ -59,9 +61,9 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
     if complete and m:
         sums, by_size = path.sums, path.sums_by_size
         taken = (plan.unit, job.numerics, run.steps)
-        means = mean_exponents(sums[told], by_size[told], ends, *taken)
+        means = mean_exponents(sums, by_size, ends, *taken)
         # as at points of grids, of which no more is kept
-        for_words = mean_exponents(sums[judged], sums[judged], of_words, *taken)
+        for_words = mean_exponents(sums[judged], sums[judged], ends[judged], *taken)
         of_method = job.numerics.step_error * run.steps / plan.length
         dimension_error = kaplan_yorke_error(means.values, means.rates, of_method, plan.length, system.free)
         evidence = _evidence(run, plan, structure, for_words, path, judged, job)
@@ -75,7 +77,7 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
         "kaplan_yorke_dimension": ((), kaplan_yorke(means.values, system.free)),
         "kaplan_yorke_error": ((), dimension_error),
         "outcome": ((), np.int8(outcome)),
-        **_averages(run, plan, job.numerics, ends, path.drilled[told], complete),
+        **_averages(run, plan, job.numerics, ends, path.drilled, complete),
     }
     texts = {"message": run.stopped(outcome), "reason": why}
     return dataset(variables, ["block_time"], {name: text for name, text in texts.items() if text})

@@ -5,9 +5,8 @@ its root: the averages over two halves of a record agree to many digits or to ha
 2017, doi:10.1088/1361-6544/aa84c2). Averages of squares go along, since what comes to rest turning about it has
 constant means and a shrinking extent.
 
-A torus takes two more opinions. Its points leave no gaps, where those of an adding machine, as at the end of a cascade,
-leave gaps at all scales; and sums of them with turning phases stay bounded (the 0-1 test: Gottwald and Melbourne 2009,
-doi:10.1137/080718851).
+A torus takes two more opinions. Its points are in the order of an angle, or a part of them tells the rest; and sums of
+them with turning phases stay bounded (the 0-1 test: Gottwald and Melbourne 2009, doi:10.1137/080718851).
 """
 
 import itertools
@@ -303,7 +302,7 @@ def examine(
             # what is in order does not come back
             returns[k] = winds_up or (not in_order[k] and moving.size > 0 and comes_back(moving, 0.0))
             # on a torus that settles averages part for a while, but its points are in order
-            if not returns[k] and moving.size and _is_regular(moving):
+            if not returns[k] and moving.size and len(moving) >= ordering.FEWEST and _is_regular(moving):
                 torus[k] = predicted(moving) if not in_order[k] else smooth[k]
         elif smooth[k] and not parting[k]:
             curve[k], line[k], torus[k] = _by_neighbours(windows[k], paths[k], known[k], flow, shifts)

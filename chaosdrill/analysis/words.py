@@ -71,7 +71,7 @@ class Evidence:
     chaos_possible: np.ndarray  # bool: False for a flow without events of two states, forced of one
     torus_possible: np.ndarray  # bool: False for a forced flow of two states that contracts areas everywhere
     long_cycle: np.ndarray  # bool: a longer record comes back
-    torus: np.ndarray  # bool: averages agree, the points leave no gaps, and the 0-1 test calls it regular
+    torus: np.ndarray  # bool: a part tells the rest, or averages agree, and the 0-1 test calls it regular
     converges: np.ndarray  # bool: averages converge faster than any power
     agrees: np.ndarray  # bool: averages over both halves of the record agree as far as a run allows
     curve: np.ndarray  # bool: instants lie on a closed curve along the flow
@@ -176,14 +176,13 @@ class Evidence:
     @property
     def stays(self) -> np.ndarray:
         """Whether tangents do not grow, not even by less than can be told from chance if they do so evenly."""
-        later, whole = self.late * self.length / 2, self.lead * self.length
-        even = (later > EVEN * whole) & (whole - later > EVEN * whole)
-        return (whole <= UNMOVED) | (~even & (whole <= STILL))
+        return (self.lead * self.length <= UNMOVED) | (~self.even & (self.lead * self.length <= STILL))
 
     @property
-    def unstable(self) -> np.ndarray:
-        """Whether tangents grow further than in chaos on bands so narrow that all points come back to round-off."""
-        return self.late * self.length / 2 > DIGITS
+    def even(self) -> np.ndarray:
+        """Whether tangents grow as much in both halves, as in chaos, be its bands so narrow that points come back."""
+        later, whole = self.late * self.length / 2, self.lead * self.length
+        return (whole > UNMOVED) & (later > EVEN * whole) & (whole - later > EVEN * whole)
 
     @property
     def bounded(self) -> np.ndarray:
@@ -216,9 +215,7 @@ RULES = (
         Outcome.TRANSIENT, lambda e: ~e.flows, "no exponent is zero for the flow: the motion leaves, or comes to rest"
     ),
     Rule(Outcome.QUASIPERIODIC, lambda e: e.winds & ~e.positive, "nothing moves but phases without a common measure"),
-    Rule(
-        Outcome.PERIODIC, lambda e: e.exact & ~e.leaving & (e.stays | e.unstable), "the points come back to round-off"
-    ),
+    Rule(Outcome.PERIODIC, lambda e: e.exact & ~e.leaving, "the points come back to round-off"),
     Rule(Outcome.PERIODIC, lambda e: e.recurs & e.attracts, "the points come back, and nearby motions come closer"),
     Rule(
         Outcome.PERIODIC,
@@ -233,7 +230,7 @@ RULES = (
     Rule(
         Outcome.QUASIPERIODIC,
         lambda e: e.reached_torus,
-        "its later half is on a torus: smooth averages agree, no gaps, and tangents do not grow",
+        "its later half is on a torus, and tangents do not grow",
     ),
     Rule(Outcome.TRANSIENT, lambda e: e.positive & e.leaving, "it grows evenly away from where it began"),
     Rule(
@@ -272,7 +269,7 @@ RULES = (
     Rule(
         Outcome.QUASIPERIODIC,
         lambda e: ~e.positive & e.regular,
-        "smooth averages converge faster than any power, the points leave no gaps, and tangents do not grow",
+        "a part of it tells the rest as that of a torus, or smooth averages agree, and tangents do not grow",
     ),
     Rule(
         Outcome.QUASIPERIODIC,
