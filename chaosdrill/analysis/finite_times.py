@@ -126,7 +126,7 @@ def _told(system: HybridSystem, windows: _Windows, given: Any, job: Job) -> tupl
         "window_time": windows.times,
         "forcing_period": plan.unit if plan.periodic else np.nan,
         "outcome": np.int8(outcome),
-        "ended_by": run.states.ended_by[0],
+        "ended_by": ended_by(run, outcome),
     }
     return found, run.stopped(outcome)
 

@@ -15,7 +15,7 @@ from chaosdrill.analysis.visits import merge
 from chaosdrill.dataset import Outcome, count_outcomes
 from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.batch import Batch
-from chaosdrill.engine.run import ending_term
+from chaosdrill.engine.run import LOST, ending_term
 from chaosdrill.model import HybridSystem
 from chaosdrill.model.noise import seeds_of_starts
 
@@ -236,18 +236,21 @@ def endings(
     """
     shape, in_exponents = tuple(len(axis.values) for axis in axes), system.exponent_parameters
     ended: dict[tuple[Any, ...], list[dict[str, float]]] = {}
-    for point, seed in np.argwhere((outcomes == Outcome.SINGULAR) & (ended_by[..., 1] >= 0)).tolist():
+    named = np.isin(outcomes, (Outcome.SINGULAR, Outcome.STEP_UNDERFLOW)) & (ended_by[..., 1] >= 0)
+    for point, seed in np.argwhere(named).tolist():
         index = np.unravel_index(point, shape) if axes else ()
         here = {axis.name: float(axis.values[i]) for axis, i in zip(axes, index, strict=True)} or {"run": point + 1}
         # at other exponents another term may have this number
         own = (here[name] for name in in_exponents if name in here)
-        ended.setdefault((*ended_by[point, seed].tolist(), *own), []).append(here)
+        lost = bool(outcomes[point, seed] == Outcome.STEP_UNDERFLOW)
+        ended.setdefault((lost, *ended_by[point, seed].tolist(), *own), []).append(here)
     told = []
     swept = [axis.name for axis in axes if not axis.of_start]
-    for (mode, k, *_), places in ended.items():
+    for (lost, mode, k, *_), places in ended.items():
         term = ending_term(system.with_parameters({name: places[0][name] for name in swept}), mode, k)
         first = ", ".join(f"{name} = {value:.6g}" for name, value in places[0].items())
+        how = f", {LOST}" if lost else ""
         told.append(
-            f"{term}, in mode {system.mode_names[mode]!r}: {len(places)} of {outcomes.size} runs, first {first}"
+            f"{term}{how}, in mode {system.mode_names[mode]!r}: {len(places)} of {outcomes.size} runs, first {first}"
         )
     return {"message": "; ".join(told)} if told else None

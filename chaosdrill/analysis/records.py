@@ -16,6 +16,7 @@ from chaosdrill.dataset import Outcome, count_outcomes
 from chaosdrill.dataset.build import dataset
 from chaosdrill.engine.ahead import ONE_RUN, compile_ahead
 from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run, lost_sum
 from chaosdrill.errors import SettingsError
 from chaosdrill.model import HybridSystem
 from chaosdrill.sweep import execute
@@ -118,7 +119,8 @@ class RecordTask(ValueTask):
         """What the section points at a value say."""
         where = self.where.at_parameters(system, self.given, self.numerics)
         taken = section_points(where, self.given, self.given.max_period, Job(self.numerics))
-        return {**_measured(taken, self.measure, self.given, self.numerics), "ended_by": taken.run.states.ended_by[0]}
+        found = _measured(taken, self.measure, self.given, self.numerics)
+        return {**found, "ended_by": ended_by(taken.run, Outcome(int(taken.outcome)))}
 
     def fingerprint(self) -> dict[str, Any]:
         """Everything that determines the numbers."""
@@ -177,6 +179,17 @@ def carry_out(task: ValueTask, job: Job) -> tuple[Arrays, dict[str, str] | None]
     found = execute(task, workers=job.workers, scheduler=job.scheduler, store=job.store, progress=job.progress)
     over, ended_by = Axis(task.parameter, task.values), found.pop("ended_by")
     return found, endings(task.system, found["outcome"][:, np.newaxis], ended_by[:, np.newaxis], (over,))
+
+
+def ended_by(run: Run, outcome: Outcome) -> np.ndarray:
+    """The mode and the number of the steep operation that has ended a run; the number is -1 for none.
+
+    That of one whose argument is lost in rounding where a step underflows.
+    """
+    found: np.ndarray = run.states.ended_by[0]
+    if outcome == Outcome.STEP_UNDERFLOW and found[1] < 0:
+        found[1] = lost_sum(run.system, int(found[0]), run.x, run.elapsed)
+    return found
 
 
 def _measured(taken: Taken, measure: Measure, given: Any, numerics: Numerics) -> Arrays:

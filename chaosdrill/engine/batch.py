@@ -15,7 +15,7 @@ from chaosdrill.engine.ahead import LANES, ONE_RUN, await_part
 from chaosdrill.engine.methods import METHODS
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import check_period, forcing_periods, repeats
-from chaosdrill.engine.run import BESIDE, STANDING, flow_of
+from chaosdrill.engine.run import BESIDE, STANDING, flow_of, lost_sum
 from chaosdrill.engine.scales import SMALLEST
 from chaosdrill.engine.tuning import RUNS
 from chaosdrill.errors import SettingsError
@@ -210,8 +210,15 @@ class Batch:
 
     @property
     def ended_by(self) -> np.ndarray:
-        """Mode and number of the steep operation that has ended each run, shape (P, 2); the number is -1 for none."""
-        return self._states.ended_by
+        """Mode and number of the steep operation that has ended each run, shape (P, 2); the number is -1 for none.
+
+        That of one whose argument is lost in rounding where a step underflows.
+        """
+        found = self._states.ended_by
+        for p in np.flatnonzero((self.outcome == Outcome.STEP_UNDERFLOW) & (found[:, 1] < 0)).tolist():
+            own = self.system.with_parameters({name: float(values[p]) for name, values in self._parameters.items()})
+            found[p, 1] = lost_sum(own, int(found[p, 0]), self.x[p], float(self.elapsed[p]))
+        return found
 
     @property
     def elapsed(self) -> np.ndarray:

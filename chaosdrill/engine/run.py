@@ -321,8 +321,8 @@ class Run:
         where = f"in mode {system.mode_names[mode]!r}, time {self.elapsed:.10g}, at {state}"
         if k >= 0:
             return f"{ending_term(system, mode, k)}: {where}"
-        if outcome == Outcome.STEP_UNDERFLOW and (k := self._cancelled(mode)) >= 0:
-            return f"{ending_term(system, mode, k)}, which is lost in the rounding of its terms: {where}"
+        if outcome == Outcome.STEP_UNDERFLOW and (k := lost_sum(system, mode, self.x, self.elapsed)) >= 0:
+            return f"{ending_term(system, mode, k)}, {LOST}: {where}"
         if outcome == Outcome.STALLED and (found := self._facing(mode)) is not None:
             surface, other = found[0].xreplace(_names(system)), found[1]
             return (
@@ -345,21 +345,6 @@ class Run:
             f"beyond bounds at time {self.elapsed:.10g}: {'; '.join(told)}; where such a state is meant, as in a small "
             f"unit, give the system wider ones: bounds={{{told[0].split(' = ')[0]!r}: (low, high)}}"
         )
-
-    def _cancelled(self, mode: int) -> int:
-        """Number of an operation whose argument is a sum of which rounding alone is left; -1 for none."""
-        system, names = self.system, _names(self.system)
-        numbers = {**system.parameters, **dict(zip(system.state_names, self.x.tolist(), strict=True))}
-        for k, one in enumerate(kernels_of(system).written.steep[mode]):
-            argument = one.argument.xreplace(names)
-            # of a symbol that is neither a state nor a parameter, it is the time
-            given = {symbol: numbers.get(symbol.name, self.elapsed) for symbol in argument.free_symbols}
-            terms = [term.subs(given) for term in argument.args] if argument.is_Add else []
-            if terms and all(term.is_number for term in terms):
-                sizes = [float(abs(term)) for term in terms]
-                if float(abs(sum(terms))) <= RUNS.cancelled * sum(sizes):
-                    return k
-        return -1
 
     def _facing(self, mode: int) -> "tuple[Any, int] | None":
         """The surface on which the state is and another mode, if both modes lead across it to each other."""
@@ -405,6 +390,25 @@ def ending_term(system: "HybridSystem", mode: int, k: int) -> str:
     """Which term of the equations steep operation k of a mode is, and where it ends."""
     one, names = kernels_of(system).written.steep[mode][k], _names(system)
     return f"{one.term.xreplace(names)} ends where {one.argument.xreplace(names)} = 0"
+
+
+LOST = "which is lost in the rounding of its terms"
+
+
+def lost_sum(system: "HybridSystem", mode: int, x: np.ndarray, elapsed: float) -> int:
+    """Number of a steep operation whose argument is a sum of which rounding alone is left at a state; -1 for none."""
+    names = _names(system)
+    numbers = {**system.parameters, **dict(zip(system.state_names, x.tolist(), strict=True))}
+    for k, one in enumerate(kernels_of(system).written.steep[mode]):
+        argument = one.argument.xreplace(names)
+        # of a symbol that is neither a state nor a parameter, it is the time
+        given = {symbol: numbers.get(symbol.name, elapsed) for symbol in argument.free_symbols}
+        terms = [term.subs(given) for term in argument.args] if argument.is_Add else []
+        if terms and all(term.is_number for term in terms):
+            sizes = [float(abs(term)) for term in terms]
+            if float(abs(sum(terms))) <= RUNS.cancelled * sum(sizes):
+                return k
+    return -1
 
 
 def _names(system: "HybridSystem") -> dict[Any, Any]:

@@ -187,9 +187,18 @@ def test_an_integral_of_a_high_power_of_an_oscillation():
 
 
 def test_a_sum_that_ends_in_rounding_is_named():
-    """The root of (1 - sin(t))**2, written out, whose base touches zero at pi/2."""
-    system = cd.HybridSystem(states="x", modes={"on": {"x": "sqrt(1 - 2*sin(t) + sin(t)**2)"}})
-    run = cd.trajectory(system, duration=10.0, samples=3)
-    told = "sqrt(sin(t)**2 - 2*sin(t) + 1) ends where sin(t)**2 - 2*sin(t) + 1 = 0, which is lost in the rounding"
+    """The root of (a - sin(t))**2, written out, whose base touches zero at pi/2 with a = 1 alone; in sweeps as well."""
+    system = cd.HybridSystem(
+        states="x",
+        time="t",
+        parameters={"a": 1.0},
+        period=2 * sympy.pi,
+        modes={"on": {"x": "sqrt(a**2 - 2*a*sin(t) + sin(t)**2)"}},
+    )
+    run = cd.trajectory(system, periods=2, samples=3)
+    told = "sqrt(a**2 - 2*a*sin(t) + sin(t)**2) ends where a**2 - 2*a*sin(t) + sin(t)**2 = 0, which is lost in the rounding"
     assert run.attrs["message"].startswith(told)
     assert "in mode 'on', time 1.570" in run.attrs["message"]
+    swept = cd.bifurcation_diagram(system, {"a": [1.0, 1.5]}, transient=0, periods=4)
+    assert swept.attrs["message"].startswith(told)
+    assert swept.attrs["message"].endswith("in mode 'on': 1 of 2 runs, first a = 1")
