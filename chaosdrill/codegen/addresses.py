@@ -17,10 +17,17 @@ EXPANDED = "_expanded"
 OF_PYTHON = "python_"
 
 ARGUMENTS = {
-    **{"hunt_crossley_exit": 2, "hunt_crossley_exit_lam": 2, "positive_power": 2},
+    "hunt_crossley_exit": 2,
+    "hunt_crossley_exit_lam": 2,
+    "positive_power": 2,
     **{f"hunt_crossley_{of}": 4 for of in ("peak", "duration", "duration_lam", "duration_n")},
     **{f"hunt_crossley_duration_lam_{of}": 4 for of in ("lam", "n")},
-    **{"gate": 4, "log_sum": 3, "log_cosh": 1, "bernoulli_ratio": 3, "taylor_rest": 4, "power_rest": 4},
+    "gate": 4,
+    "log_sum": 3,
+    "log_cosh": 1,
+    "bernoulli_ratio": 3,
+    "taylor_rest": 4,
+    "power_rest": 4,
 }
 """How many numbers the special functions take that have code of their own."""
 

@@ -761,7 +761,7 @@ def _rest_value(v, g, a):
         return math.tanh(v)
     if g == _LOG_COSH:
         return log_cosh(v)
-    if v < -1.0 or (v > 1.0 and (g == _ASIN or g == _ATANH)):
+    if v < -1.0 or (v > 1.0 and g in (_ASIN, _ATANH)):
         return math.nan
     if g == _LOG:
         return math.log1p(v)
@@ -791,7 +791,7 @@ def _rest_slope(v, g, a):
         return _tanh_coefficient(v, 1)
     if g == _LOG_COSH:
         return math.tanh(v)
-    if v < -1.0 or (v > 1.0 and (g == _ASIN or g == _ATANH)):
+    if v < -1.0 or (v > 1.0 and g in (_ASIN, _ATANH)):
         return math.nan
     if g == _LOG:
         return 1.0 / (1.0 + v)
@@ -820,9 +820,9 @@ def _rest_next(v, g, a, k, last, before):
     """Coefficient k >= 2 of a function by powers of a change of v, from the two before it."""
     if g == _EXP:
         return last / k
-    if g == _SIN or g == _COS:
+    if g in (_SIN, _COS):
         return -before / (k * (k - 1.0))
-    if g == _SINH or g == _COSH:
+    if g in (_SINH, _COSH):
         return before / (k * (k - 1.0))
     if g == _LOG:
         return -last * (k - 1.0) / (k * (1.0 + v))
@@ -833,8 +833,8 @@ def _rest_next(v, g, a, k, last, before):
     if g == _LOG_COSH:
         return _tanh_coefficient(v, k - 1) / k
     # (1 + s u^2) f'' = -s p u f'
-    s = 1.0 if g == _ATAN or g == _ASINH else -1.0
-    p = 1.0 if g == _ASIN or g == _ASINH else 2.0
+    s = 1.0 if g in (_ATAN, _ASINH) else -1.0
+    p = 1.0 if g in (_ASIN, _ASINH) else 2.0
     i = k - 2.0
     turned = (i + 1.0) * (2.0 * i + p) * v * last + i * (i - 1.0 + p) * before
     return -s * turned / ((1.0 + s * v * v) * k * (k - 1.0))

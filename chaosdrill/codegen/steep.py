@@ -17,7 +17,16 @@ import sympy
 from chaosdrill.codegen.layout import AT_ALL, AT_SERIES, CROSSED, ONE_SIDED, Shape
 from chaosdrill.codegen.tape import inverse_of
 from chaosdrill.codegen.tuning import TUNING
-from chaosdrill.model.special import SPECIAL, bernoulli_ratio, gate, log_cosh, log_sum, positive_power, power_rest, taylor_rest
+from chaosdrill.model.special import (
+    SPECIAL,
+    bernoulli_ratio,
+    gate,
+    log_cosh,
+    log_sum,
+    positive_power,
+    power_rest,
+    taylor_rest,
+)
 
 # exp(w) grows by the factor that the last terms of a series of that order still show; below 745 it is zero to doubles
 EXPONENTIAL = Shape(0.6, 1.0, 745.0, 4.0, 0.3, 0.0, CROSSED)

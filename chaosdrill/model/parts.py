@@ -15,9 +15,9 @@ from sympy.logic.boolalg import Boolean, BooleanAtom, BooleanFunction
 
 from chaosdrill.errors import ModelError
 from chaosdrill.model.gates import without_overflow
-from chaosdrill.model.removable import with_factor
 from chaosdrill.model.grammar import ExpressionError, parse
 from chaosdrill.model.python import Called, Source, called, fault_of, is_python, reads_time
+from chaosdrill.model.removable import with_factor
 from chaosdrill.model.rules import folded, refused
 from chaosdrill.model.special import CONDITION, FLOW, RESET
 from chaosdrill.model.tables import MOST, finite

@@ -2,8 +2,8 @@
 
 ``sin(x)/x`` is 0/0 at x = 0, and ``(1 - cos(x))/x**2`` has lost its digits long before. A place is taken from what
 divides: in the distance u from it each side is a sum of products of polynomials and elementary functions g, and each of
-these is the first terms of its Taylor series and a power of u times a `taylor_rest`. The terms below the first that does
-not cancel are zero, the power is taken out, and what is left is divided. Poles that cancel each other, as in
+these is the first terms of its Taylor series and a power of u times a `taylor_rest`. The terms below the first that
+does not cancel are zero, the power is taken out, and what is left is divided. Poles that cancel each other, as in
 ``1/tanh(x) - 1/x``, are put on one divisor before.
 """
 
@@ -27,7 +27,7 @@ _FUNCTIONS = (*_BY_TYPE, *_ANGLES, sympy.log, gate)
 _U = sympy.Dummy("u", real=True)
 
 
-class _Unknown(Exception):  # noqa: N818
+class _Unknown(Exception):
     """A factor is no such sum of products."""
 
 
@@ -74,7 +74,9 @@ def _has_functions(e: Any) -> bool:
 
 def _divides(e: Any) -> bool:
     """Whether something in an expression divides by what has symbols."""
-    return e.has(gate) or any(p.exp.is_Integer and p.exp.is_negative and p.base.free_symbols for p in e.atoms(sympy.Pow))
+    return e.has(gate) or any(
+        p.exp.is_Integer and p.exp.is_negative and p.base.free_symbols for p in e.atoms(sympy.Pow)
+    )
 
 
 @lru_cache(maxsize=512)
@@ -124,7 +126,7 @@ def _places(e: Any) -> Iterator[tuple[Any, Any]]:
         inner: list[Any] = [a for f in base.atoms(sympy.Function) for a in f.args if isinstance(f, _FUNCTIONS)]
         inner += [p.base - 1 for p in base.atoms(sympy.Pow) if not p.exp.is_Integer]
         inner += [a - 1 for f in base.atoms(sympy.log) for a in f.args]
-        for distance in [base] if not inner else inner:
+        for distance in inner or [base]:
             for symbol in sorted(distance.free_symbols, key=lambda s: s.name):
                 slope = sympy.diff(distance, symbol)
                 if slope == 0 or symbol in slope.free_symbols or slope.has(sympy.Function):
@@ -245,13 +247,14 @@ def _zeros(e: Any) -> tuple[int, Any]:
         if power and own and rest_of.term(told, 0) == 0:
             return own * power, rest_of(inner, told, own, 0) * rest**own
     terms = [_Term(term) for term in sympy.Add.make_args(sympy.expand(e))]
+    last = e
     for power in range(1, TUNING.zeros + 1):
         rests, sums = [], {}
         for term in terms:
             for degree, coefficient in term.beyond(power, rests).items():
                 sums[degree] = sums.get(degree, sympy.S.Zero) + coefficient
         if any(sympy.expand(sums.get(degree, 0)) != 0 for degree in range(power)):
-            return (power - 1, last) if power > 1 else (0, e)
+            return power - 1, last
         polynomial = (c * _U ** (degree - power) for degree, c in sums.items() if degree >= power)
         last = sympy.Add(*polynomial, *rests)
     raise _Unknown
@@ -289,7 +292,7 @@ class _Term:
             raise _Unknown
 
     def beyond(self, power: int, rests: list[Any]) -> dict[int, Any]:
-        """Coefficients of the term's polynomial by powers of u; what is left, over that power, is added to the rests."""
+        """Coefficients of the term's polynomial by powers of u; what is left, over the power, is added to the rests."""
         if self.power >= power or not self.functions:
             if not self.functions:
                 return {self.power: self.constant}
@@ -316,4 +319,3 @@ class _Term:
                 place = degree + self.power
                 found[place] = found.get(place, sympy.S.Zero) + coefficient
         return found
-

@@ -275,7 +275,6 @@ class bernoulli_ratio(WithFormula):
 _U = sympy.Dummy("u", real=True)
 
 
-
 def log1p(u: Any) -> Any:
     """log(1 + u)."""
     return sympy.log(1 + u)
@@ -334,8 +333,8 @@ class _Rest(WithFormula):
 class taylor_rest(_Rest):
     """What the first m terms of its Taylor series leave of a function, over u^m, or a derivative of that.
 
-    Arguments u, the number of the function in `RESTS`, m from 1 to 4, and the order of the derivative. It is analytic at
-    0; with the number 1, of sin, and m = 1 it is sin(u)/u.
+    Arguments u, the number of the function in `RESTS`, m from 1 to 4, and the order of the derivative. It is analytic
+    at 0; with the number 1, of sin, and m = 1 it is sin(u)/u.
     """
 
     @classmethod

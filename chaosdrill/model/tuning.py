@@ -42,7 +42,7 @@ class Tuning:
     zeros: int = 8
     """Order of a zero, at most, that is taken out of both sides of a quotient."""
     rest_terms: int = 5
-    """Terms of a Taylor series that are not taken away from a function any more: the code of what is left ends there."""
+    """Terms of a Taylor series that are too many to be taken away from a function: the code of its rest ends before."""
     rest_factors: int = 3
     """Functions in a product, at most, each of which becomes two terms."""
     smallest_value: float = 1e-300

@@ -118,7 +118,11 @@ def test_the_error_of_the_code_is_within_its_bound(name):
             values[1:] = [rng.integers(3) / 2, float(rng.integers(3))]
         if name.endswith("_rest"):
             # which function of those that are analytic there, or an exponent; terms, and no derivative
-            values[1:] = [float(rng.integers(6)) if name == "taylor_rest" else values[1], float(rng.integers(1, 5)), 0.0]
+            values[1:] = [
+                float(rng.integers(6)) if name == "taylor_rest" else values[1],
+                float(rng.integers(1, 5)),
+                0.0,
+            ]
         with mpmath.workdps(30):
             truth = EXACT[name](*map(mpmath.mpf, values))
             error = abs(mpmath.mpf(CODE[name](*values)) - truth)

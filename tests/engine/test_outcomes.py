@@ -196,7 +196,8 @@ def test_a_sum_that_ends_in_rounding_is_named():
         modes={"on": {"x": "sqrt(a**2 - 2*a*sin(t) + sin(t)**2)"}},
     )
     run = cd.trajectory(system, periods=2, samples=3)
-    told = "sqrt(a**2 - 2*a*sin(t) + sin(t)**2) ends where a**2 - 2*a*sin(t) + sin(t)**2 = 0, which is lost in the rounding"
+    base = "a**2 - 2*a*sin(t) + sin(t)**2"
+    told = f"sqrt({base}) ends where {base} = 0, which is lost in the rounding"
     assert run.attrs["message"].startswith(told)
     assert "in mode 'on', time 1.570" in run.attrs["message"]
     swept = cd.bifurcation_diagram(system, {"a": [1.0, 1.5]}, transient=0, periods=4)

@@ -1,0 +1,150 @@
+"""Sums of exponentials, and logarithms, powers and comparisons of them that do not overflow.
+
+``log(1 + exp(x))`` is x far out, where the exponential is no double, and a comparison of two exponentials is one of
+their quotient. The logarithm of a sum of two becomes a `log_sum`, that of ``cosh(x)`` a `log_cosh`.
+"""
+
+from collections.abc import Iterator
+from typing import Any
+
+import sympy
+
+from chaosdrill.model.special import log_cosh, log_sum
+from chaosdrill.model.text import undivided
+from chaosdrill.model.tuning import TUNING
+
+EXPONENTIAL = (sympy.exp, sympy.cosh, sympy.sinh)
+
+
+def exponential(exponent: Any) -> Any:
+    return sympy.exp(undivided(sympy.expand(exponent)))
+
+
+def exponentials(expression: Any) -> dict[Any, Any]:
+    """Factors of exponentials of different exponents, whose sum an expression is; none if that sum is a long one."""
+    found: dict[Any, Any] = {}
+    for term in sympy.Add.make_args(expression):
+        # each of these doubles the number of exponentials
+        if sum(isinstance(f, (sympy.cosh, sympy.sinh)) for f in sympy.Mul.make_args(term)) > TUNING.multiplied_out:
+            return {}
+        for exponent, factor in _split(term):
+            found[exponent] = found.get(exponent, sympy.S.Zero) + factor
+    return found
+
+
+def _split(term: Any) -> Iterator[tuple[Any, Any]]:
+    parts: list[tuple[Any, Any]] = [(sympy.S.Zero, sympy.S.One)]
+    for factor in sympy.Mul.make_args(term):
+        if isinstance(factor, sympy.exp):
+            more = [(factor.args[0], sympy.S.One)]
+        elif isinstance(factor, (sympy.cosh, sympy.sinh)):
+            a, sign = factor.args[0], 1 if isinstance(factor, sympy.cosh) else -1
+            more = [(a, sympy.S.Half), (-a, sign * sympy.S.Half)]
+        else:
+            more = [(sympy.S.Zero, factor)]
+        parts = [(a + b, m * n) for a, m in parts for b, n in more]
+    yield from parts
+
+
+def two_of(found: dict[Any, Any]) -> "tuple[tuple[Any, Any], tuple[Any, Any]] | None":
+    """Two exponentials whose sum is that of several, as exponents and factors.
+
+    Those with positive numbers become one.
+    """
+    if len(found) < 2:
+        return None
+    positive = {a: m for a, m in found.items() if is_positive_number(m)}
+    while len(found) > 2 and len(positive) > 1:
+        (a, m), (b, n), *_ = positive.items()
+        joined = log_of_two(m, a, n, b)
+        for exponents in (found, positive):
+            del exponents[a], exponents[b]
+            exponents[joined] = sympy.S.One
+    if len(found) > 2:
+        return None
+    first, second = found.items()
+    return first, second
+
+
+def is_positive_number(m: Any) -> bool:
+    return bool(m.is_number and m.is_positive)
+
+
+def log_of_two(m: Any, a: Any, n: Any, b: Any) -> Any:
+    """log(m exp(a) + n exp(b))."""
+    if m == n and sympy.expand(a + b) == 0 and is_positive_number(m):
+        return sympy.log(2 * m) + log_cosh(a if a.could_extract_minus_sign() is False else b)
+    if a == 0:
+        (m, a), (n, b) = (n, b), (m, a)
+    return b + log_sum(n, m, undivided(sympy.expand(a - b)))
+
+
+def power(e: Any) -> Any:
+    """A power, no whole one, of a sum of exponentials with positive numbers as an exponential."""
+    base, power = e.as_base_exp()
+    if power.is_Integer or not base.has(*EXPONENTIAL) or not (base.is_Add or isinstance(base, sympy.cosh)):
+        return e
+    found = exponentials(base)
+    if len(found) < 2 or not all(map(is_positive_number, found.values())):
+        return e
+    return sympy.exp(power * _log_of(base))
+
+
+def comparison(e: Any) -> Any:
+    """A comparison of exponentials on both sides, which may be infinity against infinity, as that of one of them."""
+    if not all(side.has(*EXPONENTIAL) for side in e.args):
+        return e
+    found: dict[Any, Any] = {}
+    for side, sign in zip(e.args, (1, -1), strict=True):
+        for exponent, factor in exponentials(side).items():
+            offset, moving = exponent.as_coeff_Add()
+            if abs(offset) >= TUNING.far:
+                return e
+            found[moving] = found.get(moving, sympy.S.Zero) + sign * factor * sympy.exp(offset)
+    if not 1 <= len(found) <= 2:
+        return e
+    (b, n), *others = sorted(found.items(), key=lambda one: sympy.default_sort_key(one[0]))
+    return e.func(sympy.Add(n, *(m * exponential(a - b) for a, m in others)), 0)
+
+
+def logarithm(e: Any) -> Any:
+    """A logarithm of exponentials, of sums of them, or of powers of these."""
+    inner = e.args[0]
+    if not inner.has(*EXPONENTIAL):
+        return e
+    found, rest = [], []
+    for factor in sympy.Mul.make_args(inner):
+        base, power = (factor, sympy.S.One) if isinstance(factor, sympy.exp) else factor.as_base_exp()
+        whole = _log_of(base)
+        # the square of what may be negative is positive
+        known = isinstance(factor, sympy.exp) or inner == factor == base or _is_positive(base)
+        found += [power * whole] if whole is not None and known else []
+        rest += [] if whole is not None and known else [factor]
+    left = sympy.Mul(*rest)
+    if not found or left.is_nonpositive:
+        return e
+    return sympy.Add(*found, sympy.log(left) if left != 1 else 0)
+
+
+def _is_positive(base: Any) -> bool:
+    """Whether an expression is a sum of exponentials with positive numbers."""
+    return bool(base.has(*EXPONENTIAL)) and all(map(is_positive_number, exponentials(base).values()))
+
+
+def _log_of(base: Any) -> Any:
+    """The logarithm of an exponential, or of a sum of two; None if it is neither."""
+    if isinstance(base, sympy.exp):
+        return base.args[0]
+    if isinstance(base, sympy.cosh):
+        return log_cosh(base.args[0])
+    if not base.has(*EXPONENTIAL) or not (base.is_Add or isinstance(base, sympy.sinh)):
+        return None
+    two = two_of(exponentials(base))
+    if two is None:
+        return None
+    (a, m), (b, n) = two
+    return log_of_two(m, a, n, b)
+
+
+def with_parts(e: Any, parts: list[Any]) -> Any:
+    return e if all(new is old for new, old in zip(parts, e.args, strict=True)) else e.func(*parts)
