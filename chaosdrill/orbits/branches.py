@@ -422,6 +422,7 @@ def branches(
     if doublings:
         found += _partners(curve, whole, step, max_points)
         generation += range(1, len(found))
+    _once(curve, found)
     for turn in range(doublings):
         following: list[int] = []
         for parent in generation:
@@ -454,6 +455,9 @@ def _partners(curve: Curve, whole: Branch, step: float, most: int) -> list[Branc
             continue
         points = whole.segments[mark.segment].points
         here = points[mark.point]
+        again = replace(whole, marks=[m for m in whole.marks if m is not mark])
+        if _passed(curve, [again], here, mark):
+            continue  # it crosses itself: both ways have been gone
         beside = [points[max(mark.point - 1, 0)].orbit, points[min(mark.point + 1, len(points) - 1)].orbit]
         for orbit, shot, ahead in crossing(curve, beside[0], here.orbit, beside[1], step):
             if _passed(curve, found, here, mark):
@@ -467,12 +471,16 @@ def _partners(curve: Curve, whole: Branch, step: float, most: int) -> list[Branc
             branch.parent, branch.born = 0, whole.value(mark)
             branch.start = f"the branch point at {curve.problem.free[0]} = {branch.born:.12g}"
             found.append(branch)
-    for k, branch in enumerate(found):
-        # where branches cross the point stands once, on the first of them
-        before = [whole, *found[:k]]
-        places = [branch.segments[m.segment].points[m.point] for m in branch.marks]
-        branch.marks = [m for m, p in zip(branch.marks, places, strict=True) if not _passed(curve, before, p, m)]
     return found
+
+
+def _once(curve: Curve, found: list[Branch]) -> None:
+    """Keep the mark of a point where branches cross, or one crosses itself, on the first way through it only."""
+    for k, branch in enumerate(found):
+        places, branch.marks = [(mark, branch.segments[mark.segment].points[mark.point]) for mark in branch.marks], []
+        for mark, point in places:
+            if not _passed(curve, found[: k + 1], point, mark):
+                branch.marks.append(mark)
 
 
 def _passed(curve: Curve, found: list[Branch], point: Point, mark: Mark) -> bool:

@@ -394,6 +394,26 @@ def test_partners_that_meet_again_are_walked_once():
     assert len(crossings) == 2
 
 
+@pytest.mark.parametrize("doublings", [0, 1])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_branch_that_crosses_itself_is_walked_once_and_the_crossing_stands_once(sign, doublings):
+    """Bernoulli's lemniscate (x^2 + k^2)^2 = x^2 - k^2, upright or, with the other sign, lying."""
+    system = cd.Map(
+        states=(x,), parameters={"r": 0.0 if sign > 0 else 0.5},
+        images={x: x + (sign * (x**2 - r**2) - (x**2 + r**2) ** 2) / 10},
+    )  # fmt: skip
+    start = 1.0 if sign > 0 else np.sqrt(np.sqrt(3) / 2 - 0.75)
+    branch = cd.continue_orbit(
+        system.with_initial(x=start), {"r": (-2.0, 2.0)}, start="guess", step=0.05, doublings=doublings
+    )
+    assert branch["branch_end"].values.tolist() == [BranchEnd.CLOSED]
+    states, values = branch["orbit_state"].values[:, 0], branch["r"].values
+    assert np.abs(sign * (states**2 - values**2) - (states**2 + values**2) ** 2).max() < 1e-11
+    folds = [1 / np.sqrt(8), -1 / np.sqrt(8)] * 2 if sign > 0 else [1.0, -1.0]
+    assert sorted(kinds(branch)) == sorted([Special.FOLD] * len(folds) + [Special.BRANCH_POINT])
+    np.testing.assert_allclose(np.sort(branch["special_value"]), np.sort([*folds, 0.0]), atol=1e-9)
+
+
 @pytest.mark.parametrize("step", [0.01, 0.04])
 def test_a_doubled_branch_ends_where_its_halves_coincide(step):
     """x := -(1 + (1 - k^2) / 4) x + x^3: the doubled orbit is x^2 = (1 - k^2) / 4, from one doubling to the other."""
