@@ -583,7 +583,9 @@ class Problem:
             return plane
         rate = np.zeros(len(self.system.state_names) + len(self.system.quadratures))
         kernels_of(self.system).functions.field(mode, orbit.phase, self._states.c[0], orbit.starts[0].copy(), rate)
-        plane[at.START], plane[at.NORMAL] = orbit.starts[0, : self.states], rate[: self.states]
+        # across the flow in units of the states' sizes: in any others a plane may almost contain it
+        size = np.where(self.sizes > 0, self.sizes, 1.0)
+        plane[at.START], plane[at.NORMAL] = orbit.starts[0, : self.states], rate[: self.states] / size**2
         return plane
 
     def is_modulated(self, orbit: Orbit) -> bool:

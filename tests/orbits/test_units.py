@@ -226,3 +226,18 @@ def test_a_state_that_stays_zero_is_as_large_as_what_changes_the_events_of_a_for
     system = cd.HybridSystem(states="x y", modes=modes, transitions=[hit], time="t", period="1")
     sizes = sizes_beside(system, Numerics(), np.array([1.0, 0.0]), 1.0)
     assert sizes == pytest.approx([1.0, 0.5], rel=1e-4)
+
+
+@pytest.mark.parametrize(("unit", "at"), [(1e-3, "y > 0"), (300.0, "x > 0.1")])
+def test_a_branch_without_events_is_whole_in_any_unit_of_one_state(unit, at):
+    """Circles of radius sqrt(mu): the plane on which they begin may not come to contain the flow."""
+    system = cd.HybridSystem(
+        states="x y",
+        parameters={"mu": 0.5, "k": unit},
+        modes={"on": {"x": "mu*x - y/k - x*(x**2 + (y/k)**2)", "y": "k*x + mu*y - y*(x**2 + (y/k)**2)"}},
+        initial={"x": 0.5},
+    )
+    branch = cd.continue_orbit(system, {"mu": (0.2, 0.6)}, transient=50, at=at)
+    assert branch["mu"].values[[0, -1]].tolist() == [0.2, 0.6]
+    radius = np.hypot(*(branch["orbit_state"].values / [1.0, unit]).T)
+    np.testing.assert_allclose(radius, np.sqrt(branch["mu"].values), rtol=1e-10)
