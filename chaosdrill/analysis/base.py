@@ -28,7 +28,7 @@ from chaosdrill.errors import ModelError, SettingsError, StartWarning
 from chaosdrill.names import brief, key_text
 from chaosdrill.progress import Progress, teller, watched
 from chaosdrill.settings import LONGEST, Amount, Faults, Number, Settings, Whole, setting, told, whole
-from chaosdrill.typed import LISTENER, PATH, known_names, not_too_many, refuse
+from chaosdrill.typed import FOLDER, LISTENER, known_names, not_too_many, refuse
 
 if TYPE_CHECKING:
     from chaosdrill.engine.numerics import Numerics
@@ -490,7 +490,7 @@ class Analysis:
         taken = {key_text(name) for one in (system.quadratures, *axes) if isinstance(one, Mapping) for name in one}
         if clash := rate_clash(system.quadratures, taken):
             raise ModelError(f"{system.name}: {clash}")
-        for name, kind in (("progress", LISTENER), ("store", PATH)):
+        for name, kind in (("progress", LISTENER), ("store", FOLDER)):
             if given.get(name) is not None:
                 refuse(SettingsError, name, given[name], kind)
         system.forcing_period()

@@ -239,6 +239,8 @@ def test_what_a_sweep_cannot_be(logistic, tmp_path):
     assert cd.regularity(spring, {"k": [1.0, 2.0]}, periods=50).sizes["k"] == 2
     with pytest.raises(cd.SettingsError, match="store is of use to the points of a sweep"):
         cd.regularity(logistic, periods=50, store=tmp_path)
+    with pytest.raises(cd.SettingsError, match="store is ''; it must be the name of a folder"):
+        cd.regularity(logistic, {"r": [3.2, 3.3]}, periods=50, store="")
 
 
 def test_a_record_too_short_says_nothing(pendulum):
