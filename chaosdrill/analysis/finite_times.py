@@ -9,7 +9,7 @@ import xarray as xr
 from chaosdrill.analysis.arguments import Span, tangent_count
 from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.blocks import Blocks
-from chaosdrill.analysis.records import ENDED, Arrays, ValueTask, carry_out, swept
+from chaosdrill.analysis.records import ENDED, Arrays, ValueTask, carry_out, ended_by, swept
 from chaosdrill.analysis.recurrence import sizes
 from chaosdrill.analysis.spectra import computed_exponents, run_with_tangents
 from chaosdrill.analysis.statistics import in_blocks, standard_error
