@@ -129,16 +129,17 @@ class _Forward:
 
     def _in_sizes(self, frames: np.ndarray) -> np.ndarray:
         """Logarithms of the independent parts of tangents, lengths being taken in the states' sizes; 0 of lost ones."""
-        rows = np.moveaxis(frames / self.sizes, 1, 0).copy()
-        found = np.zeros(frames.shape[:2])
+        # blocks last, along which numpy's loops are long
+        rows = np.ascontiguousarray(frames.transpose(1, 2, 0)) / self.sizes[:, np.newaxis]
+        found = np.zeros((len(rows), len(frames)))
         for i, row in enumerate(rows):
             for before in (*rows[:i], *rows[:i]):
-                row -= np.einsum("bn,bn->b", row, before)[:, np.newaxis] * before
-            length = np.sqrt(np.einsum("bn,bn->b", row, row))
+                row -= np.einsum("nb,nb->b", row, before) * before
+            length = np.sqrt(np.einsum("nb,nb->b", row, row))
             length[length == 0.0] = 1.0
-            row /= length[:, np.newaxis]
-            found[:, i] = np.log(length)
-        return found
+            row /= length
+            found[i] = np.log(length)
+        return found.T
 
     def back(self) -> Iterator[tuple[int, _Chunk]]:
         """The chunks that reach into the record or lie behind it, the last one first, with their first blocks."""
@@ -390,15 +391,15 @@ def between(coordinates: np.ndarray, lost: np.ndarray) -> np.ndarray:
         rows = slice(None) if same else (lost == pattern).all(axis=1)
         live, those = np.flatnonzero(~pattern), coordinates[rows]
         for first in range(1, len(live)):
-            basis = those[:, live[first:]].swapaxes(1, 2)
             inside = live[:first]
             outside = np.setdiff1d(np.arange(coordinates.shape[2]), inside)
             if len(live) - first == 1:
-                # of a single vector the parts on either side; small angles are known by their sines
-                sine, cosine = (np.einsum("kij,kij->k", part, part) for part in (basis[:, outside], basis[:, inside]))
+                # the parts of a single vector on either side; small angles are known by their sines
+                vector = those[:, live[first]]
+                sine, cosine = (np.einsum("ki,ki->k", part, part) for part in (vector[:, outside], vector[:, inside]))
                 found = np.arctan2(np.sqrt(sine), np.sqrt(cosine))
             else:
-                basis = np.linalg.qr(basis)[0]
+                basis = np.linalg.qr(those[:, live[first:]].swapaxes(1, 2))[0]
                 along, across = basis[:, inside], basis[:, outside]
                 back = along.swapaxes(1, 2)
                 square = np.linalg.eigvalsh(along @ back if first < len(live) / 2 else back @ along)[:, -1]
