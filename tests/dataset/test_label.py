@@ -56,3 +56,19 @@ def test_the_dataset_given_stays_as_it_was(diagram, system, settings):
     before = diagram.copy(deep=True)
     label(diagram, KIND, system=system, settings=settings)
     assert diagram.identical(before)
+
+
+def test_datasets_share_no_attributes(diagram, system, settings):
+    one, other = (label(diagram, KIND, system=system, settings=settings) for _ in range(2))
+    one["outcome"].attrs["flag_meanings"] = "mine"
+    del one["e"].attrs["comment"]
+    assert other["outcome"].attrs["flag_meanings"] != "mine"
+    assert "comment" in other["e"].attrs
+    with pytest.raises(ValueError, match="read-only"):
+        one["outcome"].attrs["flag_values"][0] = 7
+
+
+def test_labels_are_those_of_the_present_index(diagram, system, settings):
+    moved = label(diagram.assign_coords(e=diagram["e"] + 1.0), KIND, system=system, settings=settings)
+    assert moved.sel(e=float(diagram["e"][1]) + 1.0).equals(moved.isel(e=1))
+    assert label(diagram, KIND, system=system, settings=settings).indexes["e"].equals(diagram.indexes["e"])
