@@ -132,7 +132,7 @@ def work(number):
     path = f"{sys.argv[1]}/{number}.nc"
     cd.save(diagram(200), path)
     first = cd.open(path)
-    for _ in range(8):
+    for _ in range(3):
         cd.save(first, path)
         assert cd.open(path).identical(first)
     return number

@@ -188,9 +188,7 @@ def shell(tmp_path):
     return run
 
 
-@pytest.mark.parametrize(
-    "where", [">&-", "2>&-", "<&- >&- 2>&-", "2>/dev/full", "> >(true) 2>&1"]
-)
+@pytest.mark.parametrize("where", [">&-", "2>&-", "<&- >&- 2>&-", "2>/dev/full", "> >(true) 2>&1"])
 def test_the_archive_is_written_whoever_listens(shell, tmp_path, where):
     done = shell(f"chaosdrill run scene.toml -o out.nc {where}")
     assert (done.returncode, b"Traceback" in done.stderr) == (0, False)

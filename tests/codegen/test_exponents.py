@@ -166,7 +166,8 @@ def test_functions(systems, effects):
     assert functions_of(systems[label(effects)]) == expected | contact.get(effects["contact"], set())
 
 
-@pytest.mark.parametrize("effects", WITH_EVERY_PAIR, ids=label)
+# what is asserted depends on one effect each, or on the rock and the contact; these hold every option several times
+@pytest.mark.parametrize("effects", WITH_EVERY_PAIR[:12], ids=label)
 def test_traces(systems, effects):
     system = systems[label(effects)]
     text = text_of(write(system.placed))

@@ -142,7 +142,7 @@ RATES = st.recursive(
 )
 
 
-@settings(max_examples=6, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=3, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(RATES, min_size=6, max_size=6), st.lists(LEAVES, min_size=2, max_size=2))
 def test_any_small_system_by_text_and_by_sympy_has_the_same_code(rates, sides):
     """A scene and an archive hold the definition, whose code is the same again."""

@@ -355,7 +355,9 @@ def test_analyses_that_take_noise_agree_with_the_closed_form():
     # of one draw the values are two, with this variance; of ten it is a tenth of it
     variance = (math.log(0.3) - math.log(0.9)) ** 2 / 4
     spread = windows["cumulant"].sel(exponent=1).values[:, 1]
-    assert spread == pytest.approx([variance, variance / 10], rel=0.1)
+    # with two values the variance is off by the square of what their shares are off, of which 4 errors are allowed
+    assert spread[0] == pytest.approx(variance, rel=16 / 4000)
+    assert spread[1] == pytest.approx(variance / 10, rel=0.1)
     lengths = {"transient": 10, "periods": 2000, "max_extension": 0, "max_period": 16}
     sweep = {"c": [0.1, 0.2]}
     lines = cd.bifurcation_diagram(system, sweep, follow="both", exponents=1, **lengths)
