@@ -6,6 +6,7 @@ from functools import lru_cache
 import numpy as np
 
 from chaosdrill.dataset.references import mapping
+from chaosdrill.names import visible
 from chaosdrill.plots._types import DataArray, Dataset
 from chaosdrill.plots.tuning import TUNING
 from chaosdrill.systems import REGISTRY
@@ -34,7 +35,7 @@ def label(variable: DataArray, name: str | None = None) -> str:
 
 def _with_unit(text: str, unit: str) -> str:
     raised = re.sub(r"(?<=[A-Za-z])-?\d+", lambda power: power[0].translate(_RAISED), unit)
-    text = drawable(text) if "$" in text else text
+    text = visible(drawable(text) if "$" in text else text)
     return text if unit in ("1", "") or _COMPLETE.search(text) else f"{text} ({raised})"
 
 

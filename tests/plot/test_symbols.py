@@ -72,6 +72,11 @@ def test_a_label_stands_in_the_place_of_symbol_and_unit(given, units, shown):
         assert axis_label(named, "q") == shown
 
 
+def test_control_characters_are_drawn_as_codes():
+    ds = xr.Dataset(coords={"q": ("q", [0.0], {"long_name": "load\x1b[31m\u202e"})}, attrs={"system": "own"})
+    assert axis_label(ds, "q") == "load\\x1b[31m\\u202e"
+
+
 def test_what_the_library_calls_it_is_followed_by_its_symbol():
     run = cd.trajectory(cd.build("impact-oscillator"), periods=1, samples=2)
     assert state_label(run, 0) == "displacement x"
