@@ -7,10 +7,12 @@ better the more terms they have. Nothing else does so: chaos and strange nonchao
 machines have no frequency beside their fractions, and exchanges of intervals none that lasts.
 """
 
+from collections.abc import Callable
 from functools import lru_cache
 from itertools import product
 
 import numpy as np
+from scipy.linalg import cho_factor, cho_solve
 
 from chaosdrill.analysis.frequencies import strongest
 
@@ -86,12 +88,13 @@ def _known_by(points: np.ndarray, turns: np.ndarray, fitted: int) -> int:
 
 def _moves_on(points: np.ndarray, turns: np.ndarray, degree: int) -> bool:
     """Whether what a polynomial leaves is a change of its coefficients in time, as along a spiral."""
-    turns = _refined(points, turns, degree)
+    turns = _refined(points, turns, degree, 1)
     columns, time = _columns(len(points), turns, _terms(len(turns), degree)), np.linspace(-1, 1, len(points))
-    left = points - columns @ _solved(columns, points)
+    solve = _solver(columns)
+    left = points - columns @ solve(points)
     waves = _columns(len(points), turns, _terms(len(turns), SLOW))
     drift = np.concatenate([waves * time[:, np.newaxis], waves * time[:, np.newaxis] ** 2], axis=1)
-    drift -= columns @ _solved(columns, drift)
+    drift -= columns @ solve(drift)
     rest = left - drift @ np.linalg.lstsq(drift, left, rcond=None)[0]
     return bool((rest**2).sum() < (1 - EXPLAINED) * (left**2).sum() and left.std(axis=0).max() > SEEN)
 
@@ -123,27 +126,33 @@ def _columns(count: int, turns: np.ndarray, terms: np.ndarray) -> np.ndarray:
     return np.concatenate([np.ones((count, 1)), waves.real, waves.imag], axis=1)
 
 
-def _solved(columns: np.ndarray, values: np.ndarray) -> np.ndarray:
+def _solver(columns: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
     """Least squares, by normal equations that keep coefficients small."""
     square = columns.T @ columns
     square[np.diag_indices_from(square)] += len(columns) * WEIGHT
-    return np.linalg.solve(square, columns.T @ values)
+    factor = cho_factor(square, overwrite_a=True, check_finite=False)
+    return lambda values: cho_solve(factor, columns.T @ values, check_finite=False)
 
 
-def _refined(points: np.ndarray, turns: np.ndarray, degree: int = LOW) -> np.ndarray:
+def _solved(columns: np.ndarray, values: np.ndarray) -> np.ndarray:
+    return np.asarray(_solver(columns)(values))
+
+
+def _refined(points: np.ndarray, turns: np.ndarray, degree: int = LOW, steps: int = STEPS) -> np.ndarray:
     """Frequencies with which a polynomial of some degree is nearest to the points."""
-    terms, count = _terms(len(turns), degree), len(points)
+    terms, (count, n) = _terms(len(turns), degree), points.shape
     at, half = np.arange(count) - (count - 1) / 2, len(terms) + 1
-    for _ in range(STEPS):
+    for _ in range(steps):
         columns = _columns(count, turns, terms)
-        solved = _solved(columns, points)
-        rates = [
-            2 * np.pi * at[:, np.newaxis] * (columns[:, 1:half] @ (of * solved[half:].T).T
-            - columns[:, half:] @ (of * solved[1:half].T).T)
-            for of in terms.T
-        ]  # fmt: skip
-        apart = [rate - columns @ _solved(columns, rate) for rate in rates]
-        slopes = np.stack([one.ravel() for one in apart], axis=1)
+        solve = _solver(columns)
+        solved = solve(points)
+        real, imaginary = solved[1:half], solved[half:]
+        rates = np.concatenate(
+            [columns[:, 1:half] @ (of * imaginary.T).T - columns[:, half:] @ (of * real.T).T for of in terms.T], axis=1
+        )
+        rates *= 2 * np.pi * at[:, np.newaxis]
+        apart = (rates - columns @ solve(rates)).reshape(count, len(turns), n)
+        slopes = apart.transpose(0, 2, 1).reshape(count * n, len(turns))
         turns = turns + np.linalg.lstsq(slopes, (points - columns @ solved).ravel(), rcond=None)[0]
     return turns
 

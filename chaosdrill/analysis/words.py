@@ -182,7 +182,8 @@ class Evidence:
     def even(self) -> np.ndarray:
         """Whether tangents grow as much in both halves, as in chaos, be its bands so narrow that points come back."""
         later, whole = self.late * self.length / 2, self.lead * self.length
-        return (whole > UNMOVED) & (later > EVEN * whole) & (whole - later > EVEN * whole)
+        with np.errstate(invalid="ignore"):
+            return (whole > UNMOVED) & (later > EVEN * whole) & (whole - later > EVEN * whole)
 
     @property
     def bounded(self) -> np.ndarray:

@@ -65,6 +65,33 @@ def test_spectrum_diagram_and_basins_give_one_word(van_der_pol):
         assert set(words(cd.basins(van_der_pol, grid, **at))) == {"periodic"}
 
 
+@pytest.mark.parametrize(
+    ("name", "parameter", "values", "periods"),
+    [
+        ("logistic", "r", [3.001, 3.5699456718709, 3.7, 3.8284], 600),
+        ("delayed_logistic", "r", [2.005, 2.05, 2.1], 700),
+        ("pitchfork", "m", [0.01, 0.02], 1500),
+        ("duffing", "gamma", [0.3, 0.4], 130),
+    ],
+)
+def test_all_analyses_give_one_word_for_a_start_and_a_length(name, parameter, values, periods, request):
+    """Spectra, diagrams, charts and basins: slow cycles, adding machines, chaos, tori that settle, departures."""
+    system = request.getfixturevalue(name)
+    lengths = {"periods": periods, "transient": 20}
+    state, other = system.state_names[:2]
+    starts = np.sort(float(system.initial[state]) + np.random.default_rng(11).uniform(0, 0.05, 3))
+    seeds, beside = [{state: float(one)} for one in starts], {other: [float(system.initial[other])]}
+    short = {"max_extension": 0, **lengths}
+    diagram = np.reshape(words(cd.bifurcation_diagram(system, {parameter: values}, seeds=seeds, **short)), (-1, 3))
+    for row, value in zip(diagram.tolist(), values, strict=True):
+        here = system.with_parameters(**{parameter: value})
+        assert row == [words(cd.lyapunov_spectrum(here.with_initial(**seed), **lengths))[0] for seed in seeds]
+        assert row == words(cd.basins(here, {state: starts, **beside}, **short))
+        for second in [name for name in system.parameters if name != parameter][:1]:
+            sweep = {parameter: [value], second: [float(system.parameters[second])]}
+            assert row == words(cd.parameter_chart(here, sweep, seeds=seeds, **short))
+
+
 @pytest.mark.parametrize("unit", [1e-9, 1.0, 1e9])
 def test_a_departure_ends_on_its_cycle(unit):
     leaving = map_system("pf", (X,), {"m": 0.02}, {X: X + M * X - X**3 / unit**2}, {X: 1e-8 * unit})
