@@ -12,7 +12,6 @@ from functools import lru_cache
 from itertools import product
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
 from chaosdrill.analysis.frequencies import strongest
 
@@ -130,12 +129,11 @@ def _solver(columns: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
     """Least squares, by normal equations that keep coefficients small."""
     square = columns.T @ columns
     square[np.diag_indices_from(square)] += len(columns) * WEIGHT
-    factor = cho_factor(square, overwrite_a=True, check_finite=False)
-    return lambda values: cho_solve(factor, columns.T @ values, check_finite=False)
+    return lambda values: np.asarray(np.linalg.solve(square, columns.T @ values))
 
 
 def _solved(columns: np.ndarray, values: np.ndarray) -> np.ndarray:
-    return np.asarray(_solver(columns)(values))
+    return _solver(columns)(values)
 
 
 def _refined(points: np.ndarray, turns: np.ndarray, degree: int = LOW, steps: int = STEPS) -> np.ndarray:
