@@ -1,10 +1,10 @@
 """How often two standard errors contain the truth, in records of measures of chaos whose value is known.
 
-    python studies/chaos/coverage.py [--records 200] [--only NAME ...]
+    python studies/chaos/covering.py [--records 200] [--only NAME ...]
 
 Each record is short and begins at a random state, or has a random seed. A closed form is the truth; where there is
 none, the mean over all records is, which then tells whether the errors are those by chance, and not whether the method
-is biased. Writes a table to ``studies/chaos/out/coverage.md``; the exit code is 0 if every error covers in 88 % of the
+is biased. Writes a table to ``studies/chaos/out/covering.md``; the exit code is 0 if every error covers in 88 % of the
 records at least.
 """
 
@@ -273,7 +273,7 @@ def main() -> int:
             good &= covers
             print(" | ".join(cells), flush=True)
     OUT.mkdir(exist_ok=True)
-    (OUT / "coverage.md").write_text("".join(f"| {' | '.join(cells)} |\n" for cells in lines), encoding="utf-8")
+    (OUT / "covering.md").write_text("".join(f"| {' | '.join(cells)} |\n" for cells in lines), encoding="utf-8")
     return 0 if good else 1
 
 
