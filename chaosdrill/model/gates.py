@@ -17,7 +17,6 @@ from chaosdrill.model.logarithms import EXPONENTIAL, comparison, exponential, ex
 from chaosdrill.model.quotients import Divisor, quotient
 from chaosdrill.model.removable import without_removable
 from chaosdrill.model.special import gate, log_cosh, log_sum
-from chaosdrill.model.text import undivided
 from chaosdrill.model.tuning import TUNING
 
 
@@ -48,7 +47,7 @@ def _rewritten(e: Any, known: dict[Any, Any]) -> Any:
             made = made if divided == made else _once(divided)
         elif isinstance(made, sympy.log):
             made = logarithm(made)
-        elif isinstance(made, sympy.exp):
+        elif isinstance(made, _SATURATED):
             made = _bounded(made)
         elif made.is_Relational:
             made = comparison(made)
@@ -56,22 +55,24 @@ def _rewritten(e: Any, known: dict[Any, Any]) -> Any:
     return known[e]
 
 
-def _bounded(e: Any) -> Any:
-    """An exponential of exponentials, each of which ends where the whole is zero, or larger than any double.
+_SATURATED = (sympy.exp, sympy.atan, sympy.tanh)
+"""Functions that end, or are larger than any double, long before an exponential that they are applied to is none."""
 
-    What is left of their product with a rate, of ``exp(-exp(-x))`` say, would be zero times infinity there.
+
+def _bounded(e: Any) -> Any:
+    """A function of exponentials, each of which ends where the whole does.
+
+    What is left of its slope, of that of ``exp(-exp(-x))`` say, would be zero times infinity there.
     """
-    if not any(isinstance(f, sympy.exp) for term in sympy.Add.make_args(e.args[0]) for f in sympy.Mul.make_args(term)):
-        return e
     terms = []
     for term in sympy.Add.make_args(e.args[0]):
         factors = sympy.Mul.make_args(term)
-        grown = [f.args[0] for f in factors if isinstance(f, sympy.exp) and f.free_symbols]
-        most = sympy.Float(math.exp(TUNING.bounded)) if grown else sympy.S.One
-        ended = [1 / (1 + sympy.exp(undivided(sympy.expand(sympy.Integer(TUNING.bounded) - v)))) for v in grown]
-        others = [f for f in factors if not (isinstance(f, sympy.exp) and f.free_symbols)]
-        terms.append(sympy.Mul(most ** len(grown), *ended, *others))
-    return sympy.exp(sympy.Add(*terms))
+        grown = [f for f in factors if isinstance(f, sympy.exp) and f.free_symbols]
+        most = sympy.Integer(TUNING.bounded)
+        ended = [sympy.Float(math.exp(most)) / (1 + exponential(most - f.args[0])) for f in grown]
+        terms.append(sympy.Mul(*ended, *(f for f in factors if f not in grown)) if grown else term)
+    made = sympy.Add(*terms)
+    return e if made == e.args[0] else e.func(made)
 
 
 def _divisor_or_part(whole: Any, part: Any, known: dict[Any, Any]) -> Any:

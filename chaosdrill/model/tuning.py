@@ -30,9 +30,9 @@ class Tuning:
     """Denominator in an exponent above which a fraction is written as the decimal number that it was read from."""
     far: float = 200.0
     """Logarithm of a number beside an exponential from which on the two are one: their product may be any double."""
-    bounded: int = 100
-    """Exponent at which an exponential within another one ends: the outer one is zero from 745 on, whatever factor down
-    to 1e-25 is between them, and five rates may be multiplied before they are no doubles."""
+    bounded: int = 200
+    """Exponent at which an exponential ends within a function that has ended before, whatever factor down to 1e-70 is
+    between them; three of its rates may be multiplied before they are no doubles."""
     passes: int = 4
     """Times that quotients and logarithms are looked for again in what has been made of them."""
     same_ratio: float = 1e-14
