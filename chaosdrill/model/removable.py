@@ -249,7 +249,8 @@ def _zeros(e: Any) -> tuple[int, Any]:
     terms = [_Term(term) for term in sympy.Add.make_args(sympy.expand(e))]
     last = e
     for power in range(1, TUNING.zeros + 1):
-        rests, sums = [], {}
+        rests: list[Any] = []
+        sums: dict[int, Any] = {}
         for term in terms:
             for degree, coefficient in term.beyond(power, rests).items():
                 sums[degree] = sums.get(degree, sympy.S.Zero) + coefficient
