@@ -55,7 +55,7 @@ def _rewritten(e: Any, known: dict[Any, Any]) -> Any:
     return known[e]
 
 
-_SATURATED = (sympy.exp, sympy.atan, sympy.tanh)
+_SATURATED = (sympy.exp, sympy.atan)
 """Functions that end, or are larger than any double, long before an exponential that they are applied to is none."""
 
 

@@ -43,9 +43,10 @@ def with_factor(guard: Any, moving: Iterable[Any]) -> Any:
     zero where x is.
     """
     symbols = sorted(guard.free_symbols & set(moving), key=lambda s: s.name)
-    if not (guard.is_Add and symbols and guard.is_polynomial(*symbols)) or all(t.is_Symbol for t in guard.args):
+    if not (guard.is_Add and symbols and guard.is_polynomial(*symbols)):
         return guard
-    if math.comb(degree_bound(guard) + len(symbols), len(symbols)) > TUNING.terms:
+    degree = degree_bound(guard)
+    if degree < 2 or math.comb(degree + len(symbols), len(symbols)) > TUNING.terms:
         return guard
     polynomial = sympy.Poly(exact(guard), *symbols)
     shared = {s: min(powers) for s, powers in zip(symbols, zip(*polynomial.monoms(), strict=True), strict=True)}

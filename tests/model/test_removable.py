@@ -31,7 +31,6 @@ LAWS = {
     "log(cosh(u))/u**2": lambda u: mpmath.log(mpmath.cosh(u)) / u**2 if u else mpmath.mpf(1) / 2,
     "exp(-exp(-1000*u))": lambda u: mpmath.exp(-mpmath.exp(-1000 * u)),
     "atan(k*exp(1000*u))": lambda u: mpmath.atan(SIZE * mpmath.exp(1000 * u)),
-    "tanh(exp(1000*u))": lambda u: mpmath.tanh(mpmath.exp(1000 * u)),
 }
 STATES = [f"y{i}" for i in range(len(LAWS))]
 
