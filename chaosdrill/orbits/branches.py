@@ -22,7 +22,7 @@ from chaosdrill.orbits.function_points import mark_functions
 from chaosdrill.orbits.grazing import grazing_form
 from chaosdrill.orbits.halves import halves_met
 from chaosdrill.orbits.marks import NO_COLUMNS, Columns
-from chaosdrill.orbits.multipliers import free_multipliers, is_stable, multipliers, structural_rank
+from chaosdrill.orbits.multipliers import free_multipliers, is_stable, largest_growth, multipliers, structural_rank
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.points import Border, Point
 from chaosdrill.orbits.problem import CONVERGED, LostError, Shot
@@ -263,6 +263,8 @@ def _ended_at(branch: Branch, curve: Curve, part: Continued, last: BranchSegment
     words = why or (f"{text}; the {curve.noun} ends" if text else _lost(last))
     if halves_met(curve, last.points, kind == Special.REGULAR) and (isinstance(curve, SpecialCurve) or not words):
         return branch.ended(BranchEnd.DOUBLING)
+    if not words and part.lost:
+        words = _hidden(last)
     branch.ended(ENDS.get(kind, BranchEnd.NO_CONVERGENCE), words)
     kind = sliding_beyond(curve.problem, part.border) or kind if kind != Special.REGULAR else kind
     _mark(branch, part.border, kind, words)
@@ -293,6 +295,17 @@ def _lost(segment: BranchSegment) -> str:
             f"the duration grows without bound, to {durations[-1]:.3g}: the orbit approaches a connection of equilibria"
         )
     return ""
+
+
+def _hidden(segment: BranchSegment) -> str:
+    """Why the next orbit may be hidden by rounding: deviations grow on a part of the last one, though it is stable."""
+    problem = segment.curve.problem
+    growth = largest_growth(problem, segment.points[-1].orbit)
+    if growth * TUNING.step_error < TUNING.residual:
+        return ""
+    return (
+        f"deviations grow {growth:.1e}-fold on a part of the orbit, as along a canard: rounding hides which orbit is next"
+    )
 
 
 def _escapes(segment: BranchSegment, step: float) -> bool:

@@ -143,17 +143,18 @@ def continue_curve(
 
 
 def _on_own_section(curve: Curve, point: Point) -> Point:
-    """The point with the plane across the flow at its own start, and the tangent that it has there."""
-    shot = curve.problem.shoot(point.orbit, False)
+    """The point with the plane across the flow at its own start, and the tangent that it has there.
+
+    On the plane before the start may have slid along the orbit much further than the orbits change: that part of the
+    tangent goes, so that it leads on, not back.
+    """
+    problem, shot = curve.problem, curve.problem.shoot(point.orbit, False)
     if point.root is None:
-        return replace(
-            point,
-            tangent=curve.directed(
-                shot, curve.problem.direction(point.orbit, shot, point.weights, point.tangent.row), point.weights
-            ),
-            section=point.orbit,
-        )
-    plane = plane_at(curve.problem, point.orbit, shot, point.weights, point.root.plane)
+        d, flow, ahead = problem.states, problem.flow_at(point.orbit), point.tangent.change.copy()
+        ahead[:d] -= flow * (flow @ ahead[:d]) / (flow @ flow)
+        direction = problem.direction(point.orbit, shot, point.weights, ahead * point.weights**2)
+        return replace(point, tangent=curve.directed(shot, direction, point.weights), section=point.orbit)
+    plane = plane_at(problem, point.orbit, shot, point.weights, point.root.plane)
     return replace(
         point,
         tangent=plane.direction(plane.part(point.tangent.course)),

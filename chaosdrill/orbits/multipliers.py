@@ -277,13 +277,28 @@ def graded(problem: "Problem", orbit: "Orbit", monodromy: np.ndarray, rank: int)
     return np.asarray(_simultaneous(np.array(pieces(problem, orbit))[np.newaxis], rank, together[np.newaxis])[0][0])
 
 
-def pieces(problem: "Problem", orbit: "Orbit") -> list[np.ndarray]:
-    """Tangent maps of the segments and events of an orbit in order, segments cut until none is ill conditioned."""
+def largest_growth(problem: "Problem", orbit: "Orbit") -> float:
+    """Largest factor by which a deviation grows on any part of an orbit, in sizes of the states."""
+    sizes = np.where(problem.sizes > 0, problem.sizes, 1.0)
+    largest, ending = 1.0, np.zeros((0, problem.states, problem.states))
+    parts = [piece * sizes / sizes[:, np.newaxis] for piece in pieces(problem, orbit, TUNING.growth_halvings)]
+    for piece in parts * 2:
+        # those that end here, of a round at most
+        ending = piece @ np.concatenate([ending, np.eye(problem.states)[np.newaxis]])[-len(parts) :]
+        largest = max(largest, float(np.linalg.norm(ending, 2, axis=(-2, -1)).max()))
+    return largest
+
+
+def pieces(problem: "Problem", orbit: "Orbit", least: int = 0) -> list[np.ndarray]:
+    """Tangent maps of the segments and events of an orbit in order.
+
+    Segments are halved ``least`` times, and until none is ill conditioned.
+    """
     found: list[np.ndarray] = []
     for one, before in problem.segment_by_segment(orbit):
         flow = one.segments.copy()
         flow[:, at.SEGMENT_END] = at.PLANE
-        _cut(problem, replace(one, segments=flow), found, 0)
+        _cut(problem, replace(one, segments=flow), found, 0, least)
         if one.segments[0, at.SEGMENT_END] >= 0:
             time = one.phase + float(one.durations[0])
             starts = np.concatenate([before, one.starts[0, problem.states :]])[np.newaxis]
@@ -292,18 +307,18 @@ def pieces(problem: "Problem", orbit: "Orbit") -> list[np.ndarray]:
     return found
 
 
-def _cut(problem: "Problem", one: "Orbit", found: list[np.ndarray], depth: int) -> None:
+def _cut(problem: "Problem", one: "Orbit", found: list[np.ndarray], depth: int, least: int) -> None:
     """Tangent maps of a segment, halved until they are well conditioned."""
     matrix = problem.shoot(one, False).monodromy
     sizes = np.linalg.svd(matrix, compute_uv=False)
     # across the surfaces that the mode holds it is zero
     smallest = sizes[-1 - kernels_of(problem.plain).held[one.segments[0, at.SEGMENT_MODE]]]
-    if depth == TUNING.piece_halvings or sizes[0] < TUNING.piece_condition * smallest:
+    if depth >= least and (depth >= TUNING.piece_halvings or sizes[0] < TUNING.piece_condition * smallest):
         found.append(matrix)
         return
     half = one.durations / 2
     middle = problem.at([replace(one, durations=half)], half[np.newaxis])[0][0, 0]
     starts = np.concatenate([middle, one.starts[0, problem.states :]])[np.newaxis]
-    _cut(problem, replace(one, durations=half), found, depth + 1)
+    _cut(problem, replace(one, durations=half), found, depth + 1, least)
     rest = replace(one, starts=starts, phase=one.phase + float(half[0]), durations=half)
-    _cut(problem, rest, found, depth + 1)
+    _cut(problem, rest, found, depth + 1, least)

@@ -577,16 +577,19 @@ class Problem:
 
         An orbit without events and period starts on a plane across the flow.
         """
-        mode, end, _ = orbit.segments[0].tolist()
         plane = self._ends.copy()
-        if end != at.PLANE:
-            return plane
-        rate = np.zeros(len(self.system.state_names) + len(self.system.quadratures))
-        kernels_of(self.system).functions.field(mode, orbit.phase, self._states.c[0], orbit.starts[0].copy(), rate)
-        # across the flow in units of the states' sizes: in any others a plane may almost contain it
-        size = np.where(self.sizes > 0, self.sizes, 1.0)
-        plane[at.START], plane[at.NORMAL] = orbit.starts[0, : self.states], rate[: self.states] / size**2
+        if orbit.segments[0, at.SEGMENT_END] == at.PLANE:
+            # across the flow in units of the states' sizes: in any others a plane may almost contain it
+            size = np.where(self.sizes > 0, self.sizes, 1.0)
+            plane[at.START], plane[at.NORMAL] = orbit.starts[0, : self.states], self.flow_at(orbit) / size**2
         return plane
+
+    def flow_at(self, orbit: Orbit) -> np.ndarray:
+        """Rates of the states where an orbit begins, shape (d,)."""
+        rate = np.zeros(len(self.system.state_names) + len(self.system.quadratures))
+        mode = int(orbit.segments[0, at.SEGMENT_MODE])
+        kernels_of(self.system).functions.field(mode, orbit.phase, self._states.c[0], orbit.starts[0].copy(), rate)
+        return rate[: self.states]
 
     def is_modulated(self, orbit: Orbit) -> bool:
         """Whether the forcing acts on motions beside an orbit without events that it leaves at rest.

@@ -180,6 +180,8 @@ class Tuning:
     """Condition number of a piece of a segment that is not cut any further."""
     piece_halvings: int = 10
     """Times that a segment is halved, at most."""
+    growth_halvings: int = 6
+    """Times that it is halved to see where in it deviations grow: a canard takes a tenth of its orbit."""
     exponent_rounds: int = 200
     """Rounds that tangents are given to turn into their directions."""
     exponent_turned: float = 1e-12

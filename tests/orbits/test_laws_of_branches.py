@@ -360,6 +360,22 @@ def test_a_closed_branch_is_walked_once(transient):
         np.testing.assert_allclose(last, first, atol=1e-7)
 
 
+@pytest.mark.parametrize("start", [(1.78575683, 0.09231752), (-1.79026362, -0.0634159)])
+def test_a_branch_ends_at_a_canard_and_says_so_wherever_its_orbits_begin(start):
+    """Van der Pol's oscillator explodes at 1 - k/8 - 3 k^2/32 - 173 k^3/1024 - ... (Zvonkin and Shubin 1984,
+    doi:10.1070/RM1984v039n02ABEH003091)."""
+    system = cd.HybridSystem(
+        name="canard", states="x y", parameters={"a": 0.9, "k": 0.05}, initial=dict(zip("xy", start, strict=True)),
+        modes={"m": {"x": "y - x**3/3 + x", "y": "k*(a - x)"}},
+    )  # fmt: skip
+    branch = cd.continue_orbit(system, {"a": (0.8, 1.1)}, start="guess")
+    values = branch["a"].values
+    assert values[-1] == values.max() == pytest.approx(1 - 0.05 / 8 - 3 * 0.05**2 / 32 - 173 * 0.05**3 / 1024, abs=1e-5)
+    assert (np.diff(branch["period_time"].values) > 0).all()
+    assert branch["branch_end"].values.tolist() == [BranchEnd.NO_CONVERGENCE]
+    assert "canard" in branch["branch_end_text"].item()
+
+
 # Branches that cross are followed on either side.
 
 
