@@ -303,9 +303,7 @@ def _hidden(segment: BranchSegment) -> str:
     growth = largest_growth(problem, segment.points[-1].orbit)
     if growth * TUNING.step_error < TUNING.residual:
         return ""
-    return (
-        f"deviations grow {growth:.1e}-fold on a part of the orbit, as along a canard: rounding hides which orbit is next"
-    )
+    return f"deviations grow {growth:.1e}-fold on a part of the orbit, as along a canard: rounding hides the next one"
 
 
 def _escapes(segment: BranchSegment, step: float) -> bool:

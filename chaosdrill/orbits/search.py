@@ -79,7 +79,7 @@ class CloseReturns:
             self.records += [self._record(system, short) for system in self._scattered(known, span, span)]
         else:
             for _ in range(TUNING.open_rounds):
-                # how far the set extends that motions leave is not known: as they do, or as far as the origin, or between
+                # the set that motions leave may extend as far as they do, or as far as the origin, or between
                 most = np.maximum(self.extent, np.abs(known).max(axis=0, initial=0))
                 self.records += [self._record(system, short) for system in self._scattered(known, self.extent, most)]
                 known = self._measured()
@@ -364,8 +364,8 @@ def search(
 def _all_of(period: int, close_returns: CloseReturns, known: "Known") -> None:
     """Try the returns after a period, last those that probably lead to a known orbit.
 
-    If there are too few of them, or all motions escape, so that returns favour the orbits that are left slowly, rounds are
-    joined from pieces, as long as new orbits are found.
+    If there are too few of them, or all motions escape, so that returns favour the orbits that are left slowly, rounds
+    are joined from pieces, as long as new orbits are found.
     """
     put_off: list[tuple[float, Return]] = []
 

@@ -21,7 +21,7 @@ ROUNDS = {
 
 
 def pinball(order=(0, 1, 2), states="x y p", unit=1.0, away=0.0, **options):
-    """The system: place (x, y) and direction p of motion at speed ``unit``, with disks in any order, ``away`` from 0."""
+    """The system: place (x, y) and direction p of motion at speed ``unit``, disks in any order, ``away`` from 0."""
     x, y = f"(x/{unit!r} - {away!r})", f"(y/{unit!r})"
     bounces = [
         Transition(
