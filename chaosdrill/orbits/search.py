@@ -80,8 +80,9 @@ class CloseReturns:
         else:
             for _ in range(TUNING.open_rounds):
                 # the set that motions leave may extend as far as they do, or as far as the origin, or between
-                most = np.maximum(self.extent, np.abs(known).max(axis=0, initial=0))
-                self.records += [self._record(system, short) for system in self._scattered(known, self.extent, most)]
+                least = np.maximum(self.extent, problem.shifts.extent(np.vstack([known, starts])))
+                most = np.maximum(least, np.abs(known).max(axis=0, initial=0))
+                self.records += [self._record(system, short) for system in self._scattered(known, least, most)]
                 known = self._measured()
             self.records += [self._record(system, short) for system in self._beside_lasting()]
             known = self._measured()
