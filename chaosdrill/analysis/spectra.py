@@ -29,7 +29,7 @@ from chaosdrill.dataset.schema import names_of_errors
 from chaosdrill.engine.layout import EVENT_COLUMNS, EVENT_KIND, EVENT_MODE
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run, event_rates
-from chaosdrill.engine.shifts import shifts_of
+from chaosdrill.engine.shifts import Shifts, shifts_of
 from chaosdrill.engine.structure import Structure, examine
 from chaosdrill.model import HybridSystem
 
@@ -62,8 +62,9 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
         sums, by_size = path.sums, path.sums_by_size
         taken = (plan.unit, job.numerics, run.steps)
         means = mean_exponents(sums, by_size, ends, *taken)
-        # as at points of grids, of which no more is kept
-        for_words = mean_exponents(sums[judged], sums[judged], ends[judged], *taken)
+        # no word depends on units, in which a length may change by more than a torus lets it
+        of_words = path.sums_by_size_of(shifts_of(system, but_of=()))[judged]
+        for_words = mean_exponents(of_words, of_words, ends[judged], *taken)
         of_method = job.numerics.step_error * run.steps / plan.length
         dimension_error = kaplan_yorke_error(means.values, means.rates, of_method, plan.length, system.free)
         evidence = _evidence(run, plan, structure, for_words, path, judged, job)
@@ -195,6 +196,14 @@ class _Path:
     def sums_by_size(self) -> np.ndarray:
         """The same of lengths that no unit changes, see `Blocks`."""
         return self._blocks.sums_by_size()[self._wanted]
+
+    def sums_by_size_of(self, shifts: Shifts) -> np.ndarray:
+        """The same from zero on, where an angle has the size of its circle, however often it has turned."""
+        size = self._run.sizes.copy()
+        for turn in shifts.turns:
+            size = np.where(turn != 0, np.abs(turn) / (2 * np.pi), size)
+        sums = self._blocks.sums_by_size(size)[self._wanted]
+        return np.asarray(sums - sums[0])
 
     @property
     def drilled(self) -> np.ndarray:

@@ -99,3 +99,22 @@ def test_errors_of_exponents_do_not_depend_on_units(noisy_ball, length, time):
 
     for here, other in zip(errors(1.0, 1.0), errors(length, time), strict=True):
         np.testing.assert_allclose(other, here, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("images", "values", "starts", "periods"),
+    [
+        (["X*(1 - r*(x/X)**2 + y/Y)", "0.3*Y*x/X"], [1.05, 1.06, 1.2, 1.3], (-0.2, 0.2), 400),
+        (["r*x*(1 - y/Y)", "Y*x/X"], [1.99, 2.005, 2.05, 2.27], (0.45, 0.55), 700),
+    ],
+)
+def test_words_of_spectra_do_not_depend_on_units(images, values, starts, periods):
+    """On a torus tangents neither grow nor shrink, in plain lengths by as much as units differ."""
+    system = cd.Map("x y", {"r": 1.0, "X": 1.0, "Y": 1.0}, images)
+    rng = np.random.default_rng(5)
+    for r in values:
+        start, found = rng.uniform(*starts, 2), []
+        for x, y in ((1.0, 1.0), (2.0**30, 2.0**-20), (2.0**-25, 2.0**10), (1e-9, 1e9)):
+            here = system.with_parameters(r=r, X=x, Y=y).with_initial(x=start[0] * x, y=start[1] * y)
+            found.append(cd.lyapunov_spectrum(here, transient=20, periods=periods).cd.outcome)
+        assert len(set(found)) == 1
