@@ -101,6 +101,16 @@ class Begun:
         """Runs from there over steps of the map."""
         return self.let(plan.mapped(self.parameters, self.states, self.modes, window))
 
+    def instants(self, plan: Plan) -> Batch:
+        """Runs from there that keep their states at the ends of all parts of a duration."""
+        return self.let(plan.instants(self.parameters, self.states, self.modes))
+
+
+def stands(batch: Batch, parameters: Mapping[str, np.ndarray]) -> Begun:
+    """Where all runs of a batch stand."""
+    standing = batch.standing(np.arange(len(batch.x)))
+    return Begun(parameters, batch.x.copy(), batch.mode.copy(), standing, batch.sizes)
+
 
 def continued(plan: Plan, batch: Batch, which: np.ndarray, here: Mapping[str, np.ndarray]) -> Begun:
     """Where the map goes on from some points of a batch: where they stand, but at a strobe of a forcing."""

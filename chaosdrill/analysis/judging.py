@@ -75,7 +75,7 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     cycle, certain, lasts = _cycle_length(plan, batch, which, found.period, ends)
     whole = certain & (_first_whole(ends, cycle) >= 0)
     begin = np.where(whole, _first_whole(ends, cycle), 0)
-    averages = _averages(plan, batch, which, begin)
+    averages = averages_of(plan, batch, which, begin)
     exponents, errors = averages.exponents, averages.errors
     full, known = undrawn(plan.system, batch.window[which]), batch.sizes[which]
     windows = last_rows(full, LENGTH) if full.shape[1] > LENGTH else full
@@ -153,8 +153,9 @@ def _residual(plan: "Plan", windows: np.ndarray, known: np.ndarray, found: Recur
     return residual
 
 
-def _averages(plan: "Plan", batch: Batch, which: np.ndarray, begin: np.ndarray) -> Averages:
+def averages_of(plan: "Plan", batch: Batch, which: np.ndarray, begin: np.ndarray | int = 0) -> Averages:
     """Exponents from the beginning of a block to the end, with errors from all blocks, point by point."""
+    begin = np.broadcast_to(begin, len(which))
     sums, times, length = batch.sums[which], batch.times[which], batch.length[which]
     with np.errstate(invalid="ignore", divide="ignore"):
         exponents = _means(sums, begin, times)

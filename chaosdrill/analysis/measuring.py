@@ -11,9 +11,15 @@ from functools import partial
 
 import numpy as np
 
-from chaosdrill.analysis.classification import OPEN_ANSWERS, add_passages, add_regularity, undrawn
-from chaosdrill.analysis.cycles import Begun, Cycles, at_points, continued, escapes, linearised, search
-from chaosdrill.analysis.judging import Verdict, judge, last_rows
+from chaosdrill.analysis.classification import (
+    OPEN_ANSWERS,
+    add_passages,
+    add_regularity,
+    evidence_of_records,
+    undrawn,
+)
+from chaosdrill.analysis.cycles import Begun, Cycles, at_points, continued, escapes, linearised, search, stands
+from chaosdrill.analysis.judging import Verdict, averages_of, judge, last_rows
 from chaosdrill.analysis.matching import moments
 from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.recurrence import CLOSE, sizes
@@ -156,8 +162,12 @@ class _Known:
 def _settle(group: _Group) -> None:
     """Run a group until every point is decided or has been extended as far as it may be."""
     plan = group.plan
+    timed = plan.where.counts == "time" and plan.exponents > 0 and not plan.system.draws
+    begun = stands(group.batch, group.parameters) if timed and not plan.max_extension else None
     known, left = _first(group)
     if not plan.max_extension:
+        if begun is not None:
+            _look_at_instants(group, begun, known.evidence, left)
         return
     left = _extend(group, known, left)
     if plan.system.draws:
@@ -178,6 +188,27 @@ def _first(group: _Group) -> tuple[_Known, np.ndarray]:
     beside = plan.where.counts == "section" and plan.transient == 0
     group.average_over_cycles(every, verdict.cycle, 0 if beside else int(ends[-1]))
     return _Known(verdict.evidence, verdict.outcome == Outcome.OPEN, verdict.moves.copy()), every[~verdict.decided]
+
+
+def _look_at_instants(group: _Group, begun: Begun, evidence: Evidence, left: np.ndarray) -> None:
+    """Tell points of a duration by as many instants of it as spectra look at, where their section says too little."""
+    plan = group.plan
+    open_ = left[np.isin(group.outcomes[left], OPEN_ANSWERS)]
+    fine, which = plan.at_instants(LENGTH), np.arange(len(open_))
+    runs = begun.at(open_, begun.states[open_]).instants(fine)
+    runs.run(fine.transient, np.array([0]))
+    first = runs.x[:, np.newaxis].copy()
+    runs.proceed(which, 0, np.array([0, fine.periods]))
+    averages, known = averages_of(plan, group.batch, open_), runs.sizes
+    for p in which[runs.outcome == Outcome.OK].tolist():
+        one, at = np.array([p]), open_[[p]]
+        of = (averages.at(one), runs.window[one], known[one], first[one], 1.0, partial(runs.rates, p))
+        seen, before = evidence_of_records(plan.system, plan.structure, plan.shifts, *of), evidence.at(at)
+        # whether it rests is known from the run with tangents
+        seen.ended, seen.rests, seen.sinks, seen.winds = before.ended, before.rests, before.sinks, before.winds
+        seen.stirs |= before.stirs
+        evidence.put(at, seen)
+    group.tell(open_, words(evidence.at(open_)))
 
 
 def _extend(group: _Group, known: _Known, left: np.ndarray) -> np.ndarray:

@@ -1,7 +1,7 @@
 """How every point of a sweep is measured: lengths, section, exponents, numerics."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, cast
 
 import numpy as np
@@ -102,6 +102,15 @@ class Plan:
     ) -> Batch:
         """Runs without tangents from event to event of a transition, and the states after them."""
         return self._runs(parameters, starts, modes, {transition}, returns=True, after=True, window=LENGTH)
+
+    def at_instants(self, count: int) -> "Plan":
+        """The same with so many parts of its duration, or a few more."""
+        finer = -(-count // self.periods)
+        return replace(self, part=self.part / finer, transient=self.transient * finer, periods=self.periods * finer)
+
+    def instants(self, parameters: Mapping[str, np.ndarray], starts: np.ndarray, modes: np.ndarray) -> Batch:
+        """Runs without tangents, and their states at the ends of all parts of the duration."""
+        return self._runs(parameters, starts, modes, None, returns=False, window=self.periods)
 
     def bare(self, parameters: Mapping[str, np.ndarray], starts: np.ndarray, modes: np.ndarray) -> Batch:
         """Runs whose lengths are counted as those of `batch`, without tangents and section points."""

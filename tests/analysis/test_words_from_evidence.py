@@ -92,6 +92,22 @@ def test_all_analyses_give_one_word_for_a_start_and_a_length(name, parameter, va
             assert row == words(cd.parameter_chart(here, sweep, seeds=seeds, **short))
 
 
+@pytest.mark.parametrize("at", [{}, {"at": "x > 0"}])
+def test_words_of_a_duration_do_not_depend_on_the_section(van_der_pol, at):
+    """Instants of all of it tell what its few points of a section do not: slow departures, and slow cycles."""
+    found = []
+    for m, start in ((0.01, 0.4), (0.03, 1.0), (0.05, 0.3), (0.05, -0.2), (0.2, 0.1)):
+        here = van_der_pol.with_parameters(m=m).with_initial(x=start)
+        word = words(cd.lyapunov_spectrum(here, transient=0, duration=600.0))
+        if at:
+            other = cd.bifurcation_diagram(here, {"m": [m]}, transient=0, duration=600.0, max_extension=0, **at)
+        else:
+            other = cd.basins(here, {"x": [start], "v": [0.0]}, transient=0, duration=600.0, max_extension=0)
+        assert words(other) == word
+        found += word
+    assert found.count("periodic") > 2
+
+
 @pytest.mark.parametrize("unit", [1e-9, 1.0, 1e9])
 def test_a_departure_ends_on_its_cycle(unit):
     leaving = map_system("pf", (X,), {"m": 0.02}, {X: X + M * X - X**3 / unit**2}, {X: 1e-8 * unit})
