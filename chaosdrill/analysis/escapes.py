@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from chaosdrill.analysis.seeds import draw
-from chaosdrill.analysis.starts import states_and_modes
+from chaosdrill.analysis.starts import drawn_or_listed
 from chaosdrill.analysis.statistics import block_ends
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.build import dataset
@@ -74,7 +73,7 @@ class Rate(NamedTuple):
 def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     """Lifetimes, escape rate and saddle; see `transient_chaos`."""
     marked, ends = _marked(system, given.until)
-    starts, modes = _starts(system, given)
+    starts, modes = drawn_or_listed(system, given)
     period = system.forcing_period()
     forced = period is not None
     unit, count = (given.duration / PARTS, PARTS) if period is None else (period, given.periods)
@@ -211,14 +210,6 @@ def _marked(system: HybridSystem, until: str | None) -> tuple[HybridSystem, list
         return system, named
     marked, marks = surface(system, until)
     return marked, sorted(marks)
-
-
-def _starts(system: HybridSystem, given: Any) -> tuple[np.ndarray, np.ndarray]:
-    columns = given.initial
-    if columns is None:
-        drawn = draw(system, given.random)
-        columns = {name: [one[name] for one in drawn] for name in drawn[0]}
-    return states_and_modes(system, columns)
 
 
 def _parts(count: int) -> Iterator[slice]:

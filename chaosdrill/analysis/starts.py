@@ -129,6 +129,17 @@ def states_and_modes(
     return rows, settled_modes(system, rows, numbers) if settled else numbers
 
 
+def drawn_or_listed(system: "HybridSystem", given: Any) -> "tuple[np.ndarray, np.ndarray]":
+    """States (N, n) and modes (N,) of the starts of settings ``initial``, or ``random`` where these are missing."""
+    from chaosdrill.analysis.seeds import draw
+
+    columns = given.initial
+    if columns is None:
+        drawn = draw(system, given.random)
+        columns = {name: [one[name] for one in drawn] for name in drawn[0]}
+    return states_and_modes(system, columns)
+
+
 def settled_modes(system: "HybridSystem", states: "np.ndarray", modes: "np.ndarray") -> "np.ndarray":
     """Modes of starts at the system's own parameters, shape (N,), those in whose regions they are for untold ones."""
     import numpy as np

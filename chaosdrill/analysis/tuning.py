@@ -379,6 +379,24 @@ class Precision:
     """Steps of Newton's method to a cycle."""
 
 
+@dataclass(frozen=True)
+class Edges:
+    """Edges between basins."""
+
+    parts: int = 9
+    """Of a segment between two starts: the eight states between them run side by side, and none is its middle, which
+    in a symmetric system lies on the edge itself."""
+    least_steps: int = 1000
+    """Steps within which two motions are to part, at least."""
+    returns: float = 4.0
+    """Distance to which the states of a cycle return, in parts of that at which two motions count as parted: in their
+    middle each is off the edge by up to one half, and a stable direction adds as much."""
+    positive: float = 3.0
+    """Standard errors above zero from which an exponent counts as positive."""
+    rank: float = 1e-13
+    """Part of a derivative's norm below which a direction is lost."""
+
+
 PLAN = Plan()
 SECTIONS = Sections()
 CYCLES = Cycles()
@@ -391,4 +409,5 @@ RECURRENCES = Recurrences()
 TIES = Ties()
 CURVES = Curves()
 SECTION_MAP = SectionMap()
+EDGES = Edges()
 PRECISION = Precision()
