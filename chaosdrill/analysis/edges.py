@@ -6,6 +6,7 @@ come to what attracts within the edge. Bisected again whenever they have parted,
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -20,11 +21,13 @@ from chaosdrill.analysis.starts import drawn_or_listed, settled_modes
 from chaosdrill.analysis.tuning import EDGES
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.build import dataset
+from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.batch import Batch, Standing
 from chaosdrill.model.regions import UNTOLD
 
 if TYPE_CHECKING:
     from chaosdrill.analysis.base import Job
+    from chaosdrill.engine.numerics import Numerics
     from chaosdrill.model import HybridSystem
 
 UNKNOWN, OTHER = 0, 3
@@ -130,8 +133,8 @@ class _Edge:
             distance = self.distance(batch.x)
             if distance == 0.0:
                 raise _Stopped(
-                    "runs from both sides of the edge met: an event leaves nothing of what parts them, and what decides "
-                    "between the fates lies before it"
+                    "runs from both sides of the edge met, as behind an event that leaves nothing of what parts them; "
+                    "their fates were told too early: give a longer transient"
                 )
             alike = batch.mode[0] == batch.mode[1]
             gone = not alike or distance > self.parted
@@ -152,7 +155,9 @@ class _Edge:
             if gone:
                 break
         else:
-            raise _Stopped("two starts on either side of the edge did not part; give a longer transient, or more periods")
+            raise _Stopped(
+                "two starts on either side of the edge did not part; give a longer transient, or more periods"
+            )
         width = np.abs(pair.states[1] - pair.states[0]) / 2
         segment = _Segment(np.array(times), np.array(states), np.array(distances), int(pair.modes[0]), width)
         return segment, last
@@ -167,7 +172,7 @@ def bracket(codes: np.ndarray) -> tuple[int, int]:
         From a 1 to a 2.
     """
     sides = np.flatnonzero(np.isin(codes, (1, 2)))
-    pairs = [(int(i), int(j)) for i, j in zip(sides[:-1], sides[1:], strict=True) if codes[i] == 1 and codes[j] == 2]
+    pairs = [(i, j) for i, j in pairwise(sides.tolist()) if codes[i] == 1 and codes[j] == 2]
     return min(pairs, key=lambda one: one[1] - one[0])
 
 
@@ -175,7 +180,9 @@ def _unclear(codes: np.ndarray) -> str:
     """Why nothing between two starts leads where one of them does."""
     advice = "give a longer transient, or two starts that are closer to one edge"
     if (codes == OTHER).any():
-        return f"starts between the two lead to a third fate, or stay where they are for the length of the runs; {advice}"
+        return (
+            f"starts between the two lead to a third fate, or stay where they are for the length of the runs; {advice}"
+        )
     return f"the fates of starts between the two are not decided; {advice}"
 
 
@@ -210,8 +217,9 @@ def edges_dataset(system: "HybridSystem", given: Any, job: "Job") -> xr.Dataset:
     report = job.report(given.rounds + 1)
     starts, modes = drawn_or_listed(system, given)
     found, batch = measure(plan, {}, starts, modes)
+    chosen = _two_fates(plan, found, modes)
     segments: list[_Segment] = []
-    chosen, reason, exponents, scale = _two_fates(plan, found, modes), "", None, np.ones(starts.shape[1])
+    reason, scale = "", np.ones(starts.shape[1])
     if len(chosen) == 2:
         # what escapes is larger than anything
         stay = chosen[found["outcome"][chosen] != Outcome.ESCAPED]
@@ -226,91 +234,73 @@ def edges_dataset(system: "HybridSystem", given: Any, job: "Job") -> xr.Dataset:
                 segments.append(segment)
         except _Stopped as fault:
             reason = str(fault)
-        exponents = exponents_of(plan, segments, scale, job) if segments else None
-    else:
+    elif len(chosen):
         reason = "no two starts of one mode have two fates; give starts on either side of an edge"
-        if not np.isin(found["outcome"], (*ATTRACTING, Outcome.ESCAPED)).any():
-            reason = f"no start has a fate. {Outcome(int(found['outcome'][0])).advice}"
+    else:
+        reason = f"no start has a fate. {Outcome(int(found['outcome'][0])).advice}"
     if report:
         report(given.rounds + 1)
     track = _Track.of(segments, starts.shape[1])
-    told = _judged(plan, track, exponents, scale, given.parted) if segments and not reason else None
-    if told is not None and not told.reason and told.outcome == Outcome.UNDECIDED:
-        told = told._replace(reason="the track neither returns nor is chaotic beyond the error; give more rounds")
-    outcome = Outcome.UNDECIDED if told is None else told.outcome
-    if len(chosen) < 2 and (found["outcome"] == Outcome.INVALID_START).all():
-        outcome = Outcome.INVALID_START
-    return _labelled(plan, starts, found, chosen, segments, track, told, outcome, exponents, reason)
-
-
-def _labelled(
-    plan: Plan,
-    starts: np.ndarray,
-    found: Mapping[str, np.ndarray],
-    chosen: np.ndarray,
-    segments: list[_Segment],
-    track: "_Track",
-    told: "_Judged | None",
-    outcome: Outcome,
-    exponents: tuple[np.ndarray, np.ndarray] | None,
-    reason: str,
-) -> xr.Dataset:
-    system = plan.system
-    n = len(system.state_names)
-    rate, error = growth(segments)
-    state, width = np.full(n, np.nan), np.full(n, np.nan)
+    told = _Returns(Outcome.UNDECIDED, 0, np.nan)
+    if segments and not reason:
+        told = _returns(plan, track, scale, given.parted)
+    rate, error = _grown(segments, told.period)
+    exponents = _exponents(plan, segments, scale, job.numerics, told.period)
+    if told.outcome == Outcome.UNDECIDED and (exponents[0] > EDGES.positive * exponents[1]).sum() > 1:
+        told = told._replace(outcome=Outcome.CHAOTIC)
+    elif told.outcome == Outcome.UNDECIDED and not reason:
+        advice = (
+            "give more rounds" if plan.maps else "name a section (at), whose points tell a cycle, or give more rounds"
+        )
+        reason = f"the track neither returns nor is chaotic beyond the error; {advice}"
+    if len(chosen) < 2 and len(set(found["outcome"].tolist())) == 1 and found["outcome"][0] not in MEASURED:
+        told = told._replace(outcome=Outcome(int(found["outcome"][0])))
+    n, sides, mode = starts.shape[1], len(chosen), -1
+    edge_state, edge_error = np.full((2, n), np.nan)
     if segments:
-        state, width = segments[-1].states[0], segments[-1].width
-        if told is not None and told.outcome in (Outcome.PERIODIC, Outcome.EQUILIBRIUM):
-            width = width + change(segments, max(told.period, 1), plan)
-    mean, spread = exponents if exponents is not None else np.full((2, _count(plan)), np.nan)
-    sides = np.array([*chosen.tolist(), *[-1] * (2 - len(chosen))])
-    there = sides >= 0
-    blank = {"start": np.full((2, n), np.nan), "state": np.full((2, n), np.nan)}
-    blank["start"][there], blank["state"][there] = starts[sides[there]], found["state"][sides[there]]
+        edge_state, edge_error, mode = segments[-1].states[0], segments[-1].width, segments[-1].mode
+        if told.outcome in (Outcome.PERIODIC, Outcome.EQUILIBRIUM):
+            edge_error = edge_error + change(segments, max(told.period, 1), plan)
+    blank = np.full((2 - sides, n), np.nan)
+    none = [int(Outcome.UNDECIDED)] * (2 - sides)
     return dataset(
         {
-            "edge_state": ("state", state),
-            "edge_error": ("state", width),
-            "edge_mode": ((), np.int8(segments[-1].mode if segments else -1)),
-            "period": ((), np.int32(told.period if told else 0)),
-            "outcome": ((), np.int8(outcome)),
-            "return_distance": ((), told.distance if told else np.nan),
-            "growth_rate": ((), rate),
-            "growth_rate_error": ((), error),
-            "lyapunov_exponent": ("exponent", mean),
-            "lyapunov_error": ("exponent", spread),
+            "edge_state": ("state", edge_state),
+            "edge_error": ("state", edge_error),
+            "edge_mode": ((), np.int8(mode)),
+            "period": ((), np.int32(told.period)),
+            "outcome": ((), np.int8(told.outcome)),
+            "return_distance": ((), told.distance),
+            "growth_rate": ((), rate[0]),
+            "growth_rate_error": ((), error[0]),
+            "lyapunov_exponent": ("exponent", exponents[0]),
+            "lyapunov_error": ("exponent", exponents[1]),
             "track_time": ("step", track.times),
             "track_state": (("step", "state"), track.states),
             "track_distance": ("step", track.distance),
             "bisection": ("step", track.segment),
-            "side_start": (("side", "state"), blank["start"]),
-            "side_state": (("side", "state"), blank["state"]),
-            "side_period": ("side", np.where(there, found["period"][sides], 0).astype(np.int16)),
-            "side_outcome": ("side", np.where(there, found["outcome"][sides], int(Outcome.UNDECIDED)).astype(np.int8)),
+            "side_start": (("side", "state"), np.concatenate([starts[chosen], blank])),
+            "side_state": (("side", "state"), np.concatenate([found["state"][chosen], blank])),
+            "side_period": ("side", np.concatenate([found["period"][chosen], np.zeros(2 - sides, dtype=np.int16)])),
+            "side_outcome": ("side", np.array([*found["outcome"][chosen].tolist(), *none], dtype=np.int8)),
             **({"forcing_period": ((), system.forcing_period())} if system.forced else {}),
             "state": list(system.state_names),
-            "exponent": np.arange(1, len(mean) + 1, dtype=np.int32),
+            "exponent": np.arange(1, len(exponents[0]) + 1, dtype=np.int32),
             "side": np.arange(1, 3, dtype=np.int32),
         },
-        attrs={"reason": told.reason if told and not reason else reason} if reason or (told and told.reason) else None,
+        attrs={"reason": reason} if reason else None,
     )
 
 
-def _count(plan: Plan) -> int:
-    """Exponents of the map along the edge: one fewer across a flow."""
-    return len(plan.system.state_names) - plan.at_events
-
-
 def _two_fates(plan: Plan, found: Mapping[str, np.ndarray], modes: np.ndarray) -> np.ndarray:
-    """The first two starts of different fates from which bisection can begin; fewer than two where there are none."""
+    """The first start with a fate, and the next one of another fate to which it can be joined, if there are any."""
     fits = np.isin(found["outcome"], (*ATTRACTING, Outcome.ESCAPED))
     for one in np.flatnonzero(fits).tolist():
         codes = told_by({name: found[name][[one, one]] for name in KNOWN_BY}, found)
-        others = fits & (codes != 1) & (codes != UNKNOWN) & ((modes == modes[one]) | bool(plan.system.regions))
+        others = fits & (codes == OTHER) & ((modes == modes[one]) | bool(plan.system.regions))
         if others.any():
             return np.array([one, int(np.flatnonzero(others)[0])])
-    return np.zeros(0, dtype=np.int64)
+    return np.flatnonzero(fits)[:1]
 
 
 def _scale(starts: np.ndarray, windows: np.ndarray, known: np.ndarray) -> np.ndarray:
@@ -352,100 +342,124 @@ class _Track:
         )  # fmt: skip
 
 
-class _Judged(NamedTuple):
-    """What the later half of a track is."""
+class _Returns(NamedTuple):
+    """How the later half of a track returns."""
 
     outcome: Outcome
-    period: int
+    period: int  # in steps
     distance: float  # largest between states so many steps apart
-    reason: str = ""
 
 
-def _judged(
-    plan: Plan, track: _Track, exponents: tuple[np.ndarray, np.ndarray] | None, scale: np.ndarray, parted: float
-) -> _Judged:
+def _returns(plan: Plan, track: _Track, scale: np.ndarray, parted: float) -> _Returns:
     late = track.states[len(track.states) // 2 :]
     path, size = plan.shifts.quotient(late), plan.shifts.sizes(scale)
     allowed = EDGES.returns * parted
     if not plan.maps:
         spread = float((np.ptp(path, axis=0) / size).max())
-        if spread <= allowed:
-            return _Judged(Outcome.EQUILIBRIUM, 0, spread)
-    else:
-        best, least = 0, np.inf
-        for period in range(1, min(plan.max_period, len(path) // 2) + 1):
-            far = float((np.abs(path[period:] - path[:-period]) / size).max())
-            if far <= allowed:
-                at_rest = period == 1 and plan.system.autonomous and not plan.at_events and not plan.system.discrete
-                word = Outcome.EQUILIBRIUM if at_rest else Outcome.PERIODIC
-                return _Judged(word, 0 if at_rest else period, far)
-            best, least = (period, far) if far < least else (best, least)
-    if exponents is not None:
-        mean, error = exponents
-        if int((mean > EDGES.positive * error).sum()) > 1:
-            return _Judged(Outcome.CHAOTIC, 0, least if plan.maps else spread)
-    reason = "" if plan.maps else "the edge state does not rest; name a section (at) to tell a cycle from its points"
-    return _Judged(Outcome.UNDECIDED, 0, least if plan.maps else spread, reason)
+        return _Returns(Outcome.EQUILIBRIUM if spread <= allowed else Outcome.UNDECIDED, 0, spread)
+    least = np.inf
+    for period in range(1, min(plan.max_period, len(path) // 2) + 1):
+        far = float((np.abs(path[period:] - path[:-period]) / size).max())
+        if far <= allowed:
+            at_rest = period == 1 and plan.system.autonomous and not plan.at_events and not plan.system.discrete
+            return _Returns(Outcome.EQUILIBRIUM if at_rest else Outcome.PERIODIC, 0 if at_rest else period, far)
+        least = min(least, far)
+    return _Returns(Outcome.UNDECIDED, 0, float(least))
 
 
 def change(segments: list[_Segment], period: int, plan: Plan) -> np.ndarray:
-    """How far the last bisected state is from the one before at the same phase of a cycle, shape (n,); 0 without one."""
+    """How far the last bisected state is from the last one before at the same phase of a cycle, shape (n,); else 0."""
     begin = np.cumsum([0, *[len(one.times) - 1 for one in segments[:-1]]])
     same = np.flatnonzero((begin[-1] - begin[:-1]) % period == 0)
     now = segments[-1].states[0]
     return np.abs(plan.shifts.across(now - segments[int(same[-1])].states[0])) if len(same) else np.zeros(len(now))
 
 
-def growth(segments: list[_Segment]) -> tuple[float, float]:
+def mean_rates(
+    growth: np.ndarray, lasted: np.ndarray, blocks: np.ndarray, period: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Mean rates of growth, and their standard errors, from what single steps grow by.
+
+    Parameters
+    ----------
+    growth : ndarray, shape (K, m)
+        Logarithms, step by step.
+    lasted : ndarray, shape (K,)
+        Times of the steps.
+    blocks : ndarray of int, shape (K,)
+        The bisection after which each was made, whose steps depend on each other.
+    period : int
+        Of a cycle, on which steps a period apart are alike: all its phases then count the same, and are known from the
+        scatter of each. 0: the rate is that of all steps, with the scatter of blocks.
+
+    Returns
+    -------
+    rates, errors : ndarray, shape (m,)
+        NaN from fewer than two blocks, or without all phases twice.
+    """
+    label = np.arange(len(growth)) % period if period else np.unique(blocks, return_inverse=True)[1]
+    count = np.bincount(label) if len(growth) else np.zeros(0, dtype=np.int64)
+    unknown = np.full(growth.shape[1], np.nan)
+    if len(count) < (period or 2) or (period and count.min() < 2):
+        return unknown, unknown
+    sums = np.array([growth[label == k].sum(axis=0) for k in range(len(count))])
+    times = np.array([lasted[label == k].sum() for k in range(len(count))])
+    with np.errstate(invalid="ignore"):
+        if period:
+            spread = np.array([growth[label == k].var(axis=0, ddof=1) for k in range(len(count))])
+            time = (times / count).sum()
+            return (sums / count[:, np.newaxis]).sum(axis=0) / time, np.sqrt(
+                (spread / count[:, np.newaxis]).sum(axis=0)
+            ) / time
+        rates = sums.sum(axis=0) / times.sum()
+        left = sums - rates * times[:, np.newaxis]
+        return rates, np.sqrt((left**2).sum(axis=0) * len(times) / (len(times) - 1)) / times.sum()
+
+
+def _grown(segments: list[_Segment], period: int) -> tuple[np.ndarray, np.ndarray]:
     """Rate at which two motions beside the edge part, and its standard error, from the later half of the segments."""
     late = segments[len(segments) // 2 :]
-    grown = np.array([np.log(one.distance[-1] / one.distance[0]) for one in late])
-    lasted = np.array([one.times[-1] - one.times[0] for one in late])
-    if len(late) < 2 or not lasted.sum() > 0:
-        return np.nan, np.nan
-    rate = grown.sum() / lasted.sum()
-    left = grown - rate * lasted
-    return float(rate), float(np.sqrt((left**2).sum() * len(late) / (len(late) - 1)) / lasted.sum())
+    steps = [np.diff(np.log(one.distance)) for one in late]
+    blocks = np.repeat(np.arange(len(late)), [len(one) for one in steps])
+    lasted = np.concatenate([np.zeros(0), *[np.diff(one.times) for one in late]])
+    return mean_rates(np.concatenate([np.zeros(0), *steps])[:, np.newaxis], lasted, blocks, period)
 
 
-def exponents_of(
-    plan: Plan, segments: list[_Segment], scale: np.ndarray, job: "Job"
-) -> tuple[np.ndarray, np.ndarray] | None:
+def _exponents(
+    plan: Plan, segments: list[_Segment], scale: np.ndarray, numerics: "Numerics", period: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Exponents of the edge state and their standard errors, from derivatives of the map along the later half.
 
-    None where the map has no derivative that is known: behind one of several events of a section.
+    NaN where the map has no derivative that is known: behind one of several events of a section.
     """
-    where, transition = plan.where, -1
+    # along a flow nothing grows from one point of a section to the next
+    count, transition = len(scale) - plan.at_events, -1
+    unknown = np.full(count, np.nan)
+    where = replace(plan.where, transitions=None, unit=plan.system.forcing_period() or plan.part)
     if plan.at_events:
-        if len(plan.section or ()) != 1:
-            return None
-        (transition,) = plan.section or ()
-    else:
-        where = replace(where, transitions=None, unit=plan.system.forcing_period() or plan.part)
-    along = SectionMap(where, 1, job.numerics, segments[0].mode, scale, transition)
-    count, lead = _count(plan), len(segments) // 4
+        assert plan.section is not None
+        if len(plan.section) != 1:
+            return unknown, unknown
+        (transition,), where = plan.section, plan.where
+    if len(segments) < 2:
+        return unknown, unknown
+    along = SectionMap(where, 1, numerics, segments[0].mode, scale, transition)
     frame = np.linalg.qr(np.random.default_rng(1).standard_normal((len(scale), count)))[0]
-    grown, lasted = [], []
-    for place, one in enumerate(segments[lead:], lead):
-        sums = np.zeros(count)
-        for state in one.states[:-1]:
-            image = along.image(state, one.mode) if transition < 0 else along.image(state, -1)
+    grown, lasted, blocks = [], [], []
+    for place in range(len(segments) // 4, len(segments)):
+        one = segments[place]
+        for state, time in zip(one.states[:-1], np.diff(one.times), strict=True):
+            image = along.image(state, one.mode)
             matrix = image.jacobian * scale / scale[:, np.newaxis]
             if image.outcome != Outcome.OK or not np.isfinite(matrix).all():
-                return None
+                return unknown, unknown
             frame, upper = np.linalg.qr(matrix @ frame)
             steps = np.abs(np.diag(upper))
-            with np.errstate(divide="ignore"):
-                sums += np.log(np.where(steps > EDGES.rank * np.linalg.norm(matrix), steps, 0.0))
-        if place >= len(segments) // 2:
-            grown.append(sums)
-            lasted.append(one.times[-1] - one.times[0])
-    sums, times = np.array(grown), np.array(lasted)
-    if len(sums) < 2 or not times.sum() > 0:
-        return None
-    mean = sums.sum(axis=0) / times.sum()
-    with np.errstate(invalid="ignore"):
-        left = sums - mean * times[:, np.newaxis]
-        error = np.sqrt((left**2).sum(axis=0) * len(times) / (len(times) - 1)) / times.sum()
-    order = np.argsort(-mean, kind="stable")
-    return mean[order], error[order]
+            if place >= len(segments) // 2:
+                with np.errstate(divide="ignore"):
+                    grown.append(np.log(np.where(steps > EDGES.rank * np.linalg.norm(matrix), steps, 0.0)))
+                lasted.append(time)
+                blocks.append(place)
+    rates, errors = mean_rates(np.array(grown).reshape(-1, count), np.array(lasted), np.array(blocks), period)
+    order = np.argsort(-rates, kind="stable")
+    return rates[order], errors[order]

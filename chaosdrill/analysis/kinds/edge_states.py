@@ -17,7 +17,9 @@ VARIABLES = table(
     *STATES,
     EXPONENT,
     need("edge_state", "state", "f8", "edge state", "A state on it: the last one that was bisected."),
-    need("edge_error", "state", "f8", "error of the edge state", "Half of the last distance, or the change in a period."),
+    need(
+        "edge_error", "state", "f8", "error of the edge state", "Half of the last distance, or the change in a period."
+    ),
     need("edge_mode", "", "i1", "mode of the edge state", "As a code; -1 without an edge state.", flags="mode"),
     need("period", "", "i4", "period of the edge state", "In steps of the track; 0: it is no cycle."),
     outcome(""),
@@ -51,7 +53,7 @@ class EdgeStates(Points):
         "transient": "Points of the section, or time, to run before a fate is told. Starts beside the edge leave it "
         "late: the distance ``closest`` must grow to the extent of a basin meanwhile. Where it is too short, it is "
         "extended by ``periods``, up to ``max_extension`` times.",
-        "at": 'A section of a system without forcing, as in `poincare_section`: ``periods`` counts its points, and '
+        "at": "A section of a system without forcing, as in `poincare_section`: ``periods`` counts its points, and "
         "the edge is followed from point to point.",
     }
 
@@ -105,10 +107,11 @@ def edge_states(system: HybridSystem, given: EdgeStates, job: Job) -> Dataset:
     equilibrium, a cycle, or a chaotic set. It is followed from strobe to strobe, from point to point of a section
     ``at``, or, without either, by 512ths of the duration. Attractors are told apart as in `basins`.
 
-    From the later half of the bisections: the track is ``periodic`` (or ``equilibrium``) where all its states return to
-    within four times ``parted``, and ``chaotic`` where two exponents are positive beyond three errors. The exponents are
-    those of derivatives along the track. The largest across the edge is also the ``growth_rate`` of the distance of
-    both motions. Errors are those of independent bisections.
+    From the later half of the bisections: the track is ``periodic`` (or ``equilibrium``) where all its states return
+    to within four times ``parted``, and ``chaotic`` where two exponents are positive beyond three errors. Exponents are
+    those of derivatives along the track. ``growth_rate``, of the distance of both motions, is the largest of them, seen
+    in another way: on an equilibrium or a cycle that across the edge, on a chaotic edge state also one within it.
+    Errors are from the scatter of bisections, or of the steps at each phase of a cycle.
 
     Returns
     -------
@@ -117,9 +120,9 @@ def edge_states(system: HybridSystem, given: EdgeStates, job: Job) -> Dataset:
         the edge state is, and ``return_distance``; ``growth_rate`` and ``growth_rate_error``; ``lyapunov_exponent`` and
         ``lyapunov_error`` (exponent), per unit of time, NaN where several transitions make the section;
         ``track_time``, ``track_state`` (state), ``track_distance`` and ``bisection`` over ``step``; ``side_start`` and
-        ``side_state`` (side, state), ``side_period`` and ``side_outcome`` (side). Where the edge cannot be followed, the
-        outcome is ``undecided``, and the attribute ``reason`` says why: there are no two fates, a third one lies
-        between them, a jump parts them, or an event merges both motions.
+        ``side_state`` (side, state), ``side_period`` and ``side_outcome`` (side). Where the edge cannot be followed, or
+        what it is cannot be told, the outcome is ``undecided``, and the attribute ``reason`` says why: there are no two
+        fates, a third one lies between them, or a jump parts them.
     """
     from chaosdrill.analysis.edges import edges_dataset
 
