@@ -195,6 +195,10 @@ class Tuning:
     """And of the saddle."""
     settled: float = 0.05
     """The scale of a panel is set by what the running mean does after this part of the run."""
+    edge_height: float = 3.2
+    """Height in inches of the track along an edge."""
+    parting_height: float = 2.2
+    """And of the distance across it."""
     most_digits: float = 16.5
     """Digits that an error of rounding has."""
     digits_width: int = 17

@@ -42,6 +42,9 @@ CALLS = {
     "attractors": lambda system, **shown: cd.attractors(
         system, {"omega": [3.3, 3.4]}, initial={"x": [0.0, 0.1]}, transient=2, periods=4, max_period=2, **shown
     ),
+    "edge states": lambda system, **shown: cd.edge_states(
+        system, initial=[{"x": 0.0}, {"x": 0.1}], transient=2, periods=4, max_period=2, **shown
+    ),
     "periodic orbit": lambda system, **shown: cd.periodic_orbit(system, start="search", max_period=1, **shown),
     "continue orbit": lambda system, **shown: cd.continue_orbit(
         system, {"omega": (3.3, 3.31)}, doublings=0, transient=50, **shown

@@ -108,6 +108,9 @@ ANALYSES = {
     "attractors": lambda system, words: cd.attractors(
         system, {words[4]: [2.6, 2.8]}, random={"count": 3, "seed": 2, words[0]: (-0.5, 0.1)}, **SHORT
     ),
+    "edges": lambda system, words: cd.edge_states(
+        system, random={"count": 3, "seed": 2, words[0]: (-0.5, 0.1)}, rounds=2, **SHORT
+    ),
     "orbit": lambda system, words: cd.periodic_orbit(doubling(system, words)),
     "orbits": lambda system, words: cd.periodic_orbit(
         system, start="search", max_period=1, seeds=[{words[2]: 0.1}], tolerance=1e-9

@@ -64,6 +64,7 @@ CALLS = {
     "basins": lambda s: cd.basins(s, {"x": [-0.3, 0.0], "z": [0.0, 0.2]}, **SHORT),
     "attractors": lambda s: cd.attractors(s, {"w": [2.2, 2.45]}, initial={"x": [-0.3, 0.0]}, **SHORT),
     "basin-measures": lambda s: cd.basin_measures(s, {"x": [-0.3, 0.0], "z": [0.0, 0.2]}, box=2, **SHORT),
+    "edge-states": lambda s: cd.edge_states(s, initial={"x": [-0.3, 0.0]}, **SHORT),
     "periodic-orbit": lambda s: cd.periodic_orbit(s, start="attractor", period=2),
     "continuation": lambda s: cd.continue_orbit(s, {"w": (2.4, 2.5)}, period=2, step=0.02),
     "manifolds": lambda s: cd.manifolds(s, start="attractor", period=2),

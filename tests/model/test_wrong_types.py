@@ -53,6 +53,7 @@ RIGHT = {
     "basins": {"system": SYSTEM, "grid": {"x": [0.0], "v": [0.1]}, "transient": 1, "periods": 2},
     "attractors": {"system": SYSTEM, "sweep": {"omega": [2.5]}, "initial": [[0, 1]], "transient": 1, "periods": 2},
     "basin_measures": {"system": SYSTEM, "grid": {"x": [0.0], "v": [0.1]}, "transient": 1, "periods": 2},
+    "edge_states": {"system": SYSTEM, "initial": [{"x": 0.0}, {"x": 0.1}], "transient": 1, "periods": 2},
     "periodic_orbit": {"system": SYSTEM},
     "continue_orbit": {"system": SYSTEM, "sweep": {"omega": (2.5, 2.6)}},
     "manifolds": {"system": SYSTEM, "of": "unstable", "length": 0.1},

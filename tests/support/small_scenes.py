@@ -118,6 +118,15 @@ transient = 50
 periods = 32
 max_period = 8
 """,
+    "edges": """\
+[analysis.edges]
+kind = "edge-states"
+random = { count = 4, seed = 1, x = [-0.3, 0.2] }
+transient = 50
+periods = 32
+max_period = 8
+rounds = 3
+""",
     "orbit": """\
 [analysis.orbit]
 kind = "periodic-orbit"

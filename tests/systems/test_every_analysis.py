@@ -129,6 +129,13 @@ def test_manifolds(model, section):
     assert found["curve_number"].size or found.attrs["message"]
 
 
+def test_edge_states(model, section):
+    start = [model.initial[name] for name in model.state_names]
+    found = cd.edge_states(model, initial=[start, start], transient=5, periods=6, max_period=2, rounds=2, **section)
+    assert words(found) <= {"undecided"}
+    assert "fate" in found.attrs["reason"]
+
+
 def test_transient_chaos(model):
     length = {"duration": 3.0} if model.period is None else {"periods": 3}
     start = [model.initial[name] for name in model.state_names]

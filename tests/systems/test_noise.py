@@ -294,6 +294,7 @@ def test_the_order_in_which_distributions_are_named_draws_the_same_numbers():
         (lambda s: cd.periodic_orbit(s), "repeats"),
         (lambda s: cd.continue_orbit(s, {"omega": (2.4, 2.6)}), "repeats"),
         (lambda s: cd.basin_measures(s), "basins gives the shares"),
+        (lambda s: cd.edge_states(s), "by chance"),
         (lambda s: cd.regularity(s, periods=100), "repeats"),
         (lambda s: cd.zero_one_test(s, periods=100), "noise itself"),
         (lambda s: cd.dimensions(s, periods=100), "fill the range of the noise"),

@@ -48,6 +48,7 @@ class EdgeStates(Points):
     """Settings of `edge_states`."""
 
     parallel: ClassVar[bool] = False
+    without_noise: ClassVar[str] = "a start beside an edge leads to either side of it by chance"
     meanings: ClassVar[Mapping[str, str]] = {
         "system": "System with its parameters; its initial state supplies the states that the starts do not name.",
         "transient": "Points of the section, or time, to run before a fate is told. Starts beside the edge leave it "
