@@ -244,8 +244,10 @@ def edges_dataset(system: "HybridSystem", given: Any, job: "Job") -> xr.Dataset:
     told = _Returns(Outcome.UNDECIDED, 0, np.nan)
     if segments and not reason:
         told = _returns(plan, track, scale, given.parted)
-    rate, error = _grown(segments, told.period)
-    exponents = _exponents(plan, segments, scale, job.numerics, told.period)
+    returns = told.outcome in (Outcome.PERIODIC, Outcome.EQUILIBRIUM)
+    period = max(told.period, 1) if returns else 0
+    rate, error = _grown(segments, period)
+    exponents = _exponents(plan, segments, scale, job.numerics, period)
     if told.outcome == Outcome.UNDECIDED and (exponents[0] > EDGES.positive * exponents[1]).sum() > 1:
         told = told._replace(outcome=Outcome.CHAOTIC)
     elif told.outcome == Outcome.UNDECIDED and not reason:
@@ -259,8 +261,8 @@ def edges_dataset(system: "HybridSystem", given: Any, job: "Job") -> xr.Dataset:
     edge_state, edge_error = np.full((2, n), np.nan)
     if segments:
         edge_state, edge_error, mode = segments[-1].states[0], segments[-1].width, segments[-1].mode
-        if told.outcome in (Outcome.PERIODIC, Outcome.EQUILIBRIUM):
-            edge_error = edge_error + change(segments, max(told.period, 1), plan)
+        if returns:
+            edge_error = edge_error + change(segments, period, plan)
     blank = np.full((2 - sides, n), np.nan)
     none = [int(Outcome.UNDECIDED)] * (2 - sides)
     return dataset(
@@ -389,8 +391,9 @@ def mean_rates(
     blocks : ndarray of int, shape (K,)
         The bisection after which each was made, whose steps depend on each other.
     period : int
-        Of a cycle, on which steps a period apart are alike: all its phases then count the same, and are known from the
-        scatter of each. 0: the rate is that of all steps, with the scatter of blocks.
+        Of a cycle, on which steps a period apart are alike: all its phases then count the same. They differ by how far
+        from the cycle they were made, always to one side, so that the scatter of a step, not of the mean, is the error.
+        0: the rate is that of all steps, with the scatter of blocks.
 
     Returns
     -------
@@ -402,15 +405,14 @@ def mean_rates(
     unknown = np.full(growth.shape[1], np.nan)
     if len(count) < (period or 2) or (period and count.min() < 2):
         return unknown, unknown
-    sums = np.array([growth[label == k].sum(axis=0) for k in range(len(count))])
+    parts = [growth[label == k] for k in range(len(count))]
     times = np.array([lasted[label == k].sum() for k in range(len(count))])
     with np.errstate(invalid="ignore"):
         if period:
-            spread = np.array([growth[label == k].var(axis=0, ddof=1) for k in range(len(count))])
             time = (times / count).sum()
-            return (sums / count[:, np.newaxis]).sum(axis=0) / time, np.sqrt(
-                (spread / count[:, np.newaxis]).sum(axis=0)
-            ) / time
+            mean, spread = (np.array([of(one, axis=0) for one in parts]).sum(axis=0) for of in (np.mean, np.var))
+            return mean / time, np.sqrt(spread) / time
+        sums = np.array([one.sum(axis=0) for one in parts])
         rates = sums.sum(axis=0) / times.sum()
         left = sums - rates * times[:, np.newaxis]
         return rates, np.sqrt((left**2).sum(axis=0) * len(times) / (len(times) - 1)) / times.sum()

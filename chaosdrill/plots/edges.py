@@ -7,7 +7,7 @@ import numpy as np
 from chaosdrill.dataset import Outcome
 from chaosdrill.plots._types import Axes, Dataset, Figure
 from chaosdrill.plots.figures import legend_above, new_figure
-from chaosdrill.plots.labels import is_map, label, state_label, time_unit, uncertain
+from chaosdrill.plots.labels import label, state_label, time_unit, uncertain
 from chaosdrill.plots.palette import LINE_COLOURS, PALETTE
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.tuning import TUNING
@@ -51,11 +51,19 @@ def _draw_track(axes: Axes, dataset: Dataset) -> None:
     states = parts["track_state"]
     if len(states):
         apart = np.flatnonzero(np.diff(dataset["bisection"].values) > 0) + 1
-        style = "-" if not is_map(dataset) and "forcing_period" not in dataset.variables else ""
+        # points of a section are no path
+        style = "none" if "forcing_period" in dataset.variables or int(dataset["period"]) else "-"
         joined = np.insert(states, apart, np.nan, axis=0)
-        axes.plot(*place(joined), style, color="0.6", marker=".", markersize=4, linewidth=0.8, label="track")
+        axes.plot(*place(joined), linestyle=style, color="0.6", marker=".", markersize=5, linewidth=0.8, label="track")
         axes.plot(*place(states[len(states) // 2 :]), ".", color=PALETTE[2], markersize=4, label="later half")
-        axes.plot(*place(dataset["edge_state"].values), "*", color=LINE_COLOURS[0], markersize=9, label=_named(dataset))
+        axes.plot(
+            *place(dataset["edge_state"].values),
+            "*",
+            mfc="none",
+            color=LINE_COLOURS[0],
+            markersize=12,
+            label=_named(dataset),
+        )
     axes.set_xlabel(state_label(dataset, moving[0]))
     if flat:
         axes.set_yticks([])

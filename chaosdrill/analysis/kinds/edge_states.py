@@ -112,7 +112,7 @@ def edge_states(system: HybridSystem, given: EdgeStates, job: Job) -> Dataset:
     to within four times ``parted``, and ``chaotic`` where two exponents are positive beyond three errors. Exponents are
     those of derivatives along the track. ``growth_rate``, of the distance of both motions, is the largest of them, seen
     in another way: on an equilibrium or a cycle that across the edge, on a chaotic edge state also one within it.
-    Errors are from the scatter of bisections, or of the steps at each phase of a cycle.
+    Errors are from the scatter of bisections; on a cycle from that of single steps, as a bound.
 
     Returns
     -------
