@@ -410,8 +410,8 @@ def mean_rates(
     with np.errstate(invalid="ignore"):
         if period:
             time = (times / count).sum()
-            mean, spread = (np.array([of(one, axis=0) for one in parts]).sum(axis=0) for of in (np.mean, np.var))
-            return mean / time, np.sqrt(spread) / time
+            mean, spread = (np.array([of(one, axis=0) for one in parts]).sum(axis=0) for of in (np.mean, np.std))
+            return mean / time, spread / time
         sums = np.array([one.sum(axis=0) for one in parts])
         rates = sums.sum(axis=0) / times.sum()
         left = sums - rates * times[:, np.newaxis]
