@@ -29,7 +29,7 @@ FORCED = {
     "basins": lambda system: cd.basins(system, {"x": [-0.3], "v": [0.0, 0.3]}, **SHORT),
     "attractors": lambda system: cd.attractors(system, {"w": [2.6, 2.7]}, initial={"x": [-0.3, 0.0]}, **SHORT),
     "basin_measures": lambda system: cd.basin_measures(system, {"x": [-0.3], "v": [0.0, 0.3]}, **SHORT),
-    "edge_states": lambda system: cd.edge_states(system, initial=[{"x": -0.3}, {"x": 0.0}], **SHORT),
+    "edge_states": lambda system: cd.edge_states(system, initial=[{"x": system.initial["x"]}] * 2, **SHORT),
     "periodic_orbit": lambda system: cd.periodic_orbit(system, start="attractor"),
     "search": lambda system: cd.periodic_orbit(system, start="search", max_period=1),
     "continue_orbit": lambda system: cd.continue_orbit(system, {"w": (2.6, 2.7)}, max_points=5),
