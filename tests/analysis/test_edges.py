@@ -109,6 +109,23 @@ def test_the_saddle_of_an_impact_oscillator_parts_its_chaos_from_the_orbit_that_
     np.testing.assert_allclose(found["lyapunov_exponent"], exact, rtol=1e-5)
 
 
+def test_the_edge_state_of_the_drill_sticks_and_loses_a_direction_each_period():
+    """Between fast and slow drilling at eta = 0.52."""
+    drill = cd.drill(xi=0.12, b=0.7, eta=0.52)
+    starts = [{"y": -1.0, "u": -1 / 3}, {"y": -1.0, "u": -1.0}]
+    found = cd.edge_states(drill, initial=starts, transient=300, periods=64, max_period=2, rounds=8)
+    assert (int(found["period"]), found["outcome"]) == (1, cd.Outcome.PERIODIC)
+    near_it = dict(zip(drill.state_names, found["edge_state"].values.round(3).tolist(), strict=True))
+    mode = drill.mode_names[int(found["edge_mode"])]
+    orbit = cd.periodic_orbit(drill.with_initial(**near_it, mode=mode), start="guess")
+    np.testing.assert_allclose(found["edge_state"], orbit["orbit_state"], atol=2e-6)
+    with np.errstate(divide="ignore"):
+        exact = np.log(abs(orbit["multiplier_real"].values)) / float(found["forcing_period"])
+    np.testing.assert_allclose(found["lyapunov_exponent"], exact, rtol=1e-5)
+    assert found["lyapunov_exponent"][2] == -np.inf
+    assert near(found, "growth_rate", exact[0])
+
+
 def test_the_edge_of_escape_is_the_top_of_the_barrier():
     system = cd.HybridSystem(
         name="escape", states="x v", parameters={"d": 0.3}, modes={"on": {"x": "v", "v": "-x + x**2 - d*v"}},
