@@ -109,6 +109,26 @@ def test_the_saddle_of_an_impact_oscillator_parts_its_chaos_from_the_orbit_that_
     np.testing.assert_allclose(found["lyapunov_exponent"], exact, rtol=1e-5)
 
 
+def test_modes_by_their_regions_are_crossed_on_the_way_to_the_edge():
+    """Between two wells x'' = 2 x - d x' + f cos t is linear, and its only orbit that stays is a cosine and a sine."""
+    well = "-(x {} 1) - d*v + f*cos(t)"
+    forces = {"left": well.format("+"), "inner": "2*x - d*v + f*cos(t)", "right": well.format("-")}
+    borders = [("inner", "left", "x + 1/3", -1), ("left", "inner", "x + 1/3", 1)]
+    borders += [("inner", "right", "x - 1/3", 1), ("right", "inner", "x - 1/3", -1)]
+    system = cd.HybridSystem(
+        name="pieces", states="x v", time="t", period="2*pi", parameters={"d": 0.3, "f": 0.05},
+        modes={name: {"x": "v", "v": force} for name, force in forces.items()},
+        transitions=[cd.Transition(f"{one}-{other}", one, other, *rest) for one, other, *rest in borders],
+        regions={"left": "x < -1/3", "inner": "x > -1/3 and x < 1/3", "right": "x > 1/3"},
+        initial={"x": 0.9, "v": 0.0},
+    )  # fmt: skip
+    found = cd.edge_states(system, initial=WELLS, **FEW)
+    exact = np.linalg.solve([[-3, 0.3], [-0.3, -3]], [0.05, 0])
+    np.testing.assert_allclose(found["edge_state"], exact, atol=1e-8)
+    assert system.mode_names[int(found["edge_mode"])] == "inner"
+    assert near(found, "growth_rate", (np.sqrt(0.3**2 + 8) - 0.3) / 2)
+
+
 def test_the_edge_state_of_the_drill_sticks_and_loses_a_direction_each_period():
     """Between fast and slow drilling at eta = 0.52."""
     drill = cd.drill(xi=0.12, b=0.7, eta=0.52)
@@ -132,7 +152,7 @@ def test_the_edge_of_escape_is_the_top_of_the_barrier():
         initial={"x": 0.5, "v": 0.0}, bounds={"x": (-20, 20)},
     )  # fmt: skip
     found = cd.edge_states(
-        system, initial=[{"x": 0.5}, {"x": 1.5, "v": 0.3}], duration=60.0, transient=60.0, rounds=8, exponents=1
+        system, initial=[{"x": 0.5}, {"x": 1.5, "v": 0.3}], duration=60.0, transient=60.0, rounds=6, exponents=1
     )
     assert found["outcome"] == cd.Outcome.EQUILIBRIUM
     assert found["side_outcome"].values.tolist() == [cd.Outcome.EQUILIBRIUM, cd.Outcome.ESCAPED]
@@ -148,7 +168,7 @@ def test_a_map_has_a_chaotic_edge_state_whose_exponents_are_exact():
         initial={"x": 0.7, "z": 0.31},
     )  # fmt: skip
     starts = [{"x": 0.7}, {"x": -0.8, "z": 0.4}]
-    found = cd.edge_states(driven, initial=starts, transient=60, periods=500, max_period=4, rounds=60)
+    found = cd.edge_states(driven, initial=starts, transient=60, periods=500, max_period=4, rounds=40)
     assert (int(found["period"]), found["outcome"]) == (0, cd.Outcome.CHAOTIC)
     exact = [np.log(2), 2 * np.log((np.sqrt(1.5) + np.sqrt(1.8)) / 2)]
     assert (abs(found["lyapunov_exponent"] - exact) <= 4 * found["lyapunov_error"]).all()
