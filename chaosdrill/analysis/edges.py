@@ -58,8 +58,8 @@ class _Segment(NamedTuple):
 
     times: np.ndarray  # (K,): since the start
     states: np.ndarray  # (K, n): in the middle
+    modes: np.ndarray  # int (K,)
     distance: np.ndarray  # (K,): of the two
-    mode: int
     width: np.ndarray  # (n,): half the distance of the two at its beginning, state by state
 
 
@@ -97,7 +97,7 @@ class _Edge:
 
     def bisect(self, pair: _Pair) -> _Pair:
         """A pair as close as asked for, or as the digits of its states allow."""
-        along = np.arange(1, EDGES.parts) / EDGES.parts
+        along, given = np.arange(1, EDGES.parts) / EDGES.parts, pair
         while self.distance(pair.states) > self.closest:
             between = pair.states[0] + along[:, np.newaxis] * (pair.states[1] - pair.states[0])
             if (between[0] == pair.states[0]).all() or (between[-1] == pair.states[1]).all():
@@ -114,9 +114,19 @@ class _Edge:
             if pair.standing is None and self.plan.system.regions:
                 modes = settled_modes(self.plan.system, rows, np.full(2, UNTOLD))
             pair = replace(pair, states=rows, modes=modes)
+        if given.standing is not None:
+            self._ascertain(given, pair)
         if pair.modes[0] != pair.modes[1]:
             raise _Stopped("the edge lies where the starts change their mode, so that nothing stays on it")
         return pair
+
+    def _ascertain(self, given: _Pair, pair: _Pair) -> None:
+        """Tell once more the fates of those of a given pair that no bisection has replaced: they were told long ago."""
+        kept = np.flatnonzero((given.states == pair.states).all(axis=1))
+        while len(kept) and (self.fates(given, given.states[kept]) != kept + 1).any():
+            if self.longer >= self.plan.max_extension:
+                raise _Stopped("a motion beside the edge has another fate than the start had; give a longer transient")
+            self.longer += 1
 
     def follow(self, pair: _Pair) -> tuple[_Segment, _Pair]:
         """Run a pair until it has parted; the last pair that has not, from which to bisect again."""
@@ -124,7 +134,7 @@ class _Edge:
         plan, both, start = self.plan, np.arange(2), self.distance(pair.states)
         before = pair.time - float(batch.elapsed[0])
         most = max(EDGES.least_steps, (plan.transient + plan.periods) * (1 + plan.max_extension))
-        times, states, distances, last = [pair.time], [pair.middle], [start], pair
+        times, states, modes, distances, last = [pair.time], [pair.middle], [int(pair.modes[0])], [start], pair
         for _ in range(most):
             batch.proceed(both, 0, np.array([0, 1]))
             if (batch.outcome != Outcome.OK).any():
@@ -151,6 +161,7 @@ class _Edge:
             last = _Pair(here, batch.mode.astype(np.int64), batch.standing(both), before + float(batch.elapsed[0]))
             times.append(last.time)
             states.append(last.middle)
+            modes.append(int(last.modes[0]))
             distances.append(distance)
             if gone:
                 break
@@ -159,7 +170,7 @@ class _Edge:
                 "two starts on either side of the edge did not part; give a longer transient, or more periods"
             )
         width = np.abs(pair.states[1] - pair.states[0]) / 2
-        segment = _Segment(np.array(times), np.array(states), np.array(distances), int(pair.modes[0]), width)
+        segment = _Segment(np.array(times), np.array(states), np.array(modes), np.array(distances), width)
         return segment, last
 
 
@@ -260,7 +271,7 @@ def edges_dataset(system: "HybridSystem", given: Any, job: "Job") -> xr.Dataset:
     n, sides, mode = starts.shape[1], len(chosen), -1
     edge_state, edge_error = np.full((2, n), np.nan)
     if segments:
-        edge_state, edge_error, mode = segments[-1].states[0], segments[-1].width, segments[-1].mode
+        edge_state, edge_error, mode = segments[-1].states[0], segments[-1].width, int(segments[-1].modes[0])
         if returns:
             edge_error = edge_error + change(segments, period, plan)
     blank = np.full((2 - sides, n), np.nan)
@@ -279,6 +290,7 @@ def edges_dataset(system: "HybridSystem", given: Any, job: "Job") -> xr.Dataset:
             "lyapunov_error": ("exponent", exponents[1]),
             "track_time": ("step", track.times),
             "track_state": (("step", "state"), track.states),
+            "track_mode": ("step", track.modes.astype(np.int8)),
             "track_distance": ("step", track.distance),
             "bisection": ("step", track.segment),
             "side_start": (("side", "state"), np.concatenate([starts[chosen], blank])),
@@ -327,6 +339,7 @@ class _Track:
 
     times: np.ndarray  # (K,)
     states: np.ndarray  # (K, n)
+    modes: np.ndarray  # int (K,)
     distance: np.ndarray  # (K,)
     segment: np.ndarray  # int (K,): from 1
 
@@ -338,6 +351,7 @@ class _Track:
         return cls(
             np.concatenate([np.zeros(0), *[one.times[some] for one, some in parts]]),
             np.concatenate([np.zeros((0, n)), *[one.states[some] for one, some in parts]]),
+            np.concatenate([np.zeros(0, dtype=np.int64), *[one.modes[some] for one, some in parts]]),
             np.concatenate([np.zeros(0), *[one.distance[some] for one, some in parts]]),
             np.concatenate([np.zeros(0), *[np.full(len(one.times[some]), k) for k, (one, some) in enumerate(parts, 1)]])
             .astype(np.int32),
@@ -445,13 +459,13 @@ def _exponents(
         (transition,), where = plan.section, plan.where
     if len(segments) < 2:
         return unknown, unknown
-    along = SectionMap(where, 1, numerics, segments[0].mode, scale, transition)
+    along = SectionMap(where, 1, numerics, int(segments[0].modes[0]), scale, transition)
     frame = np.linalg.qr(np.random.default_rng(1).standard_normal((len(scale), count)))[0]
     grown, lasted, blocks = [], [], []
     for place in range(len(segments) // 4, len(segments)):
         one = segments[place]
-        for state, time in zip(one.states[:-1], np.diff(one.times), strict=True):
-            image = along.image(state, one.mode)
+        for state, mode, time in zip(one.states[:-1], one.modes[:-1].tolist(), np.diff(one.times), strict=True):
+            image = along.image(state, mode)
             matrix = image.jacobian * scale / scale[:, np.newaxis]
             if image.outcome != Outcome.OK or not np.isfinite(matrix).all():
                 return unknown, unknown

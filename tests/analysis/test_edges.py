@@ -50,6 +50,19 @@ def test_the_edge_state_of_a_forced_well_is_the_orbit_that_newton_finds(double_w
     assert found["track_distance"].values[0] <= 1e-8 < found["track_distance"].values.max() <= 1e-5
 
 
+@pytest.mark.parametrize("transient", [0, 1, 3])
+def test_a_transient_that_is_too_short_is_extended_or_refused(double_well, transient):
+    system, exact = double_well
+    for extension in (0, 4):
+        found = cd.edge_states(
+            system, initial=WELLS, transient=transient, periods=4, max_period=1, rounds=3, max_extension=extension
+        )
+        if found["outcome"] == cd.Outcome.PERIODIC:
+            np.testing.assert_allclose(found["edge_state"], exact["edge_state"], atol=1e-7)
+        else:
+            assert "longer transient" in found.attrs["reason"] or "no two starts" in found.attrs["reason"]
+
+
 def test_neither_the_order_of_the_starts_nor_further_ones_matter(double_well):
     system, found = double_well
     more = [WELLS[1], {"x": -0.7}, WELLS[0]]

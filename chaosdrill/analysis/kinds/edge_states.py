@@ -30,6 +30,7 @@ VARIABLES = table(
     need("lyapunov_error", "exponent", "f8", "standard error of the exponent", COVERS),
     need("track_time", "step", "f8", "time on the edge", "Since the start."),
     need("track_state", "step state", "f8", "state on the edge", "In the middle between two motions beside it."),
+    need("track_mode", "step", "i1", "mode on the edge", "As a code.", flags="mode"),
     need("track_distance", "step", "f8", "distance of both motions", _PARTS),
     need("bisection", "step", "i4", "number of the bisection", "After which the two motions began, from 1."),
     need("side_start", "side state", "f8", "start on this side", "Between which the edge was bisected first."),
@@ -120,10 +121,10 @@ def edge_states(system: HybridSystem, given: EdgeStates, job: Job) -> Dataset:
         ``edge_state`` and ``edge_error`` (state), ``edge_mode``, ``period``, in steps of the track, ``outcome``, what
         the edge state is, and ``return_distance``; ``growth_rate`` and ``growth_rate_error``; ``lyapunov_exponent`` and
         ``lyapunov_error`` (exponent), per unit of time, NaN where several transitions make the section;
-        ``track_time``, ``track_state`` (state), ``track_distance`` and ``bisection`` over ``step``; ``side_start`` and
-        ``side_state`` (side, state), ``side_period`` and ``side_outcome`` (side). Where the edge cannot be followed, or
-        what it is cannot be told, the outcome is ``undecided``, and the attribute ``reason`` says why: there are no two
-        fates, a third one lies between them, or a jump parts them.
+        ``track_time``, ``track_state`` (state), ``track_mode``, ``track_distance`` and ``bisection`` over ``step``;
+        ``side_start`` and ``side_state`` (side, state), ``side_period`` and ``side_outcome`` (side). Where the edge
+        cannot be followed, or what it is cannot be told, the outcome is ``undecided``, and the attribute ``reason``
+        says why: there are no two fates, a third one lies between them, or a jump parts them.
     """
     from chaosdrill.analysis.edges import edges_dataset
 
