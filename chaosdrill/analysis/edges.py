@@ -218,8 +218,17 @@ def told_by(known: Mapping[str, np.ndarray], found: Mapping[str, np.ndarray]) ->
         wordless = loose & ((outcome == Outcome.UNDECIDED) | (one["outcome"][0] == Outcome.UNDECIDED))
         many = {name: found[name] for name in KNOWN_BY}
         many["outcome"] = np.where(wordless, one["outcome"][0], outcome)
+        # a spiral of no extent on a section through a point at rest is that point
+        if _still(one)[0]:
+            many |= {name: np.where(_still(many), one[name][0], many[name]) for name in ("outcome", "period")}
         codes[attracted & alike_first(one, many)] = side + 1
     return codes
+
+
+def _still(found: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Which runs come to one point."""
+    fixed = (found["outcome"] == Outcome.PERIODIC) & (found["period"] == 1)
+    return np.asarray((found["outcome"] == Outcome.EQUILIBRIUM) | fixed)
 
 
 def edges_dataset(system: "HybridSystem", given: Any, job: "Job") -> xr.Dataset:

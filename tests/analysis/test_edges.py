@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
-from chaosdrill.analysis.edges import OTHER, UNKNOWN, bracket, mean_rates
+from chaosdrill.analysis.edges import OTHER, UNKNOWN, bracket, mean_rates, told_by
 
 FEW = {"transient": 40, "periods": 16, "max_period": 4, "rounds": 8}
 WELLS = [{"x": 0.9}, {"x": -0.8}]
@@ -216,6 +216,35 @@ def test_a_bracket_leaves_out_what_is_neither():
     assert bracket(np.array([1, 1, OTHER, 2, 1, 2])) == (4, 5)
     assert bracket(np.array([1, UNKNOWN, 2, 2])) == (0, 2)
     assert bracket(np.array([1, 2, 2, OTHER, 1, UNKNOWN, 2])) == (0, 1)
+
+
+def of_runs(*rows):
+    """What is known of runs of one state: outcome, period, mean and standard deviation of each."""
+    outcome, period, mean, spread = (np.array(one) for one in zip(*rows, strict=True))
+    moments = np.stack([mean, spread, np.zeros(len(rows)), np.full(len(rows), 2.0)], axis=1)[:, :, np.newaxis]
+    none = np.zeros((len(rows), 0))
+    return {"outcome": outcome, "period": period, "moments": moments, "lyapunov_exponent": none, "lyapunov_error": none}
+
+
+def test_a_fate_is_told_by_where_runs_go_not_by_words_that_are_missing():
+    """A late spiral on a section through its centre is one point, as the centre is; what has no word goes by means."""
+    o = cd.Outcome
+    known = of_runs((o.EQUILIBRIUM, 0, 1.0, 0.0), (o.CHAOTIC, 0, -1.0, 0.5))
+    rows = [
+        ((o.EQUILIBRIUM, 0, 1.0, 0.0), 1),
+        ((o.PERIODIC, 1, 1.0, 1e-8), 1),
+        ((o.PERIODIC, 1, 0.5, 0.0), OTHER),
+        ((o.PERIODIC, 2, 1.0, 0.1), OTHER),
+        ((o.CHAOTIC, 0, -1.02, 0.5), 2),
+        ((o.UNDECIDED, 0, -1.02, 0.5), 2),
+        ((o.UNDECIDED, 0, 1.0, 0.5), OTHER),
+        ((o.TRANSIENT, 0, -1.0, 0.5), UNKNOWN),
+        ((o.ESCAPED, 0, np.nan, np.nan), OTHER),
+        ((o.FAILED, 0, np.nan, np.nan), UNKNOWN),
+    ]
+    assert told_by(known, of_runs(*(row for row, _ in rows))).tolist() == [code for _, code in rows]
+    leaves = of_runs((o.ESCAPED, 0, np.nan, np.nan), (o.CHAOTIC, 0, -1.0, 0.5))
+    assert told_by(leaves, of_runs(*(row for row, _ in rows)))[-2:].tolist() == [1, UNKNOWN]
 
 
 def test_errors_of_mean_rates_cover():
