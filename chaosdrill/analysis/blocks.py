@@ -11,14 +11,12 @@ from chaosdrill.codegen.signatures import cube, integers, matrix
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.layout import DONE, EVENLY, EVENT_COLUMNS, FULL
+from chaosdrill.engine.lengths import lengths_by_size
 from chaosdrill.engine.records import FLOW_SIGNATURE, machine_at, state_of
 from chaosdrill.engine.run import Run
 
 HEARD = 0.05
 """Seconds that a call may take before the next ones are longer no more: an interruption is heard between calls."""
-
-_FINEST = 1e-140
-"""Least size of a state as a part of the largest: the square of one over it is a double."""
 
 
 class Blocks:
@@ -57,26 +55,9 @@ class Blocks:
         return np.concatenate([np.zeros_like(logs[:1]), logs + np.log(grown)])
 
     def sums_by_size(self, sizes: np.ndarray | None = None) -> np.ndarray:
-        """The same of lengths in parts of the sizes of the states, which do not depend on units, nor on that of time.
-
-        In others states of different units are added, and so a length may fall at certain ends of blocks: that of the
-        flow at the apex of a flight, where nothing but the speed changes. The ``sizes`` are those by now, by default.
-        """
-        found, size = self.sums(), self._run.sizes if sizes is None else sizes
-        known = (size > 0) & (size < math.inf)
-        # all by one factor, which differences do not see: states may have decayed to 1e-300
-        largest = size.max(initial=0.0, where=known) or 1.0
-        scaled = self._vectors / np.where(known, np.maximum(size / largest, _FINEST), 1.0)
-        rows = np.arange(len(found))
-        for i in range(scaled.shape[1]):
-            row = scaled[:, i]
-            for before in scaled[:, :i].swapaxes(0, 1):
-                row -= np.einsum("bn,bn->b", row, before)[:, np.newaxis] * before
-            length = np.sqrt(np.einsum("bn,bn->b", row, row))
-            length[~(length > 0)] = 1.0
-            row /= length[:, np.newaxis]
-            found[rows, self._exponent_of[:, i]] += np.log(length)
-        return found
+        """The same of lengths in parts of the ``sizes`` of the states, those by now by default: `lengths_by_size`."""
+        size = self._run.sizes if sizes is None else sizes
+        return self.sums() + lengths_by_size(self._vectors, self._exponent_of, size)
 
     def go_on(
         self,

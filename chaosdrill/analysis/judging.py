@@ -75,8 +75,9 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     cycle, certain, lasts = _cycle_length(plan, batch, which, found.period, ends)
     whole = certain & (_first_whole(ends, cycle) >= 0)
     begin = np.where(whole, _first_whole(ends, cycle), 0)
-    averages = averages_of(plan, batch, which, begin)
-    exponents, errors = averages.exponents, averages.errors
+    plain = _means(batch.sums[which], begin, times)
+    averages = averages_of(plan, batch, which, begin, np.where(whole[:, np.newaxis], plain, np.nan))
+    exponents, errors = _in_order(plain), averages.errors
     full, known = undrawn(plan.system, batch.window[which]), batch.sizes[which]
     windows = last_rows(full, LENGTH) if full.shape[1] > LENGTH else full
     early = None if before is None else undrawn(plan.system, before[which])
@@ -153,12 +154,18 @@ def _residual(plan: "Plan", windows: np.ndarray, known: np.ndarray, found: Recur
     return residual
 
 
-def averages_of(plan: "Plan", batch: Batch, which: np.ndarray, begin: np.ndarray | int = 0) -> Averages:
-    """Exponents from the beginning of a block to the end, with errors from all blocks, point by point."""
+def averages_of(
+    plan: "Plan", batch: Batch, which: np.ndarray, begin: np.ndarray | int = 0, known: np.ndarray | float = np.nan
+) -> Averages:
+    """Exponents from the beginning of a block to the end, with errors from all blocks, point by point.
+
+    They are of lengths that no unit changes, by which words are told, but for those that are ``known``, NaN for none:
+    over whole cycles units change no length.
+    """
     begin = np.broadcast_to(begin, len(which))
-    sums, times, length = batch.sums[which], batch.times[which], batch.length[which]
+    sums, times, length = batch.sums_by_size(which), batch.times[which], batch.length[which]
     with np.errstate(invalid="ignore", divide="ignore"):
-        exponents = _means(sums, begin, times)
+        exponents = np.where(np.isnan(known), _means(sums, begin, times), known)
         late = _means(sums, np.full(len(which), (times.shape[1] - 1) // 2), times)
         spans = np.diff(times, axis=1)
         rates = np.diff(sums, axis=1) / spans[..., np.newaxis]
@@ -284,9 +291,14 @@ def _first_whole(ends: np.ndarray, cycle: np.ndarray) -> np.ndarray:
 def _means(sums: np.ndarray, begin: np.ndarray, times: np.ndarray) -> np.ndarray:
     """Mean growth rates from the beginning of a block to the end, -inf where rank was lost; shape (P, m)."""
     last, rows = sums[:, -1], np.arange(len(sums))
-    growth = last - sums[rows, begin]
     time = times[:, -1] - times[rows, begin]
-    return np.where(np.isneginf(last), -np.inf, growth / time[:, np.newaxis])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(np.isneginf(last), -np.inf, (last - sums[rows, begin]) / time[:, np.newaxis])
+
+
+def _in_order(exponents: np.ndarray) -> np.ndarray:
+    """Exponents of points, shape (P, m), the largest first."""
+    return -np.sort(-exponents, axis=1)
 
 
 def last_rows(windows: np.ndarray, count: int) -> np.ndarray:

@@ -27,6 +27,7 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.build import dataset
 from chaosdrill.dataset.schema import names_of_errors
 from chaosdrill.engine.layout import EVENT_COLUMNS, EVENT_KIND, EVENT_MODE
+from chaosdrill.engine.lengths import sizes_of_states
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run, event_rates
 from chaosdrill.engine.shifts import Shifts, shifts_of
@@ -59,12 +60,9 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
     complete, why, dimension_error = outcome == Outcome.OK, "", float("nan")
     means = MeanExponents.unknown(len(ends) - 1, m)
     if complete and m:
-        sums, by_size = path.sums, path.sums_by_size
-        taken = (plan.unit, job.numerics, run.steps)
-        means = mean_exponents(sums, by_size, ends, *taken)
-        # no word depends on units, in which a length may change by more than a torus lets it
-        of_words = path.sums_by_size_of(shifts_of(system, but_of=()))[judged]
-        for_words = mean_exponents(of_words, of_words, ends[judged], *taken)
+        by_size, taken = path.sums_by_size(shifts_of(system, but_of=())), (plan.unit, job.numerics, run.steps)
+        means = mean_exponents(path.sums, by_size, ends, *taken)
+        for_words = mean_exponents(by_size[judged], by_size[judged], ends[judged], *taken)
         of_method = job.numerics.step_error * run.steps / plan.length
         dimension_error = kaplan_yorke_error(means.values, means.rates, of_method, plan.length, system.free)
         evidence = _evidence(run, plan, structure, for_words, path, judged, job)
@@ -192,17 +190,11 @@ class _Path:
         """Logarithms of growth at the beginning and at the end of each block, shape (B + 1, m)."""
         return self._blocks.sums()[self._wanted]
 
-    @property
-    def sums_by_size(self) -> np.ndarray:
-        """The same of lengths that no unit changes, see `Blocks`."""
-        return self._blocks.sums_by_size()[self._wanted]
-
-    def sums_by_size_of(self, shifts: Shifts) -> np.ndarray:
-        """The same from zero on, where an angle has the size of its circle, however often it has turned."""
-        size = self._run.sizes.copy()
-        for turn in shifts.turns:
-            size = np.where(turn != 0, np.abs(turn) / (2 * np.pi), size)
-        sums = self._blocks.sums_by_size(size)[self._wanted]
+    def sums_by_size(self, shifts: Shifts) -> np.ndarray:
+        """The same of lengths that no unit changes, see `Blocks`: others change by as much as units differ, even on
+        a cycle. An angle has the size of its circle, however often it has turned.
+        """
+        sums = self._blocks.sums_by_size(sizes_of_states(self._run.sizes, shifts))[self._wanted]
         return np.asarray(sums - sums[0])
 
     @property
@@ -274,7 +266,8 @@ def mean_exponents(
     Parameters
     ----------
     sums, by_size : ndarray, shape (blocks + 1, m)
-        Sums of logarithms, -inf from the block in which a tangent was lost, of lengths as they are and by sizes.
+        Sums of logarithms, -inf from the block in which a tangent was lost, of lengths as they are, for the exponents,
+        and by sizes, for the errors.
     ends : ndarray, shape (blocks + 1,)
         Ends of the blocks in units.
     unit : float

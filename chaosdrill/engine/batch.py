@@ -12,11 +12,13 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
 from chaosdrill.engine import setup
 from chaosdrill.engine.ahead import LANES, ONE_RUN, await_part
+from chaosdrill.engine.lengths import lengths_by_size, sizes_of_states
 from chaosdrill.engine.methods import METHODS
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import check_period, forcing_periods, repeats
 from chaosdrill.engine.run import BESIDE, STANDING, flow_of, lost_sum
 from chaosdrill.engine.scales import SMALLEST
+from chaosdrill.engine.shifts import shifts_of
 from chaosdrill.engine.tuning import RUNS
 from chaosdrill.errors import SettingsError
 
@@ -165,7 +167,7 @@ class Batch:
         c = _constants(system, parameters, points)
         self._states = setup.states_of(system, c, starts, modes, self.period, frame, numerics)
         self._frame = frame
-        self.sums = np.zeros((points, 1, m))
+        self.sums, self._frames = np.zeros((points, 1, m)), np.zeros((points, 1, m * (n + 1)))
         self.integrals = np.zeros((points, 1, q))
         self.ends = np.zeros(1, dtype=np.int64)
         self.window = np.full((points, window, n + 1), np.nan)
@@ -303,7 +305,7 @@ class Batch:
         which = np.asarray(which, dtype=np.int64)
         points, m = len(self.x), len(self._frame)
         if self.sums.shape[1] != len(ends):
-            self.sums = np.zeros((points, len(ends), m))
+            self.sums, self._frames = (np.zeros((points, len(ends), k)) for k in (m, self._frames.shape[2]))
             self.integrals = np.zeros((points, len(ends), self._quadratures))
             self.times = np.zeros((points, len(ends)))
         stretches = np.array([transient, *np.diff(ends)], dtype=np.int64)
@@ -324,6 +326,16 @@ class Batch:
         ended = which[self.outcome[which] != Outcome.OK]
         for values in (self.sums, self.integrals, self.window, self.times, self.length):
             values[ended] = np.nan
+
+    def sums_by_size(self, which: np.ndarray) -> np.ndarray:
+        """``sums`` of some points, of lengths in parts of the sizes of the states: `lengths_by_size`."""
+        sums = self.sums[which]
+        if not sums.size:
+            return sums
+        frames = self._frames[which].reshape(*sums.shape, -1)
+        sizes = sizes_of_states(self.sizes[which], shifts_of(self.system, but_of=self._parameters))
+        lengths = lengths_by_size(frames[..., :-1], frames[..., -1].astype(np.int64) - 1, sizes)
+        return np.asarray(sums + (lengths - lengths[:, :1]))
 
     def _step_in_lanes(self, which: np.ndarray, stretches: np.ndarray) -> None:
         kernels, m = kernels_of(self.system), len(self._frame)
@@ -399,15 +411,20 @@ class Batch:
                         in_python(keep)(row, at.EVENT_COLUMNS, n, row[at.EVENT_MODE], window, taken)
                         taken += 1
             self.outcome[p] = code
-            if s:
-                self._note_averages(p, s)
-            else:
+            if s == 0:
                 forget_run(self._states, p, self._frame, self._tables.constrained)
+            self._note_averages(p, s)
         in_python(bring_in_order)(window, taken, self._spare)
 
     def _note_averages(self, p: int, s: int) -> None:
-        """Keep what run p has summed up by the end of stretch s."""
+        """Keep what run p has summed up by the end of stretch s, and its tangents there."""
         states = self._states
+        live = int(states.run["live"][p])
+        kept = np.zeros((len(self._frame), self.x.shape[1] + 1))
+        kept[:live, :-1], kept[:live, -1] = states.vectors[p, :live], states.exponent_of[p, :live] + 1
+        self._frames[p, s] = kept.ravel()
+        if s == 0:
+            return
         growth = states.logs[p] + np.log(states.grown[p])
         self.sums[p, s] = np.where(states.lost[p] == 1, -np.inf, growth)[: len(self._frame)]
         self.integrals[p, s] = states.sums[p, :2].sum(axis=0)
@@ -429,11 +446,10 @@ class Batch:
                 if self.outcome[p] == Outcome.OK:
                     taken = self._to_the_section(machine, p, stretch, taken)
                 self.times[p, s] = run["strobes"] * run["period"] + run["time"]
-                if s:
-                    self._note_averages(p, s)
-                else:
+                if s == 0:
                     forget_run(self._states, p, self._frame, self._tables.constrained)
                     self.window[p], taken = np.nan, 0
+                self._note_averages(p, s)
             in_python(bring_in_order)(self.window[p], taken, self._spare)
 
     def _to_the_section(self, machine: "Record", p: int, count: int, taken: int) -> int:
@@ -501,7 +517,8 @@ class Batch:
         return machine(functions, self.method, self._settings, self._tables, self._states, self._scratch, **search)
 
     def _results(self) -> at.Results:
-        return at.Results(self._progress, self.sums, self.integrals, self.times, self.window, self.outcome)
+        found = self.sums, self._frames, self.integrals, self.times
+        return at.Results(self._progress, *found, self.window, self.outcome)
 
     def continue_from(self, other: "Batch") -> None:
         """Take over state, mode and standing of the guards, point by point, of another batch of the same system.

@@ -69,6 +69,18 @@ def _orthonormalise(m, machine, state):
         orthonormalise(machine.functions, machine.tables, state, machine.scratch)
 
 
+@inlined
+def _keep_frame(state, row):
+    """Keep the tangents of a run, each before the number of its exponent."""
+    n = state.vectors.shape[1]
+    row[:] = 0.0
+    for i in range(state.run[0].live):
+        first = i * (n + 1)
+        for a in range(n):
+            row[first + a] = state.vectors[i, a]
+        row[first + n] = state.exponent_of[i] + 1
+
+
 @inner
 def is_over(p, machine, results, frame, stretches, spare):
     """Note what a run has reached where it stands at a goal, until it has one ahead; whether there is none left."""
@@ -94,6 +106,7 @@ def is_over(p, machine, results, frame, stretches, spare):
                 results.growth[p, stage, i] = -math.inf if state.lost[i] == 1 else log_growth(state, i)
             for i in range(state.sums.shape[1]):
                 results.integrals[p, stage, i] = state.sums[0, i] + state.sums[1, i]
+        _keep_frame(state, results.frames[p, stage])
         results.times[p, stage] = run.strobes * run.period + run.time
         if stage == stretches.size - 1:
             bring_in_order(results.window[p], progress[at.TAKEN], spare)

@@ -300,6 +300,8 @@ class Results(NamedTuple):
     """(P, PROGRESS): STAGE, GOAL, LAST, TAKEN, LEFT, CELL, MET"""
     growth: Cube
     """(P, stretches, m): sums of logarithms at the ends of the stretches"""
+    frames: Cube
+    """(P, stretches, m (n + 1)): tangents there, each with the number of its exponent from 1 on; 0 behind the last"""
     integrals: Cube
     """(P, stretches, q): quadratures there"""
     times: Matrix

@@ -42,13 +42,14 @@ def _take_away(row, basis, count, n, size):
 
 @rare
 def _by_size(v, scale):
-    """Square of a tangent's length, in units of the sizes that the states have had of late."""
+    """Square of a tangent's length, in parts of the sizes that the states have had of late, times the largest."""
     widest = 0.0
     for a in range(v.size):
         widest = max(widest, scale[a])
     found = 0.0
     for a in range(v.size):
-        part = v[a] / (scale[a] if scale[a] > 0.0 else widest if widest > 0.0 else 1.0)
+        # of states below 1e-154 the square of one over the size overflows
+        part = v[a] / (max(scale[a] / widest, TANGENTS.finest) if scale[a] > 0.0 else 1.0)
         found += part * part
     return found
 

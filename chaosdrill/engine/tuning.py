@@ -230,6 +230,8 @@ class Tangents(NamedTuple):
     rank: float = 1e-13
     """Part of the image of a tangent, by sizes of states, that has to be new at an event of deficient rank; else it is
     lost. In saltation matrices, part of the largest entry below which one is round-off."""
+    finest: float = 1e-140
+    """Least size of a state as a part of the largest: the square of one over it is a double."""
     once: float = 0.25
     """Part of its squared length that a tangent must keep for one projection to be enough (Kahan; Parlett 1998,
     6.9)."""

@@ -94,8 +94,8 @@ def test_errors_of_exponents_do_not_depend_on_units(noisy_ball, length, time):
 
     def errors(length, time):
         ball = noisy_ball.with_parameters(L=length, T=time).with_initial(x=length)
-        found = cd.lyapunov_spectrum(ball, at="impact", transient=50, periods=2000)
-        return found["lyapunov_error"].values * time, float(found["kaplan_yorke_error"])
+        ds = cd.lyapunov_spectrum(ball, at="impact", transient=50, periods=2000)
+        return ds["lyapunov_error"] * time, ds["kaplan_yorke_error"]
 
     for here, other in zip(errors(1.0, 1.0), errors(length, time), strict=True):
         np.testing.assert_allclose(other, here, rtol=1e-6)
@@ -108,13 +108,33 @@ def test_errors_of_exponents_do_not_depend_on_units(noisy_ball, length, time):
         (["r*x*(1 - y/Y)", "Y*x/X"], [1.99, 2.005, 2.05, 2.27], (0.45, 0.55), 700),
     ],
 )
-def test_words_of_spectra_do_not_depend_on_units(images, values, starts, periods):
+def test_words_and_errors_of_maps_do_not_depend_on_units(images, values, starts, periods):
     """On a torus tangents neither grow nor shrink, in plain lengths by as much as units differ."""
     system = cd.Map("x y", {"r": 1.0, "X": 1.0, "Y": 1.0}, images)
     rng = np.random.default_rng(5)
     for r in values:
-        start, found = rng.uniform(*starts, 2), []
+        start, words, errors = rng.uniform(*starts, 2), [], []
         for x, y in ((1.0, 1.0), (2.0**30, 2.0**-20), (2.0**-25, 2.0**10), (1e-9, 1e9)):
             here = system.with_parameters(r=r, X=x, Y=y).with_initial(x=start[0] * x, y=start[1] * y)
-            found.append(cd.lyapunov_spectrum(here, transient=20, periods=periods).cd.outcome)
-        assert len(set(found)) == 1
+            alone = cd.lyapunov_spectrum(here, transient=20, periods=periods)
+            swept = cd.parameter_chart(here, {"r": [r], "X": [x]}, transient=20, periods=periods, max_extension=0)
+            words.append((int(alone["outcome"]), int(swept["outcome"].squeeze())))
+            # of two exponents of one value units tell which is the first
+            errors.append([*sorted(alone["lyapunov_error"].values), *sorted(swept["lyapunov_error"].values.ravel())])
+        assert len(set(words)) == 1
+        # in other units than powers of two rounding moves the motion
+        np.testing.assert_allclose(errors[1:3], [errors[0]] * 2, rtol=1e-9)
+
+
+def test_states_of_any_small_size_have_exponents():
+    """The square of one over a size overflowed below 1e-154: all tangents seemed lost."""
+    rest = cd.HybridSystem(
+        name="unstable rest",
+        states="x",
+        parameters={"m": 0.02},
+        modes={"m": {"x": "(1 + m)*x - x + x**3 - x**5"}},
+        transitions=[],
+    )
+    found = cd.lyapunov_spectrum(rest.with_initial(x=1e-160), transient=10, duration=300)
+    assert found["lyapunov_exponent"].item() == pytest.approx(0.02, abs=1e-9)
+    assert found.cd.outcome == "transient"

@@ -257,19 +257,24 @@ def test_a_ball_that_never_rests_does_not_fall_through_its_floor(guard, method):
 
 
 @pytest.mark.parametrize("method", ["taylor", "dop853", "radau"])
-@pytest.mark.parametrize("guard", ["(x + y)**2 - y**2", "sin(x + y) - sin(y)"])
-def test_low_rebounds_are_met_while_they_can_be_told_from_rounding(guard, method):
-    """Terms that interpolation gives a guard in a long step do not count where its slope has led it out of rounding."""
+@pytest.mark.parametrize(
+    ("guard", "fewest", "most"), [("sin(x + y) - sin(y)", 80, 110), ("(x + y)**2 - y**2", 300, 400)]
+)
+def test_low_rebounds_are_met_while_they_can_be_told_from_rounding(guard, fewest, most, method):
+    """Terms that interpolation gives a guard in a long step do not count where its slope has led it out of rounding.
+
+    The polynomial is x*(x + 2*y), whose rounding falls with x: hits go on until flights are lost in that of time.
+    """
     hit = cd.Transition("hit", "fly", "fly", guard, -1, reset={"v": "-0.9*v"})
     modes = {"fly": {"x": "v", "v": "-1", "y": "0"}}
     ball = cd.HybridSystem(name="low", states="x v y", modes=modes, transitions=[hit], initial={"x": 1e-10, "y": 1.0})
     first = np.sqrt(2e-10)
     run = cd.trajectory(ball, duration=40 * first, samples=1, method=method)
     assert int(run["outcome"]) == cd.Outcome.STALLED
-    # the guard's rounding, about 2e-16, is a thousandth of the height of the thirtieth rebound
+    # the rounding of the sines, about 2e-16, is a thousandth of the height of the thirtieth rebound
     met = first * (2 * np.cumsum(0.9 ** np.arange(30)) - 1)
     np.testing.assert_allclose(run["event_time"].values[:30], met, rtol=1e-3)
-    assert 80 < run.sizes["event"] < 110
+    assert fewest < run.sizes["event"] < most
 
 
 @pytest.mark.parametrize("method", ["taylor", "dop853", "radau"])
