@@ -46,10 +46,11 @@ def _by_size(v, scale):
     widest = 0.0
     for a in range(v.size):
         widest = max(widest, scale[a])
+    # of states below 1e-154 the square of one over the size overflows
+    least = TANGENTS.finest * widest
     found = 0.0
     for a in range(v.size):
-        # of states below 1e-154 the square of one over the size overflows
-        part = v[a] / (max(scale[a] / widest, TANGENTS.finest) if scale[a] > 0.0 else 1.0)
+        part = v[a] * (widest / scale[a]) if scale[a] > least else v[a] / TANGENTS.finest if scale[a] > 0.0 else v[a]
         found += part * part
     return found
 
