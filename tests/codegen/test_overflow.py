@@ -12,15 +12,12 @@ import numpy as np
 import pytest
 import sympy
 from scipy.integrate import solve_ivp
+from support.laws import check_survival, values_and_slopes
 
 import chaosdrill as cd
-from chaosdrill.codegen import kernels_of
 from chaosdrill.engine.batch import Batch
 from chaosdrill.engine.numerics import Numerics
-from chaosdrill.model.derive import differentiate
-from chaosdrill.model.gates import without_overflow
 from chaosdrill.model.special import bernoulli_ratio, gate, log_cosh, log_sum
-from chaosdrill.model.text import read_text, write_text
 
 K, A, B = 0.3, 1.7, 0.6
 NUMBERS = {"k": K, "a": A, "b": B}
@@ -142,14 +139,7 @@ def integral(law, low, high):
 
 @pytest.mark.parametrize("u", [0.0, 1e-9, -1e-9, 0.3, -2.0, 3.2, 17.0, -17.0, 300.0, -300.0, 900.0, -900.0, 1e6, -1e6])
 def test_values_and_slopes(system, u):
-    kernels = kernels_of(system)
-    n, c = len(STATES), kernels.constants(system.parameters)
-    x, along = np.zeros(n + 1), np.zeros(n + 1)
-    x[n], along[n] = u, 1.0
-    rates, slopes = np.empty(n + 1), np.empty(n + 1)
-    kernels.functions.field(0, 0.0, c, x, rates)
-    kernels.functions.variation(0, 0.0, c, x, along, slopes)
-    for (law, text), rate, slope in zip(WRITINGS, rates[:n], slopes[:n], strict=True):
+    for (law, text), rate, slope in zip(WRITINGS, *values_and_slopes(system, u), strict=True):
         value, by_u = law(mpmath.mpf(u)), mpmath.diff(law, mpmath.mpf(u))
         # what the exponent is rounded by counts as often as it is large
         assert rate == pytest.approx(float(value), rel=1e-14 * (10 + abs(u)), abs=1e-300), text
@@ -180,13 +170,7 @@ def test_lanes_through_and_from_zero(system):
 
 @pytest.mark.parametrize("text", [text for _, text in WRITINGS])
 def test_writings_survive(text):
-    """What has been made of it is left as it is, also where it was text in between, and so is its derivative."""
-    names = {name: sympy.Symbol(name, real=True) for name in ("u", *NUMBERS)}
-    made = without_overflow(read_text(text, names))
-    assert without_overflow(made) == made
-    assert without_overflow(read_text(write_text(made), names)) == made
-    slope = differentiate(made, U)
-    assert without_overflow(slope) == slope
+    check_survival(text, {name: sympy.Symbol(name, real=True) for name in ("u", *NUMBERS)})
 
 
 @pytest.mark.parametrize("u", ["0.7", "-1.3", "4.5"])
