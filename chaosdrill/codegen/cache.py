@@ -203,7 +203,7 @@ def code_key() -> str:
     from importlib.metadata import version
 
     digest = hashlib.sha256(f"{version('numba')} {version('llvmlite')}".encode())
-    compiling = [f"codegen.{name}" for name in ("kinds", "signatures", "layout", "machine", "special")]
+    compiling = [f"codegen.{name}" for name in ("kinds", "signatures", "layout", "machine", "contacts", "special")]
     for name in (*compiling, *(f"engine.{name}" for name in modules("engine"))):
         digest.update(source(f"chaosdrill.{name}"))
     return digest.hexdigest()[:16]

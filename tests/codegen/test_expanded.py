@@ -9,9 +9,9 @@ import sympy
 
 import chaosdrill as cd
 from chaosdrill.codegen import kernels_of, mode
+from chaosdrill.codegen.contacts import hunt_crossley_duration_lam, hunt_crossley_duration_series
 from chaosdrill.codegen.layout import UNIT
 from chaosdrill.codegen.signatures import LANES
-from chaosdrill.codegen.special import hunt_crossley_duration_lam, hunt_crossley_duration_series
 from chaosdrill.engine.lanes import aligned
 from chaosdrill.engine.layout import COLUMNS
 from chaosdrill.engine.numerics import Numerics

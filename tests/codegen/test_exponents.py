@@ -9,10 +9,10 @@ from support.drills import POSSIBLE, WITH_EVERY_OPTION, WITH_EVERY_PAIR, built, 
 
 import chaosdrill as cd
 from chaosdrill.codegen import kernels_of
+from chaosdrill.codegen.contacts import hunt_crossley_duration
 from chaosdrill.codegen.events import mode_events
 from chaosdrill.codegen.kernels import write
 from chaosdrill.codegen.signatures import event_places
-from chaosdrill.codegen.special import hunt_crossley_duration
 from chaosdrill.codegen.special import positive_power as numeric_power
 from chaosdrill.engine.layout import COLUMNS
 from chaosdrill.model.exponents import exponent_parameters, specialise

@@ -5,7 +5,7 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.codegen.special import hunt_crossley_duration, hunt_crossley_exit, hunt_crossley_peak
+from chaosdrill.codegen.contacts import hunt_crossley_duration, hunt_crossley_exit, hunt_crossley_peak
 from chaosdrill.model.special import positive_power
 
 # The paper's four regimes at xi = 0.06: strobe points, multipliers and progression rates to 8 digits.

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chaosdrill.codegen.special import hunt_crossley_exit
+from chaosdrill.codegen.contacts import hunt_crossley_exit
 
 PARAMETERS = {"b": 0.7, "xi": 0.06, "eps": 1.0, "mu": 0.6, "g": 3.0, "r": 1.0, "lam": 0.6}
 PERIOD1 = {**PARAMETERS, "a": 0.25, "eta": 0.8, "phi": pi / 2}

@@ -7,7 +7,7 @@ import mpmath
 import pytest
 import sympy
 
-from chaosdrill.codegen.special import hunt_crossley_duration
+from chaosdrill.codegen.contacts import hunt_crossley_duration
 from chaosdrill.model.special import hunt_crossley_duration as symbolic_duration
 from tests.support import contact_durations
 

@@ -6,7 +6,7 @@ import sympy
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chaosdrill.codegen.special import hunt_crossley_exit, hunt_crossley_exit_lam
+from chaosdrill.codegen.contacts import hunt_crossley_exit, hunt_crossley_exit_lam
 from chaosdrill.model.special import hunt_crossley_exit as symbolic_exit
 
 V, LAM = sympy.symbols("v lam", real=True)

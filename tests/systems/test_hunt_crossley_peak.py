@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chaosdrill.codegen.special import hunt_crossley_peak
+from chaosdrill.codegen.contacts import hunt_crossley_peak
 
 
 def largest(v, lam, n, k):
