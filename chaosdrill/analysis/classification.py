@@ -220,7 +220,8 @@ def add_record(
         e.leaving, e.settling = e.leaving | earlier[0], e.settling | earlier[1]
     unclear = np.flatnonzero(~e.positive & ~e.negative)
     drifts = e.drifts.copy()
-    _add_seen(e, unclear, examine(windows[unclear], known[unclear], shifts, flow), flow is None)
+    seen = examine(windows[unclear], known[unclear], shifts, flow, e.may_be_torus[unclear], e.settled[unclear])
+    _add_seen(e, unclear, seen, flow is None)
     if part < 1.0 and flow is None:
         _add_early(e, np.flatnonzero(e.ordered), windows, known, coarse, shifts, part)
     # the whole record tells more of growth than its last points
@@ -315,8 +316,8 @@ def add_passages(e: Evidence, which: np.ndarray, passages: np.ndarray, known: np
     """
     paths, sizes = aside(passages, shifts), shifts.sizes(known)
     e.exact[which] |= closes(paths, sizes) | closes(paths[:, paths.shape[1] // 2 :], sizes)
-    left = np.flatnonzero(~e.exact[which] & ~e.positive[which])
-    e.ordered[which[left]] |= examine(passages[left], known[left], shifts).ordered
+    left, asked = np.flatnonzero(~e.exact[which] & ~e.positive[which]), e.may_be_torus[which]
+    e.ordered[which[left]] |= examine(passages[left], known[left], shifts, None, asked[left], False).ordered
 
 
 def add_later(
@@ -332,6 +333,8 @@ def add_later(
     closed curve there.
     """
     which = np.flatnonzero(_is_open(e))
+    if not len(which):
+        return
     later, known = windows[which, windows.shape[1] // 2 :], known[which]
     paths, sizes = aside(later, shifts), shifts.sizes(known)
     if flow is None:
@@ -339,7 +342,7 @@ def add_later(
         e.cycle_reached[which] = (found.period > 0) & (found.residual <= ROUND_OFF)
     leaving, settling = stationarity(paths[:, :, :-1], sizes)
     stays = np.flatnonzero(~e.cycle_reached[which] & ~leaving & ~settling)
-    seen = examine(later[stays], known[stays], shifts, flow)
+    seen = examine(later[stays], known[stays], shifts, flow, e.may_have_reached_torus[which[stays]], False)
     e.torus_reached[which[stays]] = seen.ordered | seen.torus & seen.converges & ((flow is None) | seen.agrees)
     falls = e.late[which[stays]] < 0
     e.cycle_reached[which[stays]] |= (seen.line | seen.curve & falls & ~e.unmoved[which[stays]]) & seen.converges

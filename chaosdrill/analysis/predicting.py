@@ -66,7 +66,9 @@ def predicted(points: np.ndarray) -> bool:
         slow = _terms(angles, LOW) @ turns
         if (np.abs(slow - np.rint(slow)) * len(points) < BEATS).any():
             return False
-        if angles > 1 and (degree := _known_by(off, _refined(off[:fitted], turns), fitted)):
+        # frequencies that all points tell are no worse than those of the first, by which the last are to be known
+        may_be_known = angles > 1 and _misses(off, turns, LOW, fitted) <= 2 * ROUGH
+        if may_be_known and (degree := _known_by(off, _refined(off[:fitted], turns), fitted)):
             return not (_moves_on(off, turns, degree) or _comes_back(points))
         columns = _columns(len(points), turns, _terms(angles, _degree(angles, FIRST)))
         rest = off - columns @ _solved(columns, off)

@@ -145,9 +145,19 @@ class Evidence:
 
         There they grow or shrink. Exchanges of intervals follow one angle for a while, and then another, without.
         """
+        return self.torus_reached & self.may_have_reached_torus & ~self.recurs & ~self.returns
+
+    @property
+    def may_have_reached_torus(self) -> np.ndarray:
+        """Whether that is so by the growth of tangents."""
         later, whole = self.late * self.length / 2, self.lead * self.length
-        arrives = (np.abs(later) <= STILL) & (np.abs(whole - later) > STILL)
-        return self.torus_reached & self.torus_possible & ~self.recurs & ~self.returns & arrives
+        with np.errstate(invalid="ignore"):
+            return self.torus_possible & (np.abs(later) <= STILL) & (np.abs(whole - later) > STILL)
+
+    @property
+    def may_be_torus(self) -> np.ndarray:
+        """Whether tangents grow so little that it may count as a torus, or as one that was reached, by its points."""
+        return (self.torus_possible & (self.bounded | self.sheared)) | self.may_have_reached_torus
 
     @property
     def falls_on(self) -> np.ndarray:
@@ -157,16 +167,22 @@ class Evidence:
     @property
     def regular(self) -> np.ndarray:
         """Whether it is a torus by all opinions: tangents do not grow, in themselves, not only against their error."""
-        growth = np.abs(self.lead) * self.length
-        settled = ~self.settling & ~self.leaving
-        still = (settled & (growth <= STILL)) | (self.converges & (growth <= BOUNDED))
-        return self.torus & self.torus_possible & ~self.recurs & still
+        return self.torus & self.torus_possible & ~self.recurs & (self.settled | (self.converges & self.bounded))
+
+    @property
+    def settled(self) -> np.ndarray:
+        """Whether tangents hardly grow in a stationary record, so that averages of a torus need not converge."""
+        return ~self.settling & ~self.leaving & (np.abs(self.lead) * self.length <= STILL)
 
     @property
     def in_order(self) -> np.ndarray:
         """Whether the points are those of a torus by their order, and tangents do not grow but for shear."""
-        sheared = np.abs(self.late) * self.length <= 2 * STILL
-        return self.ordered & self.torus_possible & ~self.recurs & (self.bounded | sheared)
+        return self.ordered & self.torus_possible & ~self.recurs & (self.bounded | self.sheared)
+
+    @property
+    def sheared(self) -> np.ndarray:
+        """Whether tangents grow or shrink so little in the later half that it may be shear."""
+        return np.abs(self.late) * self.length <= 2 * STILL
 
     @property
     def unmoved(self) -> np.ndarray:
