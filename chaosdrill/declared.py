@@ -1,4 +1,4 @@
-"""What analyses and methods declare, for the rooms below them: each enters itself, and none is known by name here."""
+"""What analyses, methods and systems declare, for the rooms below them; none is known by name here."""
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -56,6 +56,14 @@ METHODS = Declared()
 
 DISPLAYS: dict[str, Callable[[Any], str | None]] = {}
 """How a system is displayed, as "html" and "latex": pages are made far above the model."""
+
+Event = tuple[tuple[Any, ...], dict[str, Any]]
+
+
+def event(*arguments: Any, **keywords: Any) -> Event:
+    """An event of a system of the library: arguments of `Transition`, which is made when the system is built."""
+    return arguments, keywords
+
 
 KEPT: dict[str, Callable[[Any], Any]] = {}
 """How to "recall" what earlier processes have kept of a system: files are kept above the model."""

@@ -1,11 +1,12 @@
 """Library of systems: one file each, discovered by its presence.
 
 A module of the library offers ``NAME``, ``GROUP``, ``SUMMARY``, ``CITES`` (if results cite anything), ``STATES`` (name:
-label), ``PARAMETERS`` (name: default and label), ``LIMITS`` (name: `Limit`, if any has one) and ``equations()``: the
-other arguments of `HybridSystem`, or of `filippov` if there is a surface among them. One that is assembled from effects
-offers ``states(effects)``, ``parameters(effects)``, ``unused(key, effects)``, ``limits(effects)`` and
-``system(effects)`` instead of the last four. One whose bodies move along a line offers ``BODIES`` for animations, the
-height of each as text, or ``bodies(known)`` if they depend on effects. None imports sympy before a system is built.
+label), ``PARAMETERS`` (name: default and label), ``LIMITS`` (name: `Limit`, if any has one) and ``EQUATIONS``: the
+other arguments of `HybridSystem`, with an `event` for each transition, or of `filippov` if there is a surface among
+them; ``equations()``, which returns them, where sympy derives them. One that is assembled from effects offers
+``states(effects)``, ``parameters(effects)``, ``unused(key, effects)``, ``limits(effects)`` and ``system(effects)``
+instead of the last four. One whose bodies move along a line offers ``BODIES`` for animations, the height of each as
+text, or ``bodies(known)`` if they depend on effects. None imports sympy before a system is built.
 """
 
 from collections.abc import Collection, Iterator, Mapping
@@ -204,13 +205,14 @@ def _system(name: str, module: Any) -> "HybridSystem":
 
 
 def _built(module_name: str) -> "HybridSystem":
-    from chaosdrill.model import HybridSystem
+    from chaosdrill.model import HybridSystem, Transition
     from chaosdrill.model.filippov import filippov
 
     module = import_module(module_name)
-    given = module.equations()
+    given = dict(module.EQUATIONS) if hasattr(module, "EQUATIONS") else module.equations()
     labels = module.STATES | {name: label for name, (_, label) in module.PARAMETERS.items()} | given.pop("labels", {})
     about = {"name": module.NAME, "description": module.SUMMARY, "labels": labels, "parameters": _defaults(module)}
     if "surface" in given:
         return filippov(**about, **given).limited(_limits(module))
+    given["transitions"] = [Transition(*arguments, **named) for arguments, named in given.get("transitions", ())]
     return HybridSystem(**about, states=tuple(module.STATES), **given).limited(_limits(module))

@@ -7,8 +7,7 @@ Times in ms, voltages in mV, currents in pA, conductances in nS, C in pF. Source
 doi:10.1152/jn.00686.2005.
 """
 
-from typing import Any
-
+from chaosdrill.declared import event
 from chaosdrill.limits import NOT_NEGATIVE, POSITIVE
 
 NAME = "adaptive-integrate-and-fire"
@@ -29,21 +28,14 @@ PARAMETERS = {
     "peak": (0.0, "potential at which a spike is cut"),
 }
 LIMITS = {"C": POSITIVE, "g_L": NOT_NEGATIVE, "slope": POSITIVE, "tau_w": POSITIVE}
-
-
-def equations() -> dict[str, Any]:
-    """The neuron with default parameters: it spikes with adaptation."""
-    from chaosdrill.model import Transition
-
-    return {
-        "modes": {
-            "rest": {
-                "V": "(-g_L*(V - E_L) + g_L*slope*exp((V - V_T)/slope) - w + I)/C",
-                "w": "(a*(V - E_L) - w)/tau_w",
-            }
-        },
-        "transitions": [
-            Transition("spike", "rest", "rest", guard="V - peak", direction=+1, reset={"V": "V_r", "w": "w + b"})
-        ],
-        "initial": {"mode": "rest", "V": PARAMETERS["E_L"][0], "w": 0.0},
-    }
+EQUATIONS = {
+    "modes": {
+        "rest": {
+            "V": "(-g_L*(V - E_L) + g_L*slope*exp((V - V_T)/slope) - w + I)/C",
+            "w": "(a*(V - E_L) - w)/tau_w",
+        }
+    },
+    "transitions": [event("spike", "rest", "rest", guard="V - peak", direction=+1, reset={"V": "V_r", "w": "w + b"})],
+    "initial": {"mode": "rest", "V": PARAMETERS["E_L"][0], "w": 0.0},
+}
+"""The neuron with default parameters: it spikes with adaptation."""

@@ -6,8 +6,7 @@ The cycle has the period T = 2 pi/sqrt(1 - h^2), the speed p/sqrt(1 - exp(-2 h T
 1 and exp(-2 h T). Source: Andronov, Vitt and Khaikin 1966, Theory of Oscillators.
 """
 
-from typing import Any
-
+from chaosdrill.declared import event
 from chaosdrill.limits import NOT_NEGATIVE
 
 NAME = "andronov-clock"
@@ -19,14 +18,9 @@ PARAMETERS = {
     "p": (1.0, "speed that a kick gives from rest"),
 }
 LIMITS = {"h": NOT_NEGATIVE, "p": NOT_NEGATIVE}
-
-
-def equations() -> dict[str, Any]:
-    """The clock with default parameters, wound up a little."""
-    from chaosdrill.model import Transition
-
-    return {
-        "modes": {"free": {"x": "v", "v": "-x - 2*h*v"}},
-        "transitions": [Transition("kick", "free", "free", guard="x", direction=+1, reset={"v": "sqrt(v**2 + p**2)"})],
-        "initial": {"mode": "free", "x": -1.0, "v": 0.0},
-    }
+EQUATIONS = {
+    "modes": {"free": {"x": "v", "v": "-x - 2*h*v"}},
+    "transitions": [event("kick", "free", "free", guard="x", direction=+1, reset={"v": "sqrt(v**2 + p**2)"})],
+    "initial": {"mode": "free", "x": -1.0, "v": 0.0},
+}
+"""The clock with default parameters, wound up a little."""

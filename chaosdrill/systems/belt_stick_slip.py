@@ -9,8 +9,7 @@ Mass and stiffness are 1, static friction is F_s, kinetic friction F_k < F_s. Th
 doi:10.1007/978-3-540-44398-8.
 """
 
-from typing import Any
-
+from chaosdrill.declared import event
 from chaosdrill.limits import NOT_NEGATIVE
 
 NAME = "belt-stick-slip"
@@ -24,28 +23,23 @@ PARAMETERS = {
     "F_k": (0.5, "kinetic friction force"),
 }
 LIMITS = {"belt": NOT_NEGATIVE, "F_s": NOT_NEGATIVE, "F_k": NOT_NEGATIVE}
-
-
-def equations() -> dict[str, Any]:
-    """The belt oscillator with default parameters, started in stick at rest length."""
-    from chaosdrill.model import Transition
-
-    catch_up: Any = {"guard": "v - belt", "direction": +1}
-    fall_back: Any = {"guard": "v - belt", "direction": -1}
-    held: Any = {"reset": {"v": "belt"}, "condition": "Abs(x) <= F_s"}
-    return {
-        "modes": {
-            "stick": {"x": "belt", "v": "0"},
-            "slip": {"x": "v", "v": "F_k - x"},
-            "overtake": {"x": "v", "v": "-F_k - x"},
-        },
-        "transitions": [
-            # a start in stick may have another velocity, as where only the belt is given another speed
-            Transition("release", "stick", "slip", guard="x - F_s", direction=+1, reset={"v": "belt"}, kind="slip"),
-            Transition("stick", "slip", "stick", **held, **catch_up),
-            Transition("overtake", "slip", "overtake", **catch_up),
-            Transition("hold", "overtake", "stick", kind="stick", **held, **fall_back),
-            Transition("fall-back", "overtake", "slip", kind="slip", **fall_back),
-        ],
-        "initial": {"mode": "stick", "x": 0.0, "v": PARAMETERS["belt"][0]},
-    }
+catch_up = {"guard": "v - belt", "direction": +1}
+fall_back = {"guard": "v - belt", "direction": -1}
+held = {"reset": {"v": "belt"}, "condition": "Abs(x) <= F_s"}
+EQUATIONS = {
+    "modes": {
+        "stick": {"x": "belt", "v": "0"},
+        "slip": {"x": "v", "v": "F_k - x"},
+        "overtake": {"x": "v", "v": "-F_k - x"},
+    },
+    "transitions": [
+        # a start in stick may have another velocity, as where only the belt is given another speed
+        event("release", "stick", "slip", guard="x - F_s", direction=+1, reset={"v": "belt"}, kind="slip"),
+        event("stick", "slip", "stick", **held, **catch_up),
+        event("overtake", "slip", "overtake", **catch_up),
+        event("hold", "overtake", "stick", kind="stick", **held, **fall_back),
+        event("fall-back", "overtake", "slip", kind="slip", **fall_back),
+    ],
+    "initial": {"mode": "stick", "x": 0.0, "v": PARAMETERS["belt"][0]},
+}
+"""The belt oscillator with default parameters, started in stick at rest length."""

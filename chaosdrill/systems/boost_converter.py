@@ -8,8 +8,7 @@ Times in ms, L in mH, C in mF. Source: Deane 1992, IEEE Transactions on Circuits
 Systems I 39, 680-683.
 """
 
-from typing import Any
-
+from chaosdrill.declared import event
 from chaosdrill.limits import POSITIVE
 
 NAME = "boost-converter"
@@ -25,22 +24,17 @@ PARAMETERS = {
     "T": (0.1, "period of the clock"),
 }
 LIMITS = {"R": POSITIVE, "L": POSITIVE, "C": POSITIVE, "T": POSITIVE}
-
-
-def equations() -> dict[str, Any]:
-    """The boost converter with default parameters: a cycle of one period."""
-    from chaosdrill.model import Transition
-
-    return {
-        "modes": {
-            "closed": {"v": "-v/(R*C)", "i": "V_in/L", "phase": "1/T"},
-            "open": {"v": "(i - v/R)/C", "i": "(V_in - v)/L", "phase": "1/T"},
-            "idle": {"v": "-v/(R*C)", "i": "0", "phase": "1/T"},
-        },
-        "transitions": [
-            Transition("open", "closed", "open", guard="i - I_ref", direction=+1, kind="switch"),
-            Transition("clock", ("closed", "open", "idle"), "closed", "phase - 1", +1, reset={"phase": "0"}),
-            Transition("run-dry", "open", "idle", guard="i", direction=-1, reset={"i": "0"}),
-        ],
-        "initial": {"mode": "closed", "v": 15.0, "i": 0.8, "phase": 0.0},
-    }
+EQUATIONS = {
+    "modes": {
+        "closed": {"v": "-v/(R*C)", "i": "V_in/L", "phase": "1/T"},
+        "open": {"v": "(i - v/R)/C", "i": "(V_in - v)/L", "phase": "1/T"},
+        "idle": {"v": "-v/(R*C)", "i": "0", "phase": "1/T"},
+    },
+    "transitions": [
+        event("open", "closed", "open", guard="i - I_ref", direction=+1, kind="switch"),
+        event("clock", ("closed", "open", "idle"), "closed", "phase - 1", +1, reset={"phase": "0"}),
+        event("run-dry", "open", "idle", guard="i", direction=-1, reset={"i": "0"}),
+    ],
+    "initial": {"mode": "closed", "v": 15.0, "i": 0.8, "phase": 0.0},
+}
+"""The boost converter with default parameters: a cycle of one period."""

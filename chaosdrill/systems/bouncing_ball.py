@@ -10,8 +10,8 @@ amplitude omega^2 sin(omega t) = gravity. Source: Luck and Mehta 1993, doi:10.11
 """
 
 from math import pi
-from typing import Any
 
+from chaosdrill.declared import event
 from chaosdrill.limits import POSITIVE, RESTITUTION
 
 NAME = "bouncing-ball"
@@ -27,25 +27,20 @@ PARAMETERS = {
 }
 LIMITS = {"gravity": POSITIVE, "omega": POSITIVE, "e": RESTITUTION}
 BODIES = {"ball": "x", "floor": "amplitude*sin(omega*t)"}
-
-
-def equations() -> dict[str, Any]:
-    """The bouncing ball with default parameters: one stable bounce per period of the floor."""
-    from chaosdrill.model import Transition
-
-    floor, speed = "amplitude*sin(omega*t)", "amplitude*omega*cos(omega*t)"
-    acceleration = "-amplitude*omega**2*sin(omega*t)"
-    landing: Any = {"guard": f"x - {floor}", "direction": -1}
-    # round-off along the contact must not leave the ball below the floor when it lets go
-    on_floor: Any = {"reset": {"x": floor, "v": speed}}
-    return {
-        "time": "t",
-        "modes": {"flight": {"x": "v", "v": "-gravity"}, "contact": {"x": speed, "v": acceleration}},
-        "transitions": [
-            Transition("impact", "flight", "flight", reset={"v": f"{speed} - e*(v - {speed})"}, **landing),
-            Transition("rest", "flight", "contact", completes="impact", **on_floor, **landing),
-            Transition("lift-off", "contact", "flight", f"{acceleration} + gravity", direction=-1, **on_floor),
-        ],
-        "period": "2*pi/omega",
-        "initial": {"mode": "flight", "x": 1.0, "v": pi},
-    }
+floor, speed = "amplitude*sin(omega*t)", "amplitude*omega*cos(omega*t)"
+acceleration = "-amplitude*omega**2*sin(omega*t)"
+landing = {"guard": f"x - {floor}", "direction": -1}
+# round-off along the contact must not leave the ball below the floor when it lets go
+on_floor = {"reset": {"x": floor, "v": speed}}
+EQUATIONS = {
+    "time": "t",
+    "modes": {"flight": {"x": "v", "v": "-gravity"}, "contact": {"x": speed, "v": acceleration}},
+    "transitions": [
+        event("impact", "flight", "flight", reset={"v": f"{speed} - e*(v - {speed})"}, **landing),
+        event("rest", "flight", "contact", completes="impact", **on_floor, **landing),
+        event("lift-off", "contact", "flight", f"{acceleration} + gravity", direction=-1, **on_floor),
+    ],
+    "period": "2*pi/omega",
+    "initial": {"mode": "flight", "x": 1.0, "v": pi},
+}
+"""The bouncing ball with default parameters: one stable bounce per period of the floor."""

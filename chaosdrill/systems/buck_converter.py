@@ -7,8 +7,7 @@ Times in ms, L in mH, C in mF. The cycle of one ramp doubles at V_in = 24.5166 V
 begins at 32.34 V. Source: Fossas and Olivar 1996, doi:10.1109/81.481457.
 """
 
-from typing import Any
-
+from chaosdrill.declared import event
 from chaosdrill.limits import POSITIVE
 
 NAME = "buck-converter"
@@ -27,33 +26,20 @@ PARAMETERS = {
     "T": (0.4, "period of the ramp"),
 }
 LIMITS = {"R": POSITIVE, "L": POSITIVE, "C": POSITIVE, "T": POSITIVE}
-
-
-def equations() -> dict[str, Any]:
-    """The buck converter with default parameters: a cycle of one ramp."""
-    from chaosdrill.model import Transition
-
-    control = "gain*(v - reference)"
-    common = {"v": "(i - v/R)/C", "ramp": "(upper - lower)/T"}
-    return {
-        "modes": {"closed": {**common, "i": "(V_in - v)/L"}, "open": {**common, "i": "-v/L"}},
-        "transitions": [
-            Transition("open", "closed", "open", guard=f"{control} - ramp", direction=+1, kind="switch"),
-            Transition("close", "open", "closed", guard=f"{control} - ramp", direction=-1, kind="switch"),
-            *(
-                Transition(
-                    f"clock-{before}-{after}",
-                    source=before,
-                    target=after,
-                    guard="ramp - upper",
-                    direction=+1,
-                    reset={"ramp": "lower"},
-                    condition=condition,
-                    kind="clock",
-                )
-                for before in ("closed", "open")
-                for after, condition in (("open", f"{control} > lower"), ("closed", None))
-            ),
-        ],
-        "initial": {"mode": "open", "v": 12.0, "i": 0.5, "ramp": PARAMETERS["lower"][0]},
-    }
+control = "gain*(v - reference)"
+common = {"v": "(i - v/R)/C", "ramp": "(upper - lower)/T"}
+clock = {"guard": "ramp - upper", "direction": +1, "reset": {"ramp": "lower"}, "kind": "clock"}
+EQUATIONS = {
+    "modes": {"closed": {**common, "i": "(V_in - v)/L"}, "open": {**common, "i": "-v/L"}},
+    "transitions": [
+        event("open", "closed", "open", guard=f"{control} - ramp", direction=+1, kind="switch"),
+        event("close", "open", "closed", guard=f"{control} - ramp", direction=-1, kind="switch"),
+        *(
+            event(f"clock-{before}-{after}", before, after, condition=condition, **clock)
+            for before in ("closed", "open")
+            for after, condition in (("open", f"{control} > lower"), ("closed", None))
+        ),
+    ],
+    "initial": {"mode": "open", "v": 12.0, "i": 0.5, "ramp": PARAMETERS["lower"][0]},
+}
+"""The buck converter with default parameters: a cycle of one ramp."""

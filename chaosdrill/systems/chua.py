@@ -7,7 +7,7 @@ Three modes, linear each; the field is continuous at the breaks, so the saltatio
 Matsumoto 1984, doi:10.1109/TCS.1984.1085459; Chua, Komuro and Matsumoto 1986, doi:10.1109/TCS.1986.1085869.
 """
 
-from typing import Any
+from chaosdrill.declared import event
 
 NAME = "chua"
 SUMMARY = "Chua's circuit, piecewise linear"
@@ -20,22 +20,15 @@ PARAMETERS = {
     "m0": (-8 / 7, "slope of the diode between the breaks"),
     "m1": (-5 / 7, "slope of the diode beyond the breaks"),
 }
-
-
-def equations() -> dict[str, Any]:
-    """Chua's circuit with default parameters: double scroll."""
-    from chaosdrill.model import Transition
-
-    currents = {"left": "m1*x - (m0 - m1)", "middle": "m0*x", "right": "m1*x + (m0 - m1)"}
-    return {
-        "modes": {
-            mode: {"x": f"alpha*(y - x - ({h}))", "y": "x - y + z", "z": "-beta*y"} for mode, h in currents.items()
-        },
-        "transitions": [
-            Transition("enter-right", "middle", "right", guard="x - 1", direction=+1, kind="break"),
-            Transition("leave-right", "right", "middle", guard="x - 1", direction=-1, kind="break"),
-            Transition("enter-left", "middle", "left", guard="x + 1", direction=-1, kind="break"),
-            Transition("leave-left", "left", "middle", guard="x + 1", direction=+1, kind="break"),
-        ],
-        "initial": {"mode": "middle", "x": 0.1, "y": 0.0, "z": 0.0},
-    }
+currents = {"left": "m1*x - (m0 - m1)", "middle": "m0*x", "right": "m1*x + (m0 - m1)"}
+EQUATIONS = {
+    "modes": {mode: {"x": f"alpha*(y - x - ({h}))", "y": "x - y + z", "z": "-beta*y"} for mode, h in currents.items()},
+    "transitions": [
+        event("enter-right", "middle", "right", guard="x - 1", direction=+1, kind="break"),
+        event("leave-right", "right", "middle", guard="x - 1", direction=-1, kind="break"),
+        event("enter-left", "middle", "left", guard="x + 1", direction=-1, kind="break"),
+        event("leave-left", "left", "middle", guard="x + 1", direction=+1, kind="break"),
+    ],
+    "initial": {"mode": "middle", "x": 0.1, "y": 0.0, "z": 0.0},
+}
+"""Chua's circuit with default parameters: double scroll."""

@@ -9,8 +9,8 @@ the source: Goswami, Thuilot and Espiau 1998, doi:10.1177/027836499801701202.
 """
 
 from math import pi
-from typing import Any
 
+from chaosdrill.declared import event
 from chaosdrill.limits import NOT_NEGATIVE, POSITIVE
 
 NAME = "compass-gait"
@@ -31,42 +31,39 @@ PARAMETERS = {
     "slope": (pi / 60, "inclination of the ground"),
 }
 LIMITS = {"M": NOT_NEGATIVE, "m": POSITIVE, "a": NOT_NEGATIVE, "b": POSITIVE, "g": POSITIVE}
+leg = "(a + b)"
+swing, stance = "m*b**2", f"(M*{leg}**2 + m*a**2 + m*{leg}**2)"
+cross = f"(m*{leg}*b*cos(s - n))"
 
 
-def equations() -> dict[str, Any]:
-    """The compass on a slope of 3 degrees, started near its gait."""
-    from chaosdrill.model import Transition
-
-    leg = "(a + b)"
-    swing, stance = "m*b**2", f"(M*{leg}**2 + m*a**2 + m*{leg}**2)"
-    cross = f"(m*{leg}*b*cos(s - n))"
-
-    def solved(first: str, second: str) -> dict[str, str]:
-        """What the mass matrix takes to these two."""
-        over = f"/({swing}*{stance} - {cross}**2)"
-        return {
-            "p": f"({stance}*({first}) + {cross}*({second})){over}",
-            "q": f"({cross}*({first}) + {swing}*({second})){over}",
-        }
-
-    forces = solved(
-        f"-m*{leg}*b*sin(s - n)*q**2 - m*b*g*sin(n)",
-        f"m*{leg}*b*sin(s - n)*p**2 + (M*{leg} + m*a + m*{leg})*g*sin(s)",
-    )
-    momenta = solved("-m*a*b*q", f"(M*{leg}**2 + 2*m*a*{leg})*cos(s - n)*q - m*a*b*p")
+def solved(first: str, second: str) -> dict[str, str]:
+    """What the mass matrix takes to these two."""
+    over = f"/({swing}*{stance} - {cross}**2)"
     return {
-        "modes": {"stance": {"n": "p", "s": "q", **forces}},
-        "transitions": [
-            Transition(
-                "heel-strike",
-                "stance",
-                "stance",
-                guard="n + s + 2*slope",
-                direction=-1,
-                reset={"n": "s", "s": "n", **momenta},
-                condition="n > s",
-                kind="impact",
-            )
-        ],
-        "initial": {"mode": "stance", "n": -0.3234, "s": 0.2187, "p": -0.3772, "q": -1.0918},
+        "p": f"({stance}*({first}) + {cross}*({second})){over}",
+        "q": f"({cross}*({first}) + {swing}*({second})){over}",
     }
+
+
+forces = solved(
+    f"-m*{leg}*b*sin(s - n)*q**2 - m*b*g*sin(n)",
+    f"m*{leg}*b*sin(s - n)*p**2 + (M*{leg} + m*a + m*{leg})*g*sin(s)",
+)
+momenta = solved("-m*a*b*q", f"(M*{leg}**2 + 2*m*a*{leg})*cos(s - n)*q - m*a*b*p")
+EQUATIONS = {
+    "modes": {"stance": {"n": "p", "s": "q", **forces}},
+    "transitions": [
+        event(
+            "heel-strike",
+            "stance",
+            "stance",
+            guard="n + s + 2*slope",
+            direction=-1,
+            reset={"n": "s", "s": "n", **momenta},
+            condition="n > s",
+            kind="impact",
+        )
+    ],
+    "initial": {"mode": "stance", "n": -0.3234, "s": 0.2187, "p": -0.3772, "q": -1.0918},
+}
+"""The compass on a slope of 3 degrees, started near its gait."""

@@ -6,8 +6,7 @@ Force, mass and stiffness are 1. At low friction the motion never stops (Den Har
 a mode of its own. Source: Den Hartog 1931, Trans. ASME 53, APM-53-9, 107.
 """
 
-from typing import Any
-
+from chaosdrill.declared import event
 from chaosdrill.limits import NOT_NEGATIVE, POSITIVE
 
 NAME = "den-hartog"
@@ -20,31 +19,26 @@ PARAMETERS = {
     "S": (0.3, "friction force over the amplitude of the force"),
 }
 LIMITS = {"omega": POSITIVE, "S": NOT_NEGATIVE}
-
-
-def equations() -> dict[str, Any]:
-    """The Den Hartog oscillator with default parameters: a cycle without sticking."""
-    from chaosdrill.model import Transition
-
-    demand = "cos(omega*t) - x"
-    held: Any = {"reset": {"v": "0"}, "condition": f"Abs({demand}) <= S", "kind": "stick"}
-    stop: Any = {"guard": "v", "direction": -1}
-    turn: Any = {"guard": "v", "direction": +1}
-    return {
-        "time": "t",
-        "modes": {
-            "forward": {"x": "v", "v": f"{demand} - S"},
-            "backward": {"x": "v", "v": f"{demand} + S"},
-            "stick": {"x": "0", "v": "0"},
-        },
-        "transitions": [
-            Transition("stick-forward", "forward", "stick", **held, **stop),
-            Transition("reverse-forward", "forward", "backward", kind="reverse", **stop),
-            Transition("stick-backward", "backward", "stick", **held, **turn),
-            Transition("reverse-backward", "backward", "forward", kind="reverse", **turn),
-            Transition("release-forward", "stick", "forward", guard=f"{demand} - S", direction=+1, kind="slip"),
-            Transition("release-backward", "stick", "backward", guard=f"{demand} + S", direction=-1, kind="slip"),
-        ],
-        "period": "2*pi/omega",
-        "initial": {"mode": "forward", "x": 0.0, "v": 1.0},
-    }
+demand = "cos(omega*t) - x"
+held = {"reset": {"v": "0"}, "condition": f"Abs({demand}) <= S", "kind": "stick"}
+stop = {"guard": "v", "direction": -1}
+turn = {"guard": "v", "direction": +1}
+EQUATIONS = {
+    "time": "t",
+    "modes": {
+        "forward": {"x": "v", "v": f"{demand} - S"},
+        "backward": {"x": "v", "v": f"{demand} + S"},
+        "stick": {"x": "0", "v": "0"},
+    },
+    "transitions": [
+        event("stick-forward", "forward", "stick", **held, **stop),
+        event("reverse-forward", "forward", "backward", kind="reverse", **stop),
+        event("stick-backward", "backward", "stick", **held, **turn),
+        event("reverse-backward", "backward", "forward", kind="reverse", **turn),
+        event("release-forward", "stick", "forward", guard=f"{demand} - S", direction=+1, kind="slip"),
+        event("release-backward", "stick", "backward", guard=f"{demand} + S", direction=-1, kind="slip"),
+    ],
+    "period": "2*pi/omega",
+    "initial": {"mode": "forward", "x": 0.0, "v": 1.0},
+}
+"""The Den Hartog oscillator with default parameters: a cycle without sticking."""

@@ -11,8 +11,7 @@ z is the height of the bit; the table turns at constant speed and twists the str
 doi:10.1115/1.2358141; here without damping of the torsion, and dimensionless.
 """
 
-from typing import Any
-
+from chaosdrill.declared import event
 from chaosdrill.limits import NOT_NEGATIVE, POSITIVE
 
 NAME = "drill-string"
@@ -49,32 +48,27 @@ LIMITS = {
     "mu_s": NOT_NEGATIVE,
     "mu_k": NOT_NEGATIVE,
 }
-
-
-def equations() -> dict[str, Any]:
-    """The drill string with default parameters, in stick; it bounces between slips."""
-    from chaosdrill.model import Transition
-
-    force = "k*(height*sin(lobes*phi) - z)"
-    gap = "z - height*sin(lobes*phi)"
-    fall = "(-c*u - load)/M"
-    air = {"twist": "speed - w", "w": "K*twist/J", "phi": "w", "z": "u", "u": fall}
-    slip = {**air, "w": f"(K*twist - R*mu_k*{force})/J", "u": f"{fall} + {force}/M"}
-    back = {**slip, "w": f"(K*twist + R*mu_k*{force})/J"}
-    stick = {**slip, "w": "0", "phi": "0"}
-    grip = f"Abs(K*twist) <= R*mu_s*{force}"
-    return {
-        "modes": {"slip": slip, "stick": stick, "back": back, "air": air},
-        "transitions": [
-            Transition("stick", "slip", "stick", guard="w", direction=-1, reset={"w": "0"}, condition=grip),
-            Transition("turn-back", "slip", "back", guard="w", direction=-1),
-            Transition("stick-again", "back", "stick", "w", +1, reset={"w": "0"}, condition=grip, kind="stick"),
-            Transition("turn-forward", "back", "slip", guard="w", direction=+1),
-            Transition("release", "stick", "slip", guard=f"K*twist - R*mu_s*{force}", direction=+1, kind="slip"),
-            Transition("release-back", "stick", "back", f"K*twist + R*mu_s*{force}", -1, kind="slip"),
-            Transition("lift", ("slip", "stick", "back"), "air", guard=gap, direction=+1),
-            Transition("land", "air", "slip", guard=gap, direction=-1, condition="w > 0"),
-            Transition("land-back", "air", "back", guard=gap, direction=-1, kind="land"),
-        ],
-        "initial": {"mode": "stick", "twist": 0.0, "w": 0.0, "phi": 0.0, "z": -0.02, "u": 0.0},
-    }
+force = "k*(height*sin(lobes*phi) - z)"
+gap = "z - height*sin(lobes*phi)"
+fall = "(-c*u - load)/M"
+air = {"twist": "speed - w", "w": "K*twist/J", "phi": "w", "z": "u", "u": fall}
+slip = {**air, "w": f"(K*twist - R*mu_k*{force})/J", "u": f"{fall} + {force}/M"}
+back = {**slip, "w": f"(K*twist + R*mu_k*{force})/J"}
+stick = {**slip, "w": "0", "phi": "0"}
+grip = f"Abs(K*twist) <= R*mu_s*{force}"
+EQUATIONS = {
+    "modes": {"slip": slip, "stick": stick, "back": back, "air": air},
+    "transitions": [
+        event("stick", "slip", "stick", guard="w", direction=-1, reset={"w": "0"}, condition=grip),
+        event("turn-back", "slip", "back", guard="w", direction=-1),
+        event("stick-again", "back", "stick", "w", +1, reset={"w": "0"}, condition=grip, kind="stick"),
+        event("turn-forward", "back", "slip", guard="w", direction=+1),
+        event("release", "stick", "slip", guard=f"K*twist - R*mu_s*{force}", direction=+1, kind="slip"),
+        event("release-back", "stick", "back", f"K*twist + R*mu_s*{force}", -1, kind="slip"),
+        event("lift", ("slip", "stick", "back"), "air", guard=gap, direction=+1),
+        event("land", "air", "slip", guard=gap, direction=-1, condition="w > 0"),
+        event("land-back", "air", "back", guard=gap, direction=-1, kind="land"),
+    ],
+    "initial": {"mode": "stick", "twist": 0.0, "w": 0.0, "phi": 0.0, "z": -0.02, "u": 0.0},
+}
+"""The drill string with default parameters, in stick; it bounces between slips."""

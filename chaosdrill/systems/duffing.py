@@ -5,8 +5,6 @@
 The exponents sum to -delta. Source: Moon and Holmes 1979, doi:10.1016/0022-460X(79)90520-0.
 """
 
-from typing import Any
-
 from chaosdrill.limits import POSITIVE
 
 NAME = "duffing"
@@ -21,13 +19,10 @@ PARAMETERS = {
     "omega": (1.0, "forcing frequency"),
 }
 LIMITS = {"omega": POSITIVE}
-
-
-def equations() -> dict[str, Any]:
-    """Duffing's oscillator with default parameters; chaotic."""
-    return {
-        "time": "t",
-        "modes": {"flow": {"x": "v", "v": "-delta*v - alpha*x - beta*x**3 + amplitude*cos(omega*t)"}},
-        "period": "2*pi/omega",
-        "initial": {"mode": "flow", "x": 0.2, "v": 0.0},
-    }
+EQUATIONS = {
+    "time": "t",
+    "modes": {"flow": {"x": "v", "v": "-delta*v - alpha*x - beta*x**3 + amplitude*cos(omega*t)"}},
+    "period": "2*pi/omega",
+    "initial": {"mode": "flow", "x": 0.2, "v": 0.0},
+}
+"""Duffing's oscillator with default parameters; chaotic."""

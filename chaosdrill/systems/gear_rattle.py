@@ -6,8 +6,7 @@ The exponents sum to -beta and 2 ln e for each hit, over the time between hits. 
 doi:10.1007/BF00045670.
 """
 
-from typing import Any
-
+from chaosdrill.declared import event
 from chaosdrill.limits import NOT_NEGATIVE, POSITIVE, RESTITUTION
 
 NAME = "gear-rattle"
@@ -24,19 +23,13 @@ PARAMETERS = {
 }
 LIMITS = {"backlash": POSITIVE, "beta": NOT_NEGATIVE, "omega": POSITIVE, "e": RESTITUTION}
 BODIES = {"idler gear": "s", "driving flank": "0", "coast flank": "backlash"}
-
-
-def equations() -> dict[str, Any]:
-    """The rattling gear with default parameters."""
-    from chaosdrill.model import Transition
-
-    return {
-        "time": "t",
-        "modes": {"free": {"s": "v", "v": "-beta*v - drag + amplitude*cos(omega*t)"}},
-        "transitions": [
-            Transition("driving", "free", "free", guard="s", direction=-1, reset={"v": "-e*v"}, kind="impact"),
-            Transition("coast", "free", "free", guard="s - backlash", direction=+1, reset={"v": "-e*v"}, kind="impact"),
-        ],
-        "period": "2*pi/omega",
-        "initial": {"mode": "free", "s": 0.5, "v": 0.0},
-    }
+EQUATIONS = {
+    "time": "t",
+    "modes": {"free": {"s": "v", "v": "-beta*v - drag + amplitude*cos(omega*t)"}},
+    "transitions": [
+        event("driving", "free", "free", guard="s", direction=-1, reset={"v": "-e*v"}, kind="impact"),
+        event("coast", "free", "free", guard="s - backlash", direction=+1, reset={"v": "-e*v"}, kind="impact"),
+    ],
+    "period": "2*pi/omega",
+    "initial": {"mode": "free", "s": 0.5, "v": 0.0},
+}

@@ -6,20 +6,15 @@ The energy (x'^2 + y'^2 + x^2 + y^2)/2 + x^2 y - y^3/3 is kept, and exponents co
 Hénon and Heiles 1964, doi:10.1086/109234.
 """
 
-from typing import Any
+from math import sqrt
 
 NAME = "henon-heiles"
 SUMMARY = "Hénon and Heiles' star in a galaxy"
 GROUP = "smooth flows"
 STATES = {"x": "first coordinate", "y": "second coordinate", "p": "first velocity", "q": "second velocity"}
 PARAMETERS: dict[str, tuple[float, str]] = {}
-
-
-def equations() -> dict[str, Any]:
-    """The star at the energy 1/8, in the chaotic sea."""
-    from math import sqrt
-
-    return {
-        "modes": {"flow": {"x": "p", "y": "q", "p": "-x - 2*x*y", "q": "-y - x**2 + y**2"}},
-        "initial": {"mode": "flow", "x": 0.0, "y": -0.25, "p": sqrt(0.25 - 0.0625 - 1 / 96), "q": 0.0},
-    }
+EQUATIONS = {
+    "modes": {"flow": {"x": "p", "y": "q", "p": "-x - 2*x*y", "q": "-y - x**2 + y**2"}},
+    "initial": {"mode": "flow", "x": 0.0, "y": -0.25, "p": sqrt(0.25 - 0.0625 - 1 / 96), "q": 0.0},
+}
+"""The star at the energy 1/8, in the chaotic sea."""

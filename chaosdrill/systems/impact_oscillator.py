@@ -6,8 +6,7 @@ The fruit fly of impacting systems: period doubling, grazing and chaos. Source: 
 doi:10.1016/0022-460X(83)90407-8; grazing: Nordmark 1991, doi:10.1016/0022-460X(91)90592-8.
 """
 
-from typing import Any
-
+from chaosdrill.declared import event
 from chaosdrill.limits import POSITIVE, RESTITUTION
 
 NAME = "impact-oscillator"
@@ -24,16 +23,11 @@ PARAMETERS = {
 }
 LIMITS = {"omega": POSITIVE, "e": RESTITUTION}
 BODIES = {"mass": "x", "wall": "wall"}
-
-
-def equations() -> dict[str, Any]:
-    """The impact oscillator with default parameters; chaotic, exponents about 0.091 and -0.319."""
-    from chaosdrill.model import Transition
-
-    return {
-        "time": "t",
-        "modes": {"free": {"x": "v", "v": "-x - 2*zeta*v + amplitude*cos(omega*t)"}},
-        "transitions": [Transition("impact", "free", "free", guard="x - wall", direction=+1, reset={"v": "-e*v"})],
-        "period": "2*pi/omega",
-        "initial": {"mode": "free", "x": 0.0, "v": 0.3},
-    }
+EQUATIONS = {
+    "time": "t",
+    "modes": {"free": {"x": "v", "v": "-x - 2*zeta*v + amplitude*cos(omega*t)"}},
+    "transitions": [event("impact", "free", "free", guard="x - wall", direction=+1, reset={"v": "-e*v"})],
+    "period": "2*pi/omega",
+    "initial": {"mode": "free", "x": 0.0, "v": 0.3},
+}
+"""The impact oscillator with default parameters; chaotic, exponents about 0.091 and -0.319."""

@@ -6,8 +6,7 @@ The motion with one hit on each wall a period is known in closed form. Source: B
 Journal of Sound and Vibration 87, 19-40.
 """
 
-from typing import Any
-
+from chaosdrill.declared import event
 from chaosdrill.limits import POSITIVE, RESTITUTION
 
 NAME = "impact-pair"
@@ -22,19 +21,13 @@ PARAMETERS = {
 }
 LIMITS = {"gap": POSITIVE, "omega": POSITIVE, "e": RESTITUTION}
 BODIES = {"ball": "x", "right wall": "gap/2", "left wall": "-gap/2"}
-
-
-def equations() -> dict[str, Any]:
-    """The impact pair with default parameters."""
-    from chaosdrill.model import Transition
-
-    return {
-        "time": "t",
-        "modes": {"free": {"x": "v", "v": "amplitude*cos(omega*t)"}},
-        "transitions": [
-            Transition("right", "free", "free", guard="x - gap/2", direction=+1, reset={"v": "-e*v"}, kind="impact"),
-            Transition("left", "free", "free", guard="x + gap/2", direction=-1, reset={"v": "-e*v"}, kind="impact"),
-        ],
-        "period": "2*pi/omega",
-        "initial": {"mode": "free", "x": 0.0, "v": 0.5},
-    }
+EQUATIONS = {
+    "time": "t",
+    "modes": {"free": {"x": "v", "v": "amplitude*cos(omega*t)"}},
+    "transitions": [
+        event("right", "free", "free", guard="x - gap/2", direction=+1, reset={"v": "-e*v"}, kind="impact"),
+        event("left", "free", "free", guard="x + gap/2", direction=-1, reset={"v": "-e*v"}, kind="impact"),
+    ],
+    "period": "2*pi/omega",
+    "initial": {"mode": "free", "x": 0.0, "v": 0.5},
+}

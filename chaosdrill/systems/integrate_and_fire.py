@@ -5,8 +5,7 @@
 It spikes every tau ln(drive/(drive - threshold)). Source: Abbott 1999, doi:10.1016/S0361-9230(99)00161-6.
 """
 
-from typing import Any
-
+from chaosdrill.declared import event
 from chaosdrill.limits import POSITIVE
 
 NAME = "integrate-and-fire"
@@ -19,14 +18,9 @@ PARAMETERS = {
     "threshold": (1.0, "potential at which it fires"),
 }
 LIMITS = {"tau": POSITIVE}
-
-
-def equations() -> dict[str, Any]:
-    """The neuron with default parameters: it spikes every ln 3."""
-    from chaosdrill.model import Transition
-
-    return {
-        "modes": {"rest": {"v": "(drive - v)/tau"}},
-        "transitions": [Transition("spike", "rest", "rest", guard="v - threshold", direction=+1, reset={"v": "0"})],
-        "initial": {"mode": "rest", "v": 0.0},
-    }
+EQUATIONS = {
+    "modes": {"rest": {"v": "(drive - v)/tau"}},
+    "transitions": [event("spike", "rest", "rest", guard="v - threshold", direction=+1, reset={"v": "0"})],
+    "initial": {"mode": "rest", "v": 0.0},
+}
+"""The neuron with default parameters: it spikes every ln 3."""

@@ -5,7 +5,7 @@
 Times in ms, v in mV. Source: Izhikevich 2003, doi:10.1109/TNN.2003.820440.
 """
 
-from typing import Any
+from chaosdrill.declared import event
 
 NAME = "izhikevich"
 SUMMARY = "Izhikevich's spiking neuron"
@@ -18,16 +18,9 @@ PARAMETERS = {
     "d": (8.0, "step of the recovery at a spike"),
     "I": (10.0, "current"),
 }
-
-
-def equations() -> dict[str, Any]:
-    """The neuron with default parameters: regular spiking."""
-    from chaosdrill.model import Transition
-
-    return {
-        "modes": {"rest": {"v": "0.04*v**2 + 5*v + 140 - u + I", "u": "a*(b*v - u)"}},
-        "transitions": [
-            Transition("spike", "rest", "rest", guard="v - 30", direction=+1, reset={"v": "c", "u": "u + d"})
-        ],
-        "initial": {"mode": "rest", "v": -65.0, "u": -13.0},
-    }
+EQUATIONS = {
+    "modes": {"rest": {"v": "0.04*v**2 + 5*v + 140 - u + I", "u": "a*(b*v - u)"}},
+    "transitions": [event("spike", "rest", "rest", guard="v - 30", direction=+1, reset={"v": "c", "u": "u + d"})],
+    "initial": {"mode": "rest", "v": -65.0, "u": -13.0},
+}
+"""The neuron with default parameters: regular spiking."""

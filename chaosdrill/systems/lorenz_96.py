@@ -6,7 +6,7 @@ At F = 8 the exponents sum to -40, the largest is 1.68, and the Kaplan-Yorke dim
 and Emanuel 1998, doi:10.1175/1520-0469(1998)055<0399:OSFSWO>2.0.CO;2.
 """
 
-from typing import Any
+from math import sin
 
 NAME = "lorenz-96"
 SUMMARY = "Lorenz's ring of 40 weather stations"
@@ -14,16 +14,9 @@ GROUP = "smooth flows"
 N = 40
 STATES = {f"x{k}": f"station {k}" for k in range(N)}
 PARAMETERS = {"F": (8.0, "forcing")}
-
-
-def equations() -> dict[str, Any]:
-    """The ring with default parameters; chaotic."""
-    from math import sin
-
-    x = tuple(STATES)
-    return {
-        "modes": {
-            "flow": {x[k]: f"({x[(k + 1) % N]} - {x[k - 2]})*{x[k - 1]} - {x[k]} + F" for k in range(N)},
-        },
-        "initial": {"mode": "flow", **{x[k]: 8.0 + 0.1 * sin(k) for k in range(N)}},
-    }
+x = tuple(STATES)
+EQUATIONS = {
+    "modes": {"flow": {x[k]: f"({x[(k + 1) % N]} - {x[k - 2]})*{x[k - 1]} - {x[k]} + F" for k in range(N)}},
+    "initial": {"mode": "flow", **{x[k]: 8.0 + 0.1 * sin(k) for k in range(N)}},
+}
+"""The ring with default parameters; chaotic."""

@@ -14,6 +14,7 @@ counts. Digits of x1 - x3 are lost as the bit advances, which the reduced form a
 
 from typing import Any
 
+from chaosdrill.declared import event
 from chaosdrill.systems.drill import LABELS
 from chaosdrill.systems.drill.effects import PAPER, limits, parameters
 
@@ -36,7 +37,6 @@ def equations() -> dict[str, Any]:
     """The drill in five dimensions with the paper's parameters, started at rest."""
     import sympy
 
-    from chaosdrill.model import Transition
     from chaosdrill.systems.drill import contact, friction
     from chaosdrill.systems.drill.assemble import BOUNDS
 
@@ -57,11 +57,11 @@ def equations() -> dict[str, Any]:
             "slip": {x1: x2, x2: load - sliding, x3: x4, x4: eps * (sliding - resistance), x5: eta},
         },
         "transitions": [
-            Transition("release", "stick", "slip", guard=held - friction.STATIC, direction=+1, kind="slip"),
-            Transition("stick", source="slip", target="stick", guard=x4, direction=-1, reset={x4: 0}),
-            Transition("weak-hit", "stick", "stick", reset=weak, condition=contact.holds(law, x2), **stop),
-            Transition("strong-hit", source="stick", target="slip", reset=strong, **stop),
-            Transition("hit", source="slip", target="slip", reset=free, **stop),
+            event("release", "stick", "slip", guard=held - friction.STATIC, direction=+1, kind="slip"),
+            event("stick", source="slip", target="stick", guard=x4, direction=-1, reset={x4: 0}),
+            event("weak-hit", "stick", "stick", reset=weak, condition=contact.holds(law, x2), **stop),
+            event("strong-hit", source="stick", target="slip", reset=strong, **stop),
+            event("hit", source="slip", target="slip", reset=free, **stop),
         ],
         "period": 2 * sympy.pi / eta,
         "quadratures": {"penetration": x4},

@@ -9,12 +9,8 @@ The magnet pulls the harder the closer the hammer is, which is a negative stiffn
 Journal of Vibration, Acoustics, Stress, and Reliability in Design 110, 193-200.
 """
 
-from typing import TYPE_CHECKING, Any
-
+from chaosdrill.declared import Event, event
 from chaosdrill.limits import NOT_NEGATIVE, POSITIVE, RESTITUTION
-
-if TYPE_CHECKING:
-    from chaosdrill.model import Transition
 
 NAME = "print-hammer"
 SUMMARY = "hammer of a Braille printer between backstop and paper"
@@ -34,43 +30,39 @@ LIMITS = {"omega": POSITIVE, "gap": POSITIVE, "stiffness": NOT_NEGATIVE, "dampin
 BODIES = {"hammer": "x", "paper": "gap", "backstop": "0"}
 
 
-def equations() -> dict[str, Any]:
-    """The print hammer with default parameters; chaotic."""
-    from chaosdrill.model import Transition
-
-    pull, pulse, paper = "k*x - preload", "amplitude*sin(omega*t)", "(stiffness*(x - gap) + damping*v)"
-    return {
-        "time": "t",
-        "modes": {
-            "flight-pulse": {"x": "v", "v": f"{pull} + {pulse}"},
-            "flight-rest": {"x": "v", "v": pull},
-            "paper-pulse": {"x": "v", "v": f"{pull} + {pulse} - {paper}"},
-            "paper-rest": {"x": "v", "v": f"{pull} - {paper}"},
-            "held-pulse": {"x": "0", "v": "0"},
-            "held-rest": {"x": "0", "v": "0"},
-        },
-        "transitions": [
-            *(
-                Transition(f"{name}-{place}", f"{place}-{before}", f"{place}-{after}", "sin(omega*t)", sign, kind=name)
-                for name, before, after, sign in (("begin", "rest", "pulse", +1), ("end", "pulse", "rest", -1))
-                for place in ("flight", "paper", "held")
-            ),
-            *(event for current in ("pulse", "rest") for event in _places(current)),
-            Transition("release", "held-pulse", "flight-pulse", guard=f"{pulse} - preload", direction=+1),
-        ],
-        "period": "2*pi/omega",
-        "initial": {"mode": "flight-pulse", "x": 0.2, "v": 0.0},
-    }
-
-
-def _places(current: str) -> "list[Transition]":
+def _places(current: str) -> list[Event]:
     """How the hammer comes from place to place, with current or without."""
-    from chaosdrill.model import Transition
-
     flight, paper, held = (f"{place}-{current}" for place in ("flight", "paper", "held"))
     return [
-        Transition(f"print-{current}", flight, paper, guard="x - gap", direction=+1, kind="print"),
-        Transition(f"leave-{current}", paper, flight, guard="x - gap", direction=-1, kind="leave"),
-        Transition(f"impact-{current}", flight, flight, "x", -1, reset={"v": "-e*v"}, kind="impact"),
-        Transition(f"hold-{current}", flight, held, "x", -1, reset={"x": "0", "v": "0"}, completes=f"impact-{current}"),
+        event(f"print-{current}", flight, paper, guard="x - gap", direction=+1, kind="print"),
+        event(f"leave-{current}", paper, flight, guard="x - gap", direction=-1, kind="leave"),
+        event(f"impact-{current}", flight, flight, "x", -1, reset={"v": "-e*v"}, kind="impact"),
+        event(f"hold-{current}", flight, held, "x", -1, reset={"x": "0", "v": "0"}, completes=f"impact-{current}"),
     ]
+
+
+pull, pulse, paper = "k*x - preload", "amplitude*sin(omega*t)", "(stiffness*(x - gap) + damping*v)"
+EQUATIONS = {
+    "time": "t",
+    "modes": {
+        "flight-pulse": {"x": "v", "v": f"{pull} + {pulse}"},
+        "flight-rest": {"x": "v", "v": pull},
+        "paper-pulse": {"x": "v", "v": f"{pull} + {pulse} - {paper}"},
+        "paper-rest": {"x": "v", "v": f"{pull} - {paper}"},
+        "held-pulse": {"x": "0", "v": "0"},
+        "held-rest": {"x": "0", "v": "0"},
+    },
+    "transitions": [
+        *(
+            event(f"{name}-{place}", f"{place}-{before}", f"{place}-{after}", "sin(omega*t)", sign, kind=name)
+            for name, before, after, sign in (("begin", "rest", "pulse", +1), ("end", "pulse", "rest", -1))
+            for place in ("flight", "paper", "held")
+        ),
+        *_places("pulse"),
+        *_places("rest"),
+        event("release", "held-pulse", "flight-pulse", guard=f"{pulse} - preload", direction=+1),
+    ],
+    "period": "2*pi/omega",
+    "initial": {"mode": "flight-pulse", "x": 0.2, "v": 0.0},
+}
+"""The print hammer with default parameters; chaotic."""

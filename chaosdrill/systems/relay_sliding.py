@@ -7,8 +7,6 @@ Where it slides it forgets the disturbance: x decays like exp(-t/tau), and one e
 doi:10.1109/TAC.1977.1101446; di Bernardo, Johansson and Vasca 2001, doi:10.1142/S0218127401002584.
 """
 
-from typing import Any
-
 from chaosdrill.limits import NOT_NEGATIVE, POSITIVE
 
 NAME = "relay-sliding"
@@ -22,16 +20,13 @@ PARAMETERS = {
     "omega": (2.0, "frequency of the disturbance"),
 }
 LIMITS = {"U": NOT_NEGATIVE, "tau": POSITIVE, "omega": POSITIVE}
-
-
-def equations() -> dict[str, Any]:
-    """The relay with default parameters, started above the surface."""
-    return {
-        "states": ("x", "v"),
-        "time": "t",
-        "surface": {"s": "x + tau*v"},
-        "above": {"x": "v", "v": "-U + d*cos(omega*t)"},
-        "below": {"x": "v", "v": "U + d*cos(omega*t)"},
-        "period": "2*pi/omega",
-        "initial": {"x": 2.0},
-    }
+EQUATIONS = {
+    "states": ("x", "v"),
+    "time": "t",
+    "surface": {"s": "x + tau*v"},
+    "above": {"x": "v", "v": "-U + d*cos(omega*t)"},
+    "below": {"x": "v", "v": "U + d*cos(omega*t)"},
+    "period": "2*pi/omega",
+    "initial": {"x": 2.0},
+}
+"""The relay with default parameters, started above the surface."""

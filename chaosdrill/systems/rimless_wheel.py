@@ -6,8 +6,7 @@ Half the angle between spokes is alpha, the slope gamma; lengths and gravity are
 1 and cos^2(2 alpha) exactly. Source: McGeer 1990, doi:10.1177/027836499000900206.
 """
 
-from typing import Any
-
+from chaosdrill.declared import Event, event
 from chaosdrill.limits import POSITIVE
 
 NAME = "rimless-wheel"
@@ -22,17 +21,16 @@ PARAMETERS = {
 LIMITS = {"alpha": POSITIVE}
 
 
-def equations() -> dict[str, Any]:
-    """The rimless wheel with default parameters, started on its rolling gait's side."""
-    from chaosdrill.model import Transition
+def step(name: str, sign: str, direction: int) -> Event:
+    """Onto the next spoke, downhill or back."""
+    reset = {"th": f"gamma - {sign}alpha", "om": "cos(2*alpha)*om"}
+    guard = f"th - gamma - {sign}alpha"
+    return event(name, "stance", "stance", guard, direction, reset=reset, kind="impact")
 
-    def step(name: str, sign: str, direction: int) -> Transition:
-        reset = {"th": f"gamma - {sign}alpha", "om": "cos(2*alpha)*om"}
-        guard = f"th - gamma - {sign}alpha"
-        return Transition(name, "stance", "stance", guard, direction, reset=reset, kind="impact")
 
-    return {
-        "modes": {"stance": {"th": "om", "om": "sin(th)"}},
-        "transitions": [step("step", "+", +1), step("step-back", "-", -1)],
-        "initial": {"mode": "stance", "th": 0.0, "om": 0.5},
-    }
+EQUATIONS = {
+    "modes": {"stance": {"th": "om", "om": "sin(th)"}},
+    "transitions": [step("step", "+", +1), step("step-back", "-", -1)],
+    "initial": {"mode": "stance", "th": 0.0, "om": 0.5},
+}
+"""The rimless wheel with default parameters, started on its rolling gait's side."""

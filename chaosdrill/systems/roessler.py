@@ -5,8 +5,6 @@
 Source: Rössler 1976, doi:10.1016/0375-9601(76)90101-8.
 """
 
-from typing import Any
-
 NAME = "roessler"
 SUMMARY = "Rössler's single-scroll flow"
 GROUP = "smooth flows"
@@ -21,11 +19,8 @@ PARAMETERS = {
     "b": (0.2, "feed across the scroll"),
     "c": (5.7, "position of the fold"),
 }
-
-
-def equations() -> dict[str, Any]:
-    """Rössler's flow with its classic parameters; exponents about 0.0718, 0, -5.3945."""
-    return {
-        "modes": {"flow": {"x": "-y - z", "y": "x + a*y", "z": "b + z*(x - c)"}},
-        "initial": {"mode": "flow", "x": 1.0, "y": 1.0, "z": 0.0},
-    }
+EQUATIONS = {
+    "modes": {"flow": {"x": "-y - z", "y": "x + a*y", "z": "b + z*(x - c)"}},
+    "initial": {"mode": "flow", "x": 1.0, "y": 1.0, "z": 0.0},
+}
+"""Rössler's flow with its classic parameters; exponents about 0.0718, 0, -5.3945."""

@@ -6,7 +6,7 @@ Started at y = 1 the return map is x -> 3 x mod 1 in time -ln x, of mean 1: the 
 time. Three, because doubling collapses in binary floating point. Made for testing.
 """
 
-from typing import Any
+from chaosdrill.declared import event
 
 NAME = "saddle-reset"
 SUMMARY = "saddle flow with a tripling reset"
@@ -15,15 +15,9 @@ STATES = {"x": "unstable coordinate", "y": "stable coordinate", "z": "driven coo
 PARAMETERS = {
     "decay": (0.7, "decay rate of the driven coordinate"),
 }
-
-
-def equations() -> dict[str, Any]:
-    """The saddle with reset and default parameters."""
-    from chaosdrill.model import Transition
-
-    reset = {"x": "Mod(3*y, 1)", "y": "1", "z": "z + sin(3*y)/2"}
-    return {
-        "modes": {"saddle": {"x": "x", "y": "-y", "z": "-decay*z"}},
-        "transitions": [Transition("return", "saddle", "saddle", guard="x - 1", direction=+1, reset=reset)],
-        "initial": {"mode": "saddle", "x": 0.3141592653589793, "y": 1.0, "z": 0.0},
-    }
+reset = {"x": "Mod(3*y, 1)", "y": "1", "z": "z + sin(3*y)/2"}
+EQUATIONS = {
+    "modes": {"saddle": {"x": "x", "y": "-y", "z": "-decay*z"}},
+    "transitions": [event("return", "saddle", "saddle", guard="x - 1", direction=+1, reset=reset)],
+    "initial": {"mode": "saddle", "x": 0.3141592653589793, "y": 1.0, "z": 0.0},
+}

@@ -9,7 +9,7 @@ The swing leg may pass through the ground near the vertical, as in the source: G
 1998, doi:10.1115/1.2798313.
 """
 
-from typing import Any
+from chaosdrill.declared import event
 
 NAME = "simplest-walker"
 SUMMARY = "simplest walker on a slope"
@@ -23,37 +23,32 @@ STATES = {
 PARAMETERS = {
     "gamma": (0.009, "slope"),
 }
-
-
-def equations() -> dict[str, Any]:
-    """The walker with default parameters, started near its gait."""
-    from chaosdrill.model import Transition
-
-    return {
-        "modes": {
-            "stance": {
-                "theta": "omega",
-                "omega": "sin(theta - gamma)",
-                "phi": "psi",
-                "psi": "sin(theta - gamma) + (omega**2 - cos(theta - gamma))*sin(phi)",
-            }
-        },
-        "transitions": [
-            Transition(
-                "heel-strike",
-                "stance",
-                "stance",
-                guard="phi - 2*theta",
-                direction=+1,
-                reset={
-                    "theta": "-theta",
-                    "omega": "cos(2*theta)*omega",
-                    "phi": "-2*theta",
-                    "psi": "cos(2*theta)*(1 - cos(2*theta))*omega",
-                },
-                condition="theta < 0",
-                kind="impact",
-            )
-        ],
-        "initial": {"mode": "stance", "theta": 0.2, "omega": -0.2, "phi": 0.4, "psi": -0.016},
-    }
+EQUATIONS = {
+    "modes": {
+        "stance": {
+            "theta": "omega",
+            "omega": "sin(theta - gamma)",
+            "phi": "psi",
+            "psi": "sin(theta - gamma) + (omega**2 - cos(theta - gamma))*sin(phi)",
+        }
+    },
+    "transitions": [
+        event(
+            "heel-strike",
+            "stance",
+            "stance",
+            guard="phi - 2*theta",
+            direction=+1,
+            reset={
+                "theta": "-theta",
+                "omega": "cos(2*theta)*omega",
+                "phi": "-2*theta",
+                "psi": "cos(2*theta)*(1 - cos(2*theta))*omega",
+            },
+            condition="theta < 0",
+            kind="impact",
+        )
+    ],
+    "initial": {"mode": "stance", "theta": 0.2, "omega": -0.2, "phi": 0.4, "psi": -0.016},
+}
+"""The walker with default parameters, started near its gait."""

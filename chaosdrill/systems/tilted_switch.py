@@ -8,24 +8,18 @@ prints 0, 0. Made for testing; on piecewise-smooth flows see di Bernardo et al. 
 doi:10.1007/978-1-84628-708-4.
 """
 
-from typing import Any
+from chaosdrill.declared import event
 
 NAME = "tilted-switch"
 SUMMARY = "tripling map from a tilted switching line"
 GROUP = "maps for tests"
 STATES = {"x": "position", "s": "clock"}
 PARAMETERS: dict[str, tuple[float, str]] = {}
-
-
-def equations() -> dict[str, Any]:
-    """The tilted switch; it has no parameters."""
-    from chaosdrill.model import Transition
-
-    return {
-        "modes": {"rising": {"x": "1/2", "s": "1"}, "falling": {"x": "-1/2", "s": "1"}},
-        "transitions": [
-            Transition("switch", "rising", "falling", guard="s - 1 - x", direction=+1),
-            Transition("return", "falling", "rising", "s - 5", direction=+1, reset={"x": "Mod(x + 1/2, 1)", "s": "0"}),
-        ],
-        "initial": {"mode": "rising", "x": 0.2718281828459045, "s": 0.0},
-    }
+EQUATIONS = {
+    "modes": {"rising": {"x": "1/2", "s": "1"}, "falling": {"x": "-1/2", "s": "1"}},
+    "transitions": [
+        event("switch", "rising", "falling", guard="s - 1 - x", direction=+1),
+        event("return", "falling", "rising", "s - 5", direction=+1, reset={"x": "Mod(x + 1/2, 1)", "s": "0"}),
+    ],
+    "initial": {"mode": "rising", "x": 0.2718281828459045, "s": 0.0},
+}

@@ -8,12 +8,10 @@ Friction is two-sided: a mass lets go forward and backward. Masses and springs a
 stick-slip cycle of one mass. Source: Galvanetto and Bishop 1999, doi:10.1023/A:1008307332284.
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from chaosdrill.declared import Event, event
 from chaosdrill.limits import NOT_NEGATIVE
-
-if TYPE_CHECKING:
-    from chaosdrill.model import Transition
 
 NAME = "two-masses-on-belt"
 SUMMARY = "two coupled masses on a moving belt, two-sided Coulomb friction"
@@ -33,25 +31,6 @@ PARAMETERS = {
 LIMITS = {"belt": NOT_NEGATIVE, "k": NOT_NEGATIVE, "F_s": NOT_NEGATIVE, "F_k": NOT_NEGATIVE}
 
 
-def equations() -> dict[str, Any]:
-    """The two masses with default parameters, both in stick."""
-    motions = ("stick", "slip", "overtake")
-    return {
-        "modes": {f"{first}-{second}": _rates(1, first) | _rates(2, second) for first in motions for second in motions},
-        "transitions": [
-            *(event for other in motions for event in _events(1, "{}-" + other)),
-            *(event for other in motions for event in _events(2, other + "-{}")),
-        ],
-        "initial": {
-            "mode": "stick-stick",
-            "x1": 0.0,
-            "v1": PARAMETERS["belt"][0],
-            "x2": 0.3,
-            "v2": PARAMETERS["belt"][0],
-        },
-    }
-
-
 def _pull(j: int) -> str:
     return f"(x{j} + k*(x{j} - x{3 - j}))"
 
@@ -63,25 +42,35 @@ def _rates(j: int, motion: str) -> dict[str, str]:
     return {f"x{j}": f"v{j}", f"v{j}": f"-{_pull(j)} {'+' if motion == 'slip' else '-'} F_k"}
 
 
-def _events(j: int, mode: str) -> "list[Transition]":
+def _events(j: int, mode: str) -> list[Event]:
     """How a mass changes its motion, in a mode of the other one."""
-    from chaosdrill.model import Transition
-
     pull, speed = _pull(j), f"v{j} - belt"
     stick, slip, overtake = (mode.format(motion) for motion in ("stick", "slip", "overtake"))
     other = mode.format(j)
 
-    def event(kind: str, source: str, target: str, guard: str, direction: int, **more: Any) -> "Transition":
-        return Transition(f"{kind}-{other}", source, target, guard, direction, kind=kind, **more)
+    def change(kind: str, source: str, target: str, guard: str, direction: int, **more: Any) -> Event:
+        return event(f"{kind}-{other}", source, target, guard, direction, kind=kind, **more)
 
     # a start in stick may have another velocity, as where only the belt is given another speed
     carried: dict[str, Any] = {"reset": {f"v{j}": "belt"}}
     grip = carried | {"condition": f"Abs{pull} <= F_s"}
     return [
-        event("release", stick, slip, f"{pull} - F_s", +1, **carried),
-        event("push", stick, overtake, f"{pull} + F_s", -1, **carried),
-        event("stick", slip, stick, speed, +1, **grip),
-        event("pass", slip, overtake, speed, +1),
-        event("hold", overtake, stick, speed, -1, **grip),
-        event("fall-back", overtake, slip, speed, -1),
+        change("release", stick, slip, f"{pull} - F_s", +1, **carried),
+        change("push", stick, overtake, f"{pull} + F_s", -1, **carried),
+        change("stick", slip, stick, speed, +1, **grip),
+        change("pass", slip, overtake, speed, +1),
+        change("hold", overtake, stick, speed, -1, **grip),
+        change("fall-back", overtake, slip, speed, -1),
     ]
+
+
+belt, motions = PARAMETERS["belt"][0], ("stick", "slip", "overtake")
+EQUATIONS = {
+    "modes": {f"{first}-{second}": _rates(1, first) | _rates(2, second) for first in motions for second in motions},
+    "transitions": [
+        *(one for other in motions for one in _events(1, "{}-" + other)),
+        *(one for other in motions for one in _events(2, other + "-{}")),
+    ],
+    "initial": {"mode": "stick-stick", "x1": 0.0, "v1": belt, "x2": 0.3, "v2": belt},
+}
+"""The two masses with default parameters, both in stick."""

@@ -6,8 +6,6 @@ Exponents 0.1034 and -0.1534 at the default parameters. Source: Ueda 1979, doi:1
 2003, Chaos and Time-Series Analysis.
 """
 
-from typing import Any
-
 NAME = "ueda"
 SUMMARY = "Ueda's oscillator"
 GROUP = "smooth flows"
@@ -16,13 +14,10 @@ PARAMETERS = {
     "k": (0.05, "damping"),
     "amplitude": (7.5, "amplitude of the force"),
 }
-
-
-def equations() -> dict[str, Any]:
-    """Ueda's oscillator with default parameters; chaotic."""
-    return {
-        "time": "t",
-        "modes": {"flow": {"x": "v", "v": "-k*v - x**3 + amplitude*cos(t)"}},
-        "period": "2*pi",
-        "initial": {"mode": "flow", "x": 2.5, "v": 0.0},
-    }
+EQUATIONS = {
+    "time": "t",
+    "modes": {"flow": {"x": "v", "v": "-k*v - x**3 + amplitude*cos(t)"}},
+    "period": "2*pi",
+    "initial": {"mode": "flow", "x": 2.5, "v": 0.0},
+}
+"""Ueda's oscillator with default parameters; chaotic."""
