@@ -1,10 +1,10 @@
 """Arguments of public functions are of the type that they must be, or are refused by their names."""
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import wraps
-from inspect import Parameter, Signature, signature
+from inspect import BoundArguments, Parameter, Signature, signature
 from numbers import Integral, Real
 from typing import Any, ParamSpec, TypeVar
 
@@ -135,18 +135,31 @@ def meant(name: str, keywords: Mapping[str, Any], names: list[str], system: Any 
     return told
 
 
-def known_names(function: str, known: Signature, keywords: Mapping[str, Any], system: Any = None) -> None:
-    """Refuse a keyword that a function does not have; ``system`` is what it was called with, if anything.
+def given_to(
+    function: str, known: Signature, arguments: Sequence[Any], keywords: Mapping[str, Any], system: Any = None
+) -> BoundArguments:
+    """The arguments of a call by their names, where some may be missing; ``system``: what it was called with, if any.
 
-    Raises `TypeError`, with the name that is likely to be meant.
+    Raises `TypeError` for a keyword that the function does not have, with the name that is likely to be meant, for more
+    arguments without a name than it takes, with the names of those, and for one that is given twice.
     """
-    if any(one.kind is Parameter.VAR_KEYWORD for one in known.parameters.values()):
-        return
+    open_ended = any(one.kind is Parameter.VAR_KEYWORD for one in known.parameters.values())
     names = [name for name, one in known.parameters.items() if one.kind is not Parameter.POSITIONAL_ONLY]
-    for name in keywords:
+    for name in () if open_ended else keywords:
         if name not in names:
             way = meant(name, keywords, names, system)
             raise TypeError(f"{function}() got an unexpected keyword argument {name!r}; {way}")
+    places = _places(known)
+    if len(arguments) > len(places):
+        named = [name for name, one in known.parameters.items() if one.kind is Parameter.KEYWORD_ONLY]
+        listed = f" ({', '.join(places)})" if places else ""
+        takes = f"{len(places) or 'no'} argument{'s' * (len(places) != 1)} without a name{listed}"
+        way = f"name the others, as in {named[0]}=..." if named else "leave the others out"
+        raise TypeError(f"{function}() takes {takes}, received {len(arguments)}; {way}")
+    try:
+        return known.bind_partial(*arguments, **keywords)
+    except TypeError as fault:
+        raise TypeError(f"{function}() got {fault}") from None
 
 
 def _places(known: Signature) -> list[str]:
@@ -165,20 +178,6 @@ def known_all(function: str, known: Signature, given: Mapping[str, Any]) -> None
             raise TypeError(f"{function}() missing a required argument: {name!r}; see help(chaosdrill.{function})")
 
 
-def not_too_many(function: str, known: Signature, count: int) -> None:
-    """Refuse more arguments without a name than a function takes.
-
-    Raises `TypeError`, with the names of those that it takes, and a name that another one may have had.
-    """
-    places = _places(known)
-    named = [name for name, one in known.parameters.items() if one.kind is Parameter.KEYWORD_ONLY]
-    if count > len(places):
-        listed = f" ({', '.join(places)})" if places else ""
-        takes = f"{len(places) or 'no'} argument{'s' * (len(places) != 1)} without a name{listed}"
-        way = f"name the others, as in {named[0]}=..." if named else "leave the others out"
-        raise TypeError(f"{function}() takes {takes}, received {count}; {way}")
-
-
 def constructor(kind: type[C]) -> type[C]:
     """Have a class refuse arguments that it does not have, and calls that leave one out, with the way."""
     changed: Any = kind
@@ -186,9 +185,7 @@ def constructor(kind: type[C]) -> type[C]:
 
     @wraps(make)
     def checked(self: C, *arguments: Any, **keywords: Any) -> None:
-        known_names(kind.__name__, known, keywords)
-        not_too_many(kind.__name__, known, len(arguments))
-        known_all(kind.__name__, known, {**dict.fromkeys(_places(known)[: len(arguments)]), **keywords})
+        known_all(kind.__name__, known, given_to(kind.__name__, known, arguments, keywords).arguments)
         make(self, *arguments, **keywords)
 
     changed.__init__ = checked
@@ -213,13 +210,7 @@ def expecting(error: type[ChaosdrillError], **kinds: Kind) -> Callable[[Callable
 
         @wraps(function)
         def checked(*arguments: P.args, **keywords: P.kwargs) -> R:
-            known_names(function.__name__, known, keywords)
-            try:
-                given = known.bind_partial(*arguments, **keywords).arguments
-            except TypeError:
-                not_too_many(function.__name__, known, len(arguments))
-                # an argument that is given twice has Python's own words
-                return function(*arguments, **keywords)
+            given = given_to(function.__name__, known, arguments, keywords).arguments
             for name, kind in kinds.items():
                 if name in given and not (given[name] is None and name in optional):
                     plain = {key: value for key, value in given.items() if key not in keywords}

@@ -28,7 +28,7 @@ from chaosdrill.errors import ModelError, SettingsError, StartWarning
 from chaosdrill.names import brief, key_text
 from chaosdrill.progress import Progress, teller, watched
 from chaosdrill.settings import LONGEST, Amount, Faults, Number, Settings, Whole, setting, told, whole
-from chaosdrill.typed import FOLDER, LISTENER, known_names, not_too_many, refuse
+from chaosdrill.typed import FOLDER, LISTENER, given_to, refuse
 
 if TYPE_CHECKING:
     from chaosdrill.engine.numerics import Numerics
@@ -541,12 +541,7 @@ def analysis(
 
         def called(*arguments: Any, **keywords: Any) -> Any:
             given_system = arguments[0] if arguments else keywords.get("system")
-            known_names(entry.function, signature, keywords, given_system)
-            not_too_many(entry.function, signature, len(arguments))
-            try:
-                given = signature.bind_partial(*arguments, **keywords)
-            except TypeError as fault:
-                raise TypeError(f"{entry.function}() {fault}") from None
+            given = given_to(entry.function, signature, arguments, keywords, given_system)
             given.apply_defaults()
             return entry(given.arguments)
 

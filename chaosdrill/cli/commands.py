@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from chaosdrill.cli.streams import changes_option, emit, given_text, json_option, say, tell
+from chaosdrill.cli.streams import answer, changes_option, given_text, json_option, tell
 from chaosdrill.progress import Display
 from chaosdrill.scene.names import TOPICS
 from chaosdrill.scene.names import list_names as names_of
@@ -28,10 +28,7 @@ def new(system: str, as_json: bool) -> None:
     from chaosdrill.scene.names import new_scene
 
     text = new_scene(system)
-    if as_json:
-        emit({"system": system, "scene": text})
-    else:
-        say(text.removesuffix("\n"))
+    answer(as_json, {"system": system, "scene": text}, text.removesuffix("\n"))
 
 
 @click.command()
@@ -54,10 +51,8 @@ def warm(folder: str | None, as_json: bool) -> None:
     made = warm_engine(None if folder is None else Path(folder), (*elsewhere, "chaosdrill.orbits.event_changes"))
     size = sum(file.stat().st_size for file in made if file.exists())
     where = sorted({str(file.parent) for file in made})
-    if as_json:
-        emit({"folders": where, "functions": len(made), "bytes": size})
-    else:
-        say(f"{len(made)} functions, {size / 1e6:.1f} MB, in {', '.join(where)}")
+    text = f"{len(made)} functions, {size / 1e6:.1f} MB, in {', '.join(where)}"
+    answer(as_json, {"folders": where, "functions": len(made), "bytes": size}, text)
 
 
 @click.command()
@@ -74,10 +69,7 @@ def check(scene: str, changes: dict[str, Any], as_json: bool) -> None:
     from chaosdrill.scene import check as check_scene
 
     described = check_scene(scene, changes)
-    if as_json:
-        emit({"valid": True, **described})
-    else:
-        say(check_text(described))
+    answer(as_json, {"valid": True, **described}, check_text(described))
 
 
 def check_text(described: dict[str, Any]) -> str:
@@ -172,10 +164,7 @@ def plot(
     # one name stands for itself, as in Python
     shown = names[0] if len(names) == 1 else names or None
     paths = [str(path) for path in plot_archive(archive, output, group=named, animated=animate, state=shown)]
-    if as_json:
-        emit({"archive": archive, "pictures": paths})
-    else:
-        say("\n".join(paths))
+    answer(as_json, {"archive": archive, "pictures": paths}, "\n".join(paths))
 
 
 @click.command()
@@ -194,10 +183,8 @@ def report(archive: str, output: str | None, as_json: bool) -> int:
     from chaosdrill.reports import report as write_report
 
     made = write_report(archive, output)
-    if as_json:
-        emit({**asdict(made), "path": str(made.path), "archive": str(made.archive)})
-    else:
-        say(str(made.path))
+    path = str(made.path)
+    answer(as_json, {**asdict(made), "path": path, "archive": str(made.archive)}, path)
     warn_of(made.unsealed)
     for fault in made.faults:
         tell(f"could not be shown: {fault}")
@@ -222,23 +209,14 @@ def verify(archive: str, workers: int, as_json: bool) -> int:
 
     with Display() as progress:
         result = verify_archive(archive, workers=workers, report=progress.report)
-    if as_json:
-        differences = [asdict(item) for item in result.differences]
-        shown = {"path": archive, "equal": result.equal, "differences": differences, "notes": list(result.notes)}
-        shown |= {"exact": result.exact, "checks": [asdict(check) for check in result.checks]}
-        shown |= {"unsealed": result.unsealed}
-        emit(shown)
-    elif result.equal:
-        how = "bit for bit" if result.exact else "by the criterion of each variable"
-        say(f"{archive}: equal, {how}{', but not sealed' if result.unsealed else ''}")
-    else:
-        say(f"{archive}: differs from the repeated run")
-        say(result.table())
-    if not as_json:
-        if not result.exact:
-            say(result.how())
-        for note in result.notes:
-            tell(note)
+    how = "bit for bit" if result.exact else "by the criterion of each variable"
+    lines = [f"{archive}: equal, {how}{', but not sealed' if result.unsealed else ''}"]
+    if not result.equal:
+        lines = [f"{archive}: differs from the repeated run", result.table()]
+    lines += [] if result.exact else [result.how()]
+    answer(as_json, {**asdict(result), "path": archive, "equal": result.equal}, "\n".join(lines))
+    for note in () if as_json else result.notes:
+        tell(note)
     warn_of(result.unsealed)
     return 0 if result.equal else 1
 
@@ -251,10 +229,7 @@ def info(archive: str, as_json: bool) -> None:
     from chaosdrill.workflow import info as describe
 
     described = describe(archive)
-    if as_json:
-        emit(described)
-    else:
-        say(info_text(described))
+    answer(as_json, described, info_text(described))
     warn_of(described["unsealed"])
 
 
@@ -319,11 +294,9 @@ def cite(archive: str, bibtex: bool, as_json: bool) -> None:
     if bibtex and as_json:
         raise click.UsageError("--bibtex and --json are different formats; choose one")
     found = references(archive)
-    if as_json:
-        emit({"path": archive, "references": [asdict(reference) for reference in found]})
-    else:
-        texts = (reference.bibtex() if bibtex else reference.text() for reference in found)
-        say(("\n\n" if bibtex else "\n").join(texts))
+    texts = (reference.bibtex() if bibtex else reference.text() for reference in found)
+    document = {"path": archive, "references": [asdict(reference) for reference in found]}
+    answer(as_json, document, ("\n\n" if bibtex else "\n").join(texts))
 
 
 @click.command("list")
@@ -337,21 +310,12 @@ def list_names(topic: str, name: str | None, as_json: bool) -> None:
     of an analysis.
     """
     found = names_of(topic, name)
-    if as_json:
-        emit(found)
-    elif topic == "systems":
+    rows = found
+    if topic == "systems":
+        rows = {}
         for group, names in groupby(found, key=lambda system: REGISTRY[system].group):
-            say(f"{group}:")
-            _columns({f"  {system}": found[system] for system in names}, max(map(len, found)) + 2)
+            rows |= {f"{group}:": ""} | {f"  {system}": found[system] for system in names}
     elif topic == "effects":
-        _columns(
-            {f"{effect} = {option!r}": text for effect, options in found.items() for option, text in options.items()}
-        )
-    else:
-        _columns(found)
-
-
-def _columns(found: dict[str, str], width: int = 0) -> None:
-    width = max(width, *map(len, found))
-    for name, text in found.items():
-        say(f"{name:<{width}}  {text}")
+        rows = {f"{effect} = {option!r}": text for effect, options in found.items() for option, text in options.items()}
+    width = max(len(row) for row, text in rows.items() if text)
+    answer(as_json, found, "\n".join(f"{row:<{width}}  {text}" if text else row for row, text in rows.items()))

@@ -98,10 +98,7 @@ def short_variables(dataset: Dataset) -> dict[str, DataArray]:
 
 def _meaning(code: DataArray) -> str:
     # a negative code stands for none of them
-    if code < 0:
-        return "none"
-    meanings = code.attrs["flag_meanings"].split()
-    return str(meanings[int(code)]) if code < len(meanings) else f"code {int(code)}"
+    return "none" if code < 0 else flag_names(code).get(int(code), f"code {int(code)}")
 
 
 def summary(dataset: Dataset) -> list[str]:

@@ -81,6 +81,14 @@ def _occupy() -> None:
     os.close(handle)
 
 
+def answer(as_json: bool, document: Mapping[str, Any], text: str) -> None:
+    """Print the result of a command on standard output: the document as JSON, or its text for people."""
+    if as_json:
+        emit(document)
+    else:
+        say(text)
+
+
 def emit(document: Mapping[str, Any]) -> None:
     """Print a result as JSON, with letters of all alphabets as far as the output's encoding allows."""
     plain = strict(document)

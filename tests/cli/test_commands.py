@@ -280,7 +280,7 @@ def test_exit_codes(call, archive, tmp_path):
 # ``run`` prints the numbers that fit on a line, and advice for points without a result.
 
 
-FLAGS = {"flag_meanings": " ".join(outcome.meaning for outcome in Outcome)}
+FLAGS = {"flag_values": [*map(int, Outcome)], "flag_meanings": " ".join(outcome.meaning for outcome in Outcome)}
 
 
 def test_exponents_and_scalars():
