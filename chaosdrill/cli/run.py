@@ -157,9 +157,9 @@ def _branch(dataset: Dataset, number: int) -> list[str]:
     parameters = list(json.loads(dataset.attrs["settings"])["sweep"])
     first = dataset.isel(branch_number=number)
     if "branch_period" in dataset:
-        kind, usual = f"period {int(first['branch_period'])}", {one.words for one in Special}
+        kind, usual = f"period {int(first['branch_period'])}", {one.advice for one in Special}
     else:
-        kind, usual = f"mode {_meaning(dataset['mode'][own.argmax()])}", {one.words for one in SpecialEquilibrium}
+        kind, usual = f"mode {_meaning(dataset['mode'][own.argmax()])}", {one.advice for one in SpecialEquilibrium}
     stable = int(dataset["stable"].values[own].sum())
     lines = [f"branch {number}: {kind}, {own.sum()} points, {stable} of them stable; {first['branch_start'].item()}"]
     names = flag_names(dataset["special_kind"])

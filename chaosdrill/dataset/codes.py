@@ -9,18 +9,13 @@ from chaosdrill.names import remedy
 class Code(IntEnum):
     """One of a few words with a sentence; archives store the number, with the names as CF flag meanings."""
 
-    words: str
+    advice: str
     """What it means and, where something can be done, what to try; empty where there is nothing to say."""
 
-    def __new__(cls, number: int, words: str = "") -> Self:
+    def __new__(cls, number: int, advice: str = "") -> Self:
         made = int.__new__(cls, number)
-        made._value_, made.words = number, words
+        made._value_, made.advice = number, advice
         return made
-
-    @property
-    def advice(self) -> str:
-        """One sentence: what this word means and what to try."""
-        return self.words
 
     @classmethod
     def _missing_(cls, value: object) -> Any:

@@ -11,33 +11,13 @@ from numbers import Real
 from typing import Any, NamedTuple
 
 from chaosdrill.annotations import Dataset
-from chaosdrill.dataset.branches import AttractorEnd, BranchEnd, Criticality, Onset, Special
-from chaosdrill.dataset.codes import Code
-from chaosdrill.dataset.curves import CurveBreak, CurveEnd
-from chaosdrill.dataset.equilibria import Admissibility, Beyond, EquilibriumType, SpecialEquilibrium
-from chaosdrill.dataset.outcomes import Outcome, holds_codes
+from chaosdrill.dataset.outcomes import holds_codes
 from chaosdrill.dataset.provenance import provenance
 from chaosdrill.dataset.schema import ORBIT, PENETRATION, QUADRATURE, RUN, SCHEMA, STARTS_OF_RUNS, SWEEP, Variable
 from chaosdrill.errors import ChaosdrillError
 
 NUMBERS = ("format_version", "tolerance", "random_seed", "wall_time_s")
 """Attributes of a labelled dataset that are not text."""
-
-_CODES: dict[str, type[Code]] = {
-    "outcome": Outcome,
-    "special": Special,
-    "criticality": Criticality,
-    "onset": Onset,
-    "branch_end": BranchEnd,
-    "attractor_end": AttractorEnd,
-    "equilibrium": EquilibriumType,
-    "admissibility": Admissibility,
-    "special_equilibrium": SpecialEquilibrium,
-    "beyond": Beyond,
-    "curve_end": CurveEnd,
-    "curve_break": CurveBreak,
-}
-"""By the ``flags`` of variables."""
 
 
 def label(ds: Dataset, kind: str, *, system: Any, settings: Mapping[str, Any]) -> Dataset:
@@ -262,9 +242,9 @@ def _attributes(variable: Variable, words: _Words) -> dict[str, Any]:
     if variable.sample:
         attributes["sample_dimension"] = variable.sample
     if variable.flags:
-        names = {"mode": words.modes, "transition": words.transitions, "truth": ("no", "yes")}
-        code = _CODES.get(variable.flags)
-        meanings = [one.meaning for one in code] if code else list(names[variable.flags])
+        named = {"mode": words.modes, "transition": words.transitions, "truth": ("no", "yes")}
+        code = variable.flags
+        meanings = list(named[code]) if isinstance(code, str) else [one.meaning for one in code]
         # CF separates the meanings by blanks and allows only these characters in one. A system without transitions
         # has no meanings at all, and NetCDF holds no empty array.
         if meanings:

@@ -16,6 +16,8 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
+from chaosdrill.dataset.codes import Code
+from chaosdrill.dataset.outcomes import Outcome
 from chaosdrill.declared import ANALYSES, reserved
 
 SWEEP = "{sweep}"
@@ -47,9 +49,9 @@ class Variable:
     long_name: str
     doc: str
     """Name for axes, and one sentence of explanation (stored as the attribute ``comment``)."""
-    flags: str = ""
-    """What its codes stand for, by a name in `chaosdrill.dataset.label`, where words of the system are ``"mode"`` and
-    ``"transition"``, and no and yes ``"truth"``; empty for none."""
+    flags: type[Code] | str = ""
+    """What its codes stand for: a class, ``"mode"`` or ``"transition"`` of the system, or ``"truth"`` for no and yes;
+    empty for none."""
     coordinate: bool = False  # whether it is stored as a coordinate
     required: bool = False  # whether every dataset of the kind has it
     clocked: bool = False  # whether it is a measured time, which differs in a second run and cannot be compared
@@ -164,7 +166,7 @@ def forcing(dims: str = "", doc: str = "Period of the forcing, in units of model
 def outcome(dims: str, name: str = "outcome", long_name: str = "outcome") -> Variable:
     """How runs ended."""
     doc = "How the run ended; what each code means is in flag_meanings."
-    return need(name, dims, "i1", long_name, doc, flags="outcome")
+    return need(name, dims, "i1", long_name, doc, flags=Outcome)
 
 
 def grazing(dims: str, name: str = "closest_grazing", *, required: bool = False) -> Variable:

@@ -500,7 +500,7 @@ def _told(task: Task, found: list[Branch], number: int, mark: Mark, detail: floa
         what, partner = Beyond.UNDECIDED, None
         if side.outcomes:
             what, partner = beyond(task.system, curve, point, mark.side, task.sizes)
-        text = f"it meets the guard of {names}. {what.words}"
+        text = f"it meets the guard of {names}. {what.advice}"
         if partner is not None:
             mode = task.system.mode_names[partner.field.mode]
             text = text.replace("another mode", f"mode {mode!r}")

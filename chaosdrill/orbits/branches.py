@@ -337,10 +337,10 @@ def _told(mark: Located, form: NormalForm, held: bool) -> str:
             "A multiplier is +1: two orbits with one value of what is conserved meet and vanish. The branch goes on, "
             "since that value changes along it."
         )
-    words, usual = mark.point.special.words, 2 if mark.point.special == Special.NEIMARK_SACKER else 1
+    words, usual = mark.point.special.advice, 2 if mark.point.special == Special.NEIMARK_SACKER else 1
     if mark.multiplicity > usual:
         words = f"{words} {mark.multiplicity // usual} are there together."
-    return f"{words} {form.criticality.words}".rstrip()
+    return f"{words} {form.criticality.advice}".rstrip()
 
 
 def _between(segment: BranchSegment, k: int, finer: int) -> list[Located]:

@@ -262,7 +262,7 @@ def mark_conditions(branch: "Branch") -> list[str]:
         if branch.end == BranchEnd.CLOSED and len(branch.segments) == last - first:
             found = [one for one in found if not _again(curve, one[2], found)]
         for k, _, one in sorted(found, key=lambda entry: entry[:2], reverse=True):
-            insert(branch, *chain[k - (one.part == 0.0)], one, one.point.special.words)
+            insert(branch, *chain[k - (one.part == 0.0)], one, one.point.special.advice)
     return missing
 
 

@@ -7,6 +7,8 @@ from typing import Any, ClassVar
 from chaosdrill.analysis.arguments import RANDOM, Axes
 from chaosdrill.analysis.base import POINTS, Dataset, HybridSystem, Job, Points, analysis
 from chaosdrill.analysis.starts import STARTS
+from chaosdrill.dataset.branches import AttractorEnd
+from chaosdrill.dataset.outcomes import Outcome
 from chaosdrill.dataset.schema import (
     EXPONENT,
     INITIAL_STATE,
@@ -46,7 +48,7 @@ VARIABLES = table(
     ),
     need("fraction_none_error", SWEEP, "f8", "standard error of that", "Of starts drawn at random."),
     need("attractor_period", _EACH, "i2", "period of the attractor", "In iterates of the section, or 0."),
-    need("attractor_outcome", _EACH, "i1", "kind of the attractor", "-1 where it is not.", flags="outcome"),
+    need("attractor_outcome", _EACH, "i1", "kind of the attractor", "-1 where it is not.", flags=Outcome),
     may("attractor_exponent", f"{_EACH} exponent", "f8", "Lyapunov exponent", "Per unit of model time."),
     may("attractor_error", f"{_EACH} exponent", "f8", "standard error of the exponent", "From blocks."),
     *mean_rate(PENETRATION, _EACH, "attractor"),
@@ -55,8 +57,8 @@ VARIABLES = table(
     need("attractor_state", f"{_EACH} state", "f8", "state on the attractor", "A point of it on the section."),
     need("first_value", "attractor", "f8", "lowest value with the attractor", "Of those of the sweep."),
     need("last_value", "attractor", "f8", "highest value with the attractor", "Of those of the sweep."),
-    need("end_below", "attractor", "i1", "end of the attractor below", "As a code.", flags="attractor_end"),
-    need("end_above", "attractor", "i1", "end of the attractor above", "As a code.", flags="attractor_end"),
+    need("end_below", "attractor", "i1", "end of the attractor below", "As a code.", flags=AttractorEnd),
+    need("end_above", "attractor", "i1", "end of the attractor above", "As a code.", flags=AttractorEnd),
     need("next_below", "attractor", "i4", "attractor that follows below", _NEXT),
     need("next_above", "attractor", "i4", "attractor that follows above", _NEXT),
     need("reached", f"{SWEEP} run", "i4", "attractor", "Number of the attractor that a start leads to; 0: none."),

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 from chaosdrill.analysis.arguments import Axes
 from chaosdrill.analysis.base import POINTS, Dataset, HybridSystem, Job, analysis
 from chaosdrill.analysis.kinds.basins import Basins
+from chaosdrill.dataset.outcomes import Outcome
 from chaosdrill.dataset.schema import EXPONENT, STATES, axis, forcing, may, need, table
 from chaosdrill.settings import Whole, setting
 
@@ -25,7 +26,7 @@ VARIABLES = table(
     need("fraction_none_error", "", "f8", "standard error of that", "Of random starts, or of a grid."),
     need("start_count", "", "i4", "number of starts", "Cells and listed starts."),
     need("attractor_period", "attractor", "i2", "period of the attractor", "In iterates of the section, or 0."),
-    need("attractor_outcome", "attractor", "i1", "kind of the attractor", "As a code.", flags="outcome"),
+    need("attractor_outcome", "attractor", "i1", "kind of the attractor", "As a code.", flags=Outcome),
     may("attractor_exponent", "attractor exponent", "f8", "Lyapunov exponent", "Per unit of model time."),
     may("attractor_error", "attractor exponent", "f8", "standard error of the exponent", "From blocks."),
     need("attractor_state", "attractor state", "f8", "state on the attractor", "A point of it on the section."),

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from chaosdrill.analysis.arguments import SEEDS, Ranges, Region
 from chaosdrill.analysis.base import AnalysisSettings, Dataset, HybridSystem, Job, analysis
+from chaosdrill.dataset.branches import BranchEnd, Criticality
+from chaosdrill.dataset.equilibria import Admissibility, Beyond, EquilibriumType, SpecialEquilibrium
 from chaosdrill.dataset.schema import STATES, SWEEP, axis, may, need, outcome, table
 from chaosdrill.names import remedy
 from chaosdrill.settings import LONGEST, Faults, Known, ListOf, Number, Text, Whole, setting, told
@@ -27,8 +29,8 @@ VARIABLES = table(
     need("equilibrium_error", "point state", "f8", "error of the state", "A bound: of the rates and their rounding."),
     need("mode", "point", "i1", "mode of the equilibrium", "The mode whose rates vanish there.", flags="mode"),
     need("pseudo", "point", "i1", "pseudo-equilibrium", "Whether its mode slides on a surface.", flags="truth"),
-    need("admissible", "point", "i1", "admissible", "Whether it is where its mode holds.", flags="admissibility"),
-    need("type", "point", "i1", "type of the equilibrium", "By the eigenvalues.", flags="equilibrium"),
+    need("admissible", "point", "i1", "admissible", "Whether it is where its mode holds.", flags=Admissibility),
+    need("type", "point", "i1", "type of the equilibrium", "By the eigenvalues.", flags=EquilibriumType),
     need("stable", "point", "i1", "stable", "Whether small deviations die out beyond the errors.", flags="truth"),
     need("free", "point", "i4", "free directions", "Number of eigenvalues; a state that the mode holds has none."),
     need("eigenvalue_real", "point eigenvalue", "f8", "eigenvalue, real part", "NaN beyond the free directions."),
@@ -38,19 +40,19 @@ VARIABLES = table(
     axis("guard", "point", "str", "guard that is crossed or met", "Names of its transitions; empty for none."),
     may("branch", "point", "i4", "branch", "Number of the branch that the point belongs to."),
     may("arclength", "point", "f8", "arclength", "Along the branch, from its start."),
-    may("special_point", "point", "i1", "special point", _SPECIAL, flags="special_equilibrium"),
+    may("special_point", "point", "i1", "special point", _SPECIAL, flags=SpecialEquilibrium),
     axis("branch_number", "branch_number", "i4", "number of the branch", "From 0."),
     may("branch_parent", "branch_number", "i4", "parent branch", "The one that it begins on; -1: none."),
     axis("branch_start", "branch_number", "str", "start of the branch", "In words."),
-    may("branch_end", "branch_number", "i1", "end of the branch", "That before the limits.", flags="branch_end"),
+    may("branch_end", "branch_number", "i1", "end of the branch", "That before the limits.", flags=BranchEnd),
     axis("branch_end_text", "branch_number", "str", "ends of the branch", "In words."),
     may("special_index", "special", "i4", "point of the special point", "Its place in the dimension point, from 0."),
-    may("special_kind", "special", "i1", "kind of the special point", _SPECIAL, flags="special_equilibrium"),
+    may("special_kind", "special", "i1", "kind of the special point", _SPECIAL, flags=SpecialEquilibrium),
     may("special_value", "special", "f8", "parameter at the special point", "Located."),
     may("special_error", "special", "f8", "error of the special point", "Of special_value."),
     may("special_multiplicity", "special", "i4", "eigenvalues on the imaginary axis", "Their number; 0 at guards."),
-    may("special_beyond", "special", "i1", "what follows at a guard", "By the modes beside it.", flags="beyond"),
-    may("special_criticality", "special", "i1", "soft or hard", "Of a Hopf point.", flags="criticality"),
+    may("special_beyond", "special", "i1", "what follows at a guard", "By the modes beside it.", flags=Beyond),
+    may("special_criticality", "special", "i1", "soft or hard", "Of a Hopf point.", flags=Criticality),
     may("special_coefficient", "special", "f8", "first Lyapunov coefficient", "Below 0 where supercritical."),
     may("special_coefficient_error", "special", "f8", "error of the coefficient", "NaN without one."),
     may("special_frequency", "special", "f8", "frequency", "Imaginary part of the pair at a Hopf point."),

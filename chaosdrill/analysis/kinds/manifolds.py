@@ -6,6 +6,7 @@ from typing import Any, ClassVar, Self
 
 from chaosdrill.analysis.arguments import Region, Start
 from chaosdrill.analysis.base import ORBITS, Dataset, HybridSystem, Job, Orbit, analysis
+from chaosdrill.dataset.curves import CurveBreak, CurveEnd
 from chaosdrill.dataset.schema import ITERATE, MULTIPLIER, STATES, axis, forcing, need, outcome, table
 from chaosdrill.settings import Choice, Faults, Number, Whole, setting
 
@@ -27,11 +28,11 @@ VARIABLES = table(
     need("curve_side", "curve_number", "i1", "branch", "1 and -1: in the direction of the eigenvector, or against it."),
     need("curve_multiplier", "curve_number", "f8", "multiplier", "Of the orbit; below 0 branches change places."),
     need("curve_length", "curve_number", "f8", "length of the curve", f"Without jumps. {_PARTS}"),
-    need("curve_end", "curve_number", "i1", "how the curve ends", "As a code.", flags="curve_end"),
+    need("curve_end", "curve_number", "i1", "how the curve ends", "As a code.", flags=CurveEnd),
     need("break_curve", "break", "i4", "curve of the break", "Number of the curve, from 1."),
     need("break_point", "break", "i4", "point before the break", "Index of the point, from 0."),
     need("break_arclength", "break", "f8", "arclength at the break", _PARTS),
-    need("break_kind", "break", "i1", "kind of the break", "What happens there.", flags="curve_break"),
+    need("break_kind", "break", "i1", "kind of the break", "What happens there.", flags=CurveBreak),
     need("break_jump", "break", "i1", "jump", "Whether the curve is cut, or has a corner.", flags="truth"),
     need("break_size", "break", "f8", "size of the break", f"Distance of both sides. {_PARTS} NaN for an end."),
     need("break_generation", "break", "i4", "first iterate with the break", "Later ones are its images."),
