@@ -8,31 +8,7 @@ import numpy as np
 from chaosdrill.dataset.outcomes import MEASURED, flag_names
 from chaosdrill.plots._types import Dataset, Integers
 from chaosdrill.plots.labels import readable
-from chaosdrill.plots.palette import (
-    ATTRACTOR_COLOURS,
-    BELOW,
-    LONGER_COLOUR,
-    OUTCOME_COLOURS,
-    PERIOD_COLOURS,
-    outcome_colour,
-)
-
-_OUTCOME_HATCHES = {
-    "ok": "---",
-    "quasiperiodic": "....",
-    "undecided": "..",
-    "transient": "\\\\",
-    "contracting": "++",
-    "open": "OO",
-    "event_limit": "xxx",
-    "stalled": "///",
-    "nonfinite": "\\\\\\",
-    "step_underflow": "|||",
-    "invalid_start": "+++",
-    "failed": "**",
-    "equilibrium": "o",
-    "no_return": "--",
-}
+from chaosdrill.plots.palette import ATTRACTOR_COLOURS, BELOW, LONGER_COLOUR, OTHER_OUTCOME, OUTCOMES, PERIOD_COLOURS
 
 
 @dataclass(frozen=True)
@@ -60,7 +36,7 @@ NO_RESULT = Category("no result", "#FFFFFF", "oo")
 NO_ATTRACTOR = Category("none", "#FFFFFF", "xx")
 UNRECOGNISED = Category("attractor not recognised", "#FFFFFF", "oo")
 FURTHER = Category("further attractors", "#BBBBBB", "---")
-PERIOD_NOT_FOUND = Category("period not found", OUTCOME_COLOURS["periodic"], "ooo")
+PERIOD_NOT_FOUND = Category("period not found", OUTCOMES["periodic"][0], "ooo")
 MOTIONS = tuple(outcome.meaning for outcome in MEASURED)
 """Outcomes of runs that reached their end."""
 ATTRACTED = tuple(name for name in MOTIONS if name not in ("open", "transient"))
@@ -70,7 +46,7 @@ ATTRACTED = tuple(name for name in MOTIONS if name not in ("open", "transient"))
 def outcome_category(name: str) -> Category:
     """Return the category of an outcome by its name."""
     short = "" if name == "ok" else readable(name)
-    return Category(readable(name), outcome_colour(name), _OUTCOME_HATCHES.get(name, ""), short)
+    return Category(readable(name), *OUTCOMES.get(name, (OTHER_OUTCOME, "")), short)
 
 
 def attractor_category(number: int, text: str) -> Category:

@@ -6,18 +6,27 @@ from chaosdrill.plots._types import Colormap
 
 # Okabe and Ito's colours without yellow, which vanishes on white paper; distinct for all common kinds of colour vision
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
-# the outcomes of a run always have the same colour, in every picture
-OUTCOME_COLOURS = {
-    "ok": "#BBBBBB",
-    "periodic": "#56B4E9",
-    "quasiperiodic": "#009E73",
-    "undecided": "#FFFFFF",
-    "transient": "#FFFFFF",
-    "contracting": "#0072B2",
-    "chaotic": "#D55E00",
-    "escaped": "#000000",
-}
 OTHER_OUTCOME = "#CC79A7"
+# the outcomes of a run always have the same colour, and hatching in matplotlib's letters, in every picture
+OUTCOMES = {
+    "ok": ("#BBBBBB", "---"),
+    "periodic": ("#56B4E9", ""),
+    "quasiperiodic": ("#009E73", "...."),
+    "undecided": ("#FFFFFF", ".."),
+    "transient": ("#FFFFFF", "\\\\"),
+    "contracting": ("#0072B2", "++"),
+    "chaotic": ("#D55E00", ""),
+    "escaped": ("#000000", ""),
+    "open": (OTHER_OUTCOME, "OO"),
+    "event_limit": (OTHER_OUTCOME, "xxx"),
+    "stalled": (OTHER_OUTCOME, "///"),
+    "nonfinite": (OTHER_OUTCOME, "\\\\\\"),
+    "step_underflow": (OTHER_OUTCOME, "|||"),
+    "invalid_start": (OTHER_OUTCOME, "+++"),
+    "failed": (OTHER_OUTCOME, "**"),
+    "equilibrium": (OTHER_OUTCOME, "o"),
+    "no_return": (OTHER_OUTCOME, "--"),
+}
 # Equal steps of lightness between the black of escape and white, with that of chaos left free; a hue for each odd
 # factor, darker with every doubling: 1, 2, 4, 8 are blue and 3, 6 yellow.
 PERIOD_COLOURS = ("#EAF1FA", "#9BC9EE", "#F2DA6F", "#0E6FB7", "#AD8BCB", "#DCA438", "#1F6037", "#0D3B81")
@@ -54,8 +63,3 @@ def sequential() -> Colormap:
     from matplotlib.colors import ListedColormap
 
     return ListedColormap(mpl.colormaps["viridis_r"](np.linspace(0, 0.9, 256)), "sequential")
-
-
-def outcome_colour(name: str) -> str:
-    """Return the colour of an outcome by its name."""
-    return OUTCOME_COLOURS.get(name, OTHER_OUTCOME)

@@ -174,13 +174,13 @@ def _quantity(dataset: Dataset, name: str) -> dict[str, Any]:
 
 def _outcomes(dataset: Dataset) -> list[dict[str, Any]]:
     from chaosdrill.dataset.outcomes import Outcome, flag_names
-    from chaosdrill.plots.labels import readable
-    from chaosdrill.plots.palette import outcome_colour
+    from chaosdrill.plots.categories import outcome_category
 
     advice = {outcome.meaning: outcome.advice for outcome in Outcome}
+    looks = {name: (code, outcome_category(name)) for code, name in flag_names(dataset["outcome"]).items()}
     return [
-        {"code": code, "words": readable(name), "advice": advice.get(name, ""), "colour": outcome_colour(name)}
-        for code, name in flag_names(dataset["outcome"]).items()
+        {"code": code, "words": look.name, "advice": advice.get(name, ""), "colour": look.colour}
+        for name, (code, look) in looks.items()
     ]
 
 

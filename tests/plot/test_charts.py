@@ -23,7 +23,7 @@ from chaosdrill.plots.charts import (
 from chaosdrill.plots.palette import (
     ATTRACTOR_COLOURS,
     LONGER_COLOUR,
-    OUTCOME_COLOURS,
+    OUTCOMES,
     PERIOD_COLOURS,
     diverging,
     sequential,
@@ -59,7 +59,7 @@ def test_periods_and_what_there_is_instead(chart):
     figure = isoperiodic_chart(chart)
     assert [axes.get_title(loc="left") for axes in figure.axes[:2]] == ["seed 1", "seed 2"]
     one, two, three = PERIOD_COLOURS[:3]
-    chaos, escaped = (OUTCOME_COLOURS[name] for name in ("chaotic", "escaped"))
+    chaos, escaped = (OUTCOMES[name][0] for name in ("chaotic", "escaped"))
     own = [one, two, LONGER_COLOUR, chaos]
     assert _colours(figure)[:4] == [own] * 4
     assert _colours(figure, 1)[:4] == [own, *[[three] * 4] * 3]
@@ -110,7 +110,7 @@ def test_the_sign_of_the_exponent_is_its_colour(chart):
 def test_lost_exponents_and_missing_ones_stand_apart(chart):
     figure = lyapunov_chart(chart)
     assert _legend(figure) == ["escaped", "stalled", "−∞ (all directions lost at events)", "positive"]
-    assert _colours(figure)[4] == [OUTCOME_COLOURS["escaped"]] * 3 + ["#CC79A7"]
+    assert _colours(figure)[4] == [OUTCOMES["escaped"][0]] * 3 + ["#CC79A7"]
     assert len(set(_colours(figure)[3])) == 1
     assert figure.axes[-1].get_ylabel() == "largest Lyapunov exponent"
 
@@ -263,7 +263,7 @@ def test_cells_have_the_colour_of_their_attractor(basin):
     cells = _cells(basins(basin))
     assert (cells[:19, :20] == ATTRACTOR_COLOURS[0]).all()
     assert (cells[:19, 20:] == ATTRACTOR_COLOURS[1]).all()
-    assert (cells[19] == OUTCOME_COLOURS["escaped"]).all()
+    assert (cells[19] == OUTCOMES["escaped"][0]).all()
 
 
 def test_axes_are_named_and_regions_numbered(basin):
