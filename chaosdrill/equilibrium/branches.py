@@ -510,14 +510,14 @@ def _told(task: Task, found: list[Branch], number: int, mark: Mark, detail: floa
     if mark.kind == SpecialEquilibrium.HOPF:
         if mark.multiplicity > 2:
             form = HopfForm(detail, Criticality.UNDECIDED)
-            return replace(mark, text=f"{mark.multiplicity // 2} pairs cross together: {mark.kind.words}", form=form)
+            return replace(mark, text=f"{mark.multiplicity // 2} pairs cross together: {mark.kind.advice}", form=form)
         form = hopf_form(curve, *_beside(branch, mark.point), detail, mark.error)
         born = {
             Criticality.SUPERCRITICAL: "It is supercritical, or soft: the cycle attracts within the centre manifold.",
             Criticality.SUBCRITICAL: "It is subcritical, or hard: the cycle repels within the centre manifold.",
         }.get(form.criticality, "Whether it is soft or hard is undecided.")
-        return replace(mark, text=f"{mark.kind.words} {born}", form=form)
-    text = mark.kind.words
+        return replace(mark, text=f"{mark.kind.advice} {born}", form=form)
+    text = mark.kind.advice
     if mark.multiplicity > 1:
         text = f"{mark.multiplicity} eigenvalues are zero together; the branches that cross there are not followed."
     return replace(mark, text=text)

@@ -2,7 +2,17 @@
 
 from importlib import import_module
 
+from chaosdrill.errors import SettingsError
 from chaosdrill.package import modules
+
+try:
+    import matplotlib  # noqa: F401
+except UnicodeDecodeError as fault:
+    raise SettingsError(
+        "matplotlib cannot start, since its settings are not text: a file 'matplotlibrc' in the working directory, in "
+        f"$MATPLOTLIBRC or in the user's folder of settings; correct or remove it ({fault})"
+    ) from fault
+
 from chaosdrill.plots.animation import animate
 from chaosdrill.plots.pictures import PICTURES, Picture, behind, plan, plot, plot_archive
 

@@ -42,9 +42,7 @@ def convergence(dataset: Dataset) -> Figure:
         panel.set_title(f"{subscript('λ', i + 1)} = {uncertain(float(values[i]), float(errors[i]))}")
     panels[-1].set_xlabel(f"length of the run ({units})")
     figure.align_ylabels(list(panels))
-    if len(finite):
-        handles, _ = panels[0].get_legend_handles_labels()
-        legend_outside(figure, handles, ncols=2, handlelength=1.4)
+    legend_outside(figure, panels[0].get_legend_handles_labels()[0], ncols=2, handlelength=1.4)
     lost = [subscript("λ", i + 1) for i in np.flatnonzero(np.isneginf(values)).tolist()]
     told = [f"{' = '.join(lost)} = −∞ (direction lost at an event)"] if lost else []
     told += [f"the first {len(finite)} of {len(every)} exponents"] if len(finite) < len(every) else []

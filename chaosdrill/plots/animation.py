@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
 
 from chaosdrill.dataset.outcomes import flag_names
@@ -101,8 +103,6 @@ class _Scene:
     def __init__(
         self, run: Dataset, plane: tuple[int, ...], bodies: Mapping[str, str | float] | None, seconds: float
     ) -> None:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-
         self.run, self.curve = run, join(run)
         time = run["time"].values
         self.times = np.linspace(time[0], time[-1], int(np.clip(round(TUNING.frame_rate * seconds), 2, len(time))))
@@ -251,7 +251,6 @@ def _heights(run: Dataset, curve: Curve, times: Floats, bodies: Mapping[str, str
 
 
 def _write_gif(scene: _Scene, draft: Path) -> None:
-    from matplotlib.colors import to_rgb
     from PIL import Image
 
     depths = np.linspace(0, 1, TUNING.gif_shades)[:, np.newaxis]

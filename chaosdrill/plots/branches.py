@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from matplotlib.patheffects import Normal, Stroke
 
 from chaosdrill.plots._types import Axes, Dataset, Figure, Floats, Integers, States, Truths
 from chaosdrill.plots.categories import Category, by_period
@@ -294,8 +295,6 @@ class _Curve:
 
 
 def _curves(axes: Axes, curves: list[_Curve]) -> None:
-    from matplotlib.patheffects import Normal, Stroke
-
     rim = [Stroke(linewidth=3.6, foreground="white"), Normal()]
     named: dict[str, str] = {}
     for curve in curves:

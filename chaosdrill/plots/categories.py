@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from matplotlib.colors import to_rgb
 
 from chaosdrill.dataset.outcomes import MEASURED, flag_names
 from chaosdrill.plots._types import Dataset, Integers
@@ -23,8 +24,6 @@ class Category:
     @property
     def ink(self) -> str:
         """Black or white, whichever is readable on the colour."""
-        from matplotlib.colors import to_rgb
-
         red, green, blue = (part**2.2 for part in to_rgb(self.colour))
         return "black" if 0.2126 * red + 0.7152 * green + 0.0722 * blue > 0.2 else "white"
 

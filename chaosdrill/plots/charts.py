@@ -5,6 +5,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from matplotlib.colors import TwoSlopeNorm, to_hex
+from matplotlib.patheffects import withStroke
 
 from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.errors import SettingsError
@@ -77,8 +79,6 @@ def _told(dataset: Dataset) -> Truths:
 
 def _scale(values: np.ndarray) -> tuple[Normalize, str]:
     """Norm with zero in the middle, and at which ends values lie beyond it."""
-    from matplotlib.colors import TwoSlopeNorm
-
     finite = values[np.isfinite(values)]
     below, above = (part[part > 0] for part in (-finite, finite))
     low = float(np.percentile(below, TUNING.exponents_covered)) if below.size else 0.0
@@ -92,8 +92,6 @@ def _scale(values: np.ndarray) -> tuple[Normalize, str]:
 @picture("parameter-chart", "progression-chart", "mean progression rate", needs="progression_rate")
 def progression_chart(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw the mean progression rate over two parameters, a panel for each seed; in SI units if available."""
-    from matplotlib.colors import Normalize
-
     rate = dataset["progression_rate"]
     finite = rate.values[np.isfinite(rate.values)]
     top = float(np.percentile(finite, TUNING.rates_covered, method="higher"))
@@ -106,8 +104,6 @@ def progression_chart(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
 @picture("parameter-chart", "attractor-count-chart", "number of attractors among the seeds", seeds=2)
 def attractor_count_chart(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw how many attractors all seeds found over two parameters; large regions carry their number."""
-    from matplotlib.colors import to_hex
-
     counts = dataset["attractor_count"].values
     most = min(int(counts.max()), TUNING.counted_attractors)
     # from the palest colour of that scale to its dark end: one attractor is nothing to be struck by
@@ -224,8 +220,6 @@ def _fixed(dataset: Dataset) -> dict[str, float]:
 
 def mark_attractors(axes: Axes, dataset: Dataset, across: str, up: str) -> list[Line2D]:
     """Mark the attractors' points that lie in the plane and within the grid, and return a handle of the marks."""
-    from matplotlib.patheffects import withStroke
-
     names = [str(name) for name in dataset["state"].values]
     needed = {across: 0, up: 0, **json.loads(dataset.attrs.get("initial", "{}"))}
     if lost := [name for name in needed if name not in (*names, "mode")]:

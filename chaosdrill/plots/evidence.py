@@ -43,8 +43,7 @@ def zero_one(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     axes.set_ylim(min(-0.25, lowest - 0.1), 1.2)
     axes.set_ylabel(label(dataset["k"]))
     axes.set_title(_sizes([f"K = {uncertain(float(dataset['k'][i]), float(dataset['k_error'][i]))}" for i in moving]))
-    if moving:
-        legend_inside(axes, loc="center right")
+    legend_inside(axes, loc="center right")
     return figure
 
 
@@ -161,8 +160,7 @@ def spread(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
         with_bars(axes, values, means[:, e], dataset["lyapunov_error"][:, e], number).set_label(name)
     axes.axhline(0.0, color="0.6", linewidth=0.8, zorder=1)
     axes.set_ylabel(label(means))
-    if axes.get_legend_handles_labels()[0]:
-        legend_above(axes)
+    legend_above(axes)
     along_sweep(axes, dataset)
     return figure
 
@@ -186,8 +184,7 @@ def _of_states(axes: Axes, dataset: Dataset, name: str, error: str) -> None:
             state_label(dataset, i)
         )
     axes.set_ylabel(label(dataset[name]))
-    if moving:
-        legend_above(axes)
+    legend_above(axes)
 
 
 def with_bars(axes: Axes, x: np.ndarray, values: DataArray, errors: DataArray, number: int) -> Any:

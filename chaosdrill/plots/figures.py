@@ -5,8 +5,10 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 
+from chaosdrill.plots._layout import Entries, FittedLayout, entries, fit_legend
 from chaosdrill.plots._types import Artist, Axes, Figure, Legend
 from chaosdrill.plots.style import is_changed, width
 from chaosdrill.plots.tuning import TUNING
@@ -33,10 +35,6 @@ def new_figure(height: float, detail: float = 0.0, least: float = 0.0) -> Figure
     figure, or one with larger text, is made as high. ``detail``: cells per inch; for many cells the resolution rises,
     up to 300 dots per inch, so that each cell has a dot.
     """
-    from matplotlib.figure import Figure
-
-    from chaosdrill.plots._layout import FittedLayout
-
     figure = (_figures.get() or Figure)(figsize=size_of(height, least), layout=FittedLayout())
     # labels and colour bars take their part of the width that the cells were counted over
     figure.set_dpi(float(np.clip(1.25 * detail, figure.dpi, max(figure.dpi, TUNING.densest))))
@@ -45,8 +43,6 @@ def new_figure(height: float, detail: float = 0.0, least: float = 0.0) -> Figure
 
 def size_of(height: float, least: float = 0.0) -> tuple[float, float]:
     """Return the width and height in inches of a new figure with this default height; ``least`` as for `new_figure`."""
-    import matplotlib as mpl
-
     across, least = width(), least * font_size() / TUNING.font_size
     if is_changed("figure.figsize"):
         across, height = mpl.rcParams["figure.figsize"]
@@ -60,8 +56,6 @@ def is_narrow() -> bool:
 
 def font_size(part: float = 1.0) -> float:
     """Return a fraction of the size of text, in points."""
-    import matplotlib as mpl
-
     return part * float(mpl.rcParams["font.size"])
 
 
@@ -106,22 +100,20 @@ def legend_outside(
 
 
 def legend_above(axes: Axes, columns: int = 6, handles: Sequence[Artist] | None = None, **options: Any) -> None:
-    """Put the legend above the axes, where it covers no data, in up to ``columns`` columns."""
-    handles = axes.get_legend_handles_labels()[0] if handles is None else handles
-    anchor: dict[str, Any] = {"bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2, "handlelength": 1.4}
-    legend = axes.legend(handles=handles, loc="lower left", ncols=columns, **anchor, **options)
-    _fitted(legend, handles, "lower left", columns)
+    """Put the legend above the axes, where it covers no data, in up to ``columns`` columns; none without entries."""
+    if handles := axes.get_legend_handles_labels()[0] if handles is None else handles:
+        anchor: dict[str, Any] = {"bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2, "handlelength": 1.4}
+        legend = axes.legend(handles=handles, loc="lower left", ncols=columns, **anchor, **options)
+        _fitted(legend, handles, "lower left", columns)
 
 
 def legend_inside(axes: Axes, handles: Sequence[Artist] | None = None, **options: Any) -> None:
-    """Put the legend inside the axes, where it covers least."""
-    handles = axes.get_legend_handles_labels()[0] if handles is None else handles
-    _fitted(axes.legend(handles=handles, **options), handles, options.get("loc"), 1)
+    """Put the legend inside the axes, where it covers least; none without entries."""
+    if handles := axes.get_legend_handles_labels()[0] if handles is None else handles:
+        _fitted(axes.legend(handles=handles, **options), handles, options.get("loc"), 1)
 
 
 def _fitted(legend: Legend, handles: Sequence[Artist], loc: Any, most: int) -> None:
-    from chaosdrill.plots._layout import Entries, entries, fit_legend
-
     entries[legend] = Entries(handles, loc, most)
     figure = legend.get_figure(root=True)
     assert figure is not None
@@ -130,8 +122,6 @@ def _fitted(legend: Legend, handles: Sequence[Artist], loc: Any, most: int) -> N
 
 def title_legend(legend: Legend, text: str, colour: str) -> None:
     """Give a fitted legend a title, broken into lines that fit the figure."""
-    from chaosdrill.plots._layout import entries
-
     text = "\n".join(filter(None, [entries[legend].title, text]))
     entries[legend].title = text
     legend.set_alignment("left")

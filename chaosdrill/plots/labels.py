@@ -4,6 +4,8 @@ import re
 from functools import lru_cache
 
 import numpy as np
+from matplotlib import rcParams
+from matplotlib.mathtext import MathTextParser
 
 from chaosdrill.dataset.references import mapping
 from chaosdrill.names import visible
@@ -42,9 +44,6 @@ def _with_unit(text: str, unit: str) -> str:
 @lru_cache(maxsize=64)
 def drawable(text: str) -> str:
     """Return a label whose formula matplotlib cannot read as the plain text that it was written in."""
-    from matplotlib import rcParams
-    from matplotlib.mathtext import MathTextParser
-
     if text.replace(r"\$", "").count("$") % 2 or rcParams["text.usetex"]:
         return text
     try:

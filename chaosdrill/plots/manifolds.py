@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.collections import LineCollection
 
 from chaosdrill.dataset.curves import CurveBreak
 from chaosdrill.plots._types import Artist, Axes, Dataset, Figure, States
@@ -74,8 +75,6 @@ def manifolds(*datasets: Dataset, over: Dataset | None = None, ax: Axes | None =
 
 def _draw(axes: Axes, datasets: Sequence[Dataset], places: tuple[int, int]) -> list[Artist]:
     """The curves, their breaks and the saddles; returns what the legend shows."""
-    from matplotlib.collections import LineCollection
-
     lines: dict[str, list[Any]] = {"unstable": [], "stable": []}
     breaks: dict[CurveBreak, list[Any]] = {kind: [] for kind in CurveBreak}
     saddles: list[Any] = []

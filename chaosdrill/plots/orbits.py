@@ -3,6 +3,8 @@
 from typing import Any
 
 import numpy as np
+from matplotlib.patches import Circle
+from matplotlib.transforms import blended_transform_factory
 
 from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.plots._types import Axes, Complexes, Dataset, Figure, Floats, States
@@ -207,7 +209,7 @@ def orbits(dataset: Dataset, *, ax: Axes | None = None, state: States = None) ->
     """
     section, period = dataset["section"].values, dataset["period"].values.astype(np.int64)
     stable = dataset["stable"].values != 0
-    values = dataset["multiplier_real"].values + 1j * dataset["multiplier_imag"].values
+    values = _multipliers(dataset)
     figure = new_figure(4.0) if ax is None else owner(ax)
     shape: dict[str, Any] = {"nrows": 2} if is_narrow() else {"ncols": 2, "width_ratios": [1.5, 1.0]}
     left, *others = figure.subplots(**shape) if ax is None else [ax]
@@ -254,8 +256,6 @@ def unit_circle(axes: Axes, values: Complexes) -> int:
 
     Returns: how many of them lie outside the limits.
     """
-    from matplotlib.patches import Circle
-
     finite = values[np.isfinite(values)]
     size = np.maximum(np.abs(finite.real), np.abs(finite.imag))
     near = size[size <= TUNING.widened_up_to]
@@ -282,7 +282,7 @@ def multipliers(dataset: Dataset) -> Figure:
     each period; along the bottom stand the special points at which no multiplier crosses the circle.
     """
     name = swept(dataset)[0]
-    values = dataset["multiplier_real"].values + 1j * dataset["multiplier_imag"].values
+    values = _multipliers(dataset)
     figure = new_figure(6.4, least=4.6)
     grid = figure.add_gridspec(2, 2, height_ratios=[1.7, 1.0], width_ratios=[1.75, 1.0])
     plane = figure.add_subplot(grid[0, :] if is_narrow() else grid[0, 0])
@@ -326,8 +326,6 @@ def _crossing(values: Complexes, kind: str) -> Complexes:
 
 
 def _moduli(axes: Axes, dataset: Dataset, name: str, moduli: Floats) -> None:
-    from matplotlib.transforms import blended_transform_factory
-
     x, branch = dataset[name].values, dataset["branch"].values
     categories = period_categories([dataset])
     axes.axhline(1, color="0.35", linewidth=0.9, zorder=1)

@@ -1,6 +1,8 @@
 """Colours, shades, dashes and markers: distinct in colour, to colour-blind readers and in grey."""
 
+import matplotlib as mpl
 import numpy as np
+from matplotlib.colors import LinearSegmentedColormap, ListedColormap
 
 from chaosdrill.plots._types import Colormap
 
@@ -52,14 +54,9 @@ EVENT_MARKERS = ("v", "o", "s", "D", "^", "P", "X")
 
 def diverging() -> Colormap:
     """Return the colours of a quantity with a sign: blue below zero, brown above, equally dark at equal distance."""
-    from matplotlib.colors import LinearSegmentedColormap
-
     return LinearSegmentedColormap.from_list("diverging", [*BELOW, _ZERO, *_ABOVE])
 
 
 def sequential() -> Colormap:
     """Return the colours of a quantity from small (light) to large (dark): viridis without its darkest end."""
-    import matplotlib as mpl
-    from matplotlib.colors import ListedColormap
-
     return ListedColormap(mpl.colormaps["viridis_r"](np.linspace(0, 0.9, 256)), "sequential")

@@ -10,6 +10,8 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+import numpy as np
+
 from chaosdrill.dataset.dates import undated
 from chaosdrill.dataset.label import axes_of
 from chaosdrill.dataset.schema import RUN, STARTS_OF_RUNS, SWEEP, table_of
@@ -18,6 +20,9 @@ from chaosdrill.names import brief, visible
 from chaosdrill.plots._types import Axes, Dataset, Figure, States
 from chaosdrill.plots.animation import MOVING, animate
 from chaosdrill.plots.contents import SINGLE, fits, in_si, limits, settings, swept
+from chaosdrill.plots.figures import made_by
+from chaosdrill.plots.markers import failures, tell, tell_on
+from chaosdrill.plots.style import keep_ticks, lettering, saved_alike, style
 from chaosdrill.typed import AXES, NAMED, PATH, SWITCH, TEXT, expecting
 
 FORMATS = ("png", "pdf", "svg")
@@ -86,8 +91,6 @@ class Picture:
 
     def suits(self, dataset: Dataset) -> bool:
         """Return whether the picture can be drawn of this dataset."""
-        import numpy as np
-
         return (
             dataset.attrs.get("kind") == self.kind
             and dataset.sizes.get("state", self.states) >= self.states
@@ -133,9 +136,6 @@ def _complete(function: F) -> F:
 
     @wraps(function)
     def drawn(*datasets: Dataset, **options: Any) -> Figure:
-        from chaosdrill.plots.markers import failures, tell, tell_on
-        from chaosdrill.plots.style import keep_ticks, lettering, style
-
         if options.get("over") is not None:
             options["over"] = in_si(options["over"])
         ax = options.get("ax")
@@ -193,8 +193,6 @@ def plot(
     """
     import xarray as xr
     from matplotlib import pyplot
-
-    from chaosdrill.plots.figures import made_by
 
     if isinstance(ds, xr.DataTree) and "kind" in ds.attrs:
         ds = ds.to_dataset()
@@ -364,7 +362,6 @@ def plot_archive(
     from chaosdrill.archive import open as open_archive
     from chaosdrill.archive.digest import error_context
     from chaosdrill.plots.contents import OtherCountError
-    from chaosdrill.plots.style import saved_alike
 
     if output is not None and fspath(output) == "-":
         raise SettingsError("output is '-', but pictures are files, one or several; name one, such as figure.png")

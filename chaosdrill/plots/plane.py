@@ -5,6 +5,11 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import to_rgb
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from chaosdrill.errors import SettingsError
@@ -120,8 +125,6 @@ class Plane:
         dotted : (ndarray, Category), optional
             Cells that are hatched over their colour, and their category.
         """
-        from matplotlib.cm import ScalarMappable
-
         codes, ended = by_outcome(self._dataset)
         categories = [NO_RESULT if category.name in MOTIONS else category for category in ended]
         codes[np.isfinite(values.values)] = -1
@@ -200,8 +203,6 @@ def draw_cells(
     names : bool, default True
         Whether large regions carry the short name of their category.
     """
-    from matplotlib.colors import to_rgb
-
     shown = np.zeros((*codes.shape, 3), dtype=np.float32) if colours is None else colours.copy()
     for index, category in enumerate(categories):
         shown[codes == index] = to_rgb(category.colour)
@@ -221,9 +222,6 @@ def hatch(axes: Axes, x: Floats, y: Floats, mask: Truths, category: Category, si
 
     It is one patch, continuous across neighbours. A grid finer than a point is hatched at every point.
     """
-    from matplotlib.patches import PathPatch
-    from matplotlib.path import Path
-
     coarse = _sample(x, y, mask, size)
     if mask.shape[0] > coarse.shape[0] or mask.shape[1] > coarse.shape[1]:
         x, y, mask = *_even(x, y, coarse), coarse
@@ -240,8 +238,6 @@ def hatch(axes: Axes, x: Floats, y: Floats, mask: Truths, category: Category, si
 
 def legend_entry(category: Category) -> Patch:
     """Return the legend's handle of a category."""
-    from matplotlib.patches import Patch
-
     name, colour, ink = category.name, category.colour, category.ink
     return Patch(facecolor=colour, hatch=category.hatch, edgecolor=ink, linewidth=0, label=name)
 
@@ -262,7 +258,6 @@ def _even(x: Floats, y: Floats, sampled: NDArray[Any]) -> tuple[Floats, Floats]:
 
 def _name(axes: Axes, x: Floats, y: Floats, mask: Truths, category: Category) -> None:
     """Write a category's short text into the largest connected regions of a mask, where its box fits."""
-    from matplotlib.patheffects import withStroke
     from scipy import ndimage
 
     size = font_size(TUNING.region_text)

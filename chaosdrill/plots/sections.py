@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+from matplotlib.transforms import blended_transform_factory
 
 from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.plots._types import Axes, Dataset, Figure, Floats, Integers, States, Truths
@@ -57,8 +58,7 @@ def bifurcation(dataset: Dataset, *, ax: Axes | None = None, state: States = Non
     for panel in panels[: len(heights) - 1]:
         _shade(panel, edges, lost, NO_RESULT)
     _section(panels[0], dataset, sweep, states[..., index], edges, lost)
-    if panels[0].get_legend_handles_labels()[0]:
-        (legend_above if ax is None else legend_inside)(panels[0])
+    (legend_above if ax is None else legend_inside)(panels[0])
     panels[0].set_ylabel(state_label(dataset, index))
     panels[-1].set(xlabel=axis_label(dataset, sweep), xlim=limits)
     if ax is not None:
@@ -140,8 +140,6 @@ def varies(values: Floats, states: Floats) -> bool:
 
 
 def _spectrum(panel: Axes, dataset: Dataset, sweep: str) -> None:
-    from matplotlib.transforms import blended_transform_factory
-
     exponents = dataset["lyapunov_exponent"].transpose(sweep, "seed", "exponent").values
     x = dataset[sweep].values
     foot = blended_transform_factory(panel.transData, panel.transAxes)

@@ -3,9 +3,10 @@
 from typing import Any
 
 import numpy as np
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from chaosdrill.dataset.outcomes import flag_names
-from chaosdrill.plots._types import Artist, Axes, Dataset, Figure, Floats
+from chaosdrill.plots._types import Artist, Axes, Dataset, Figure, Floats, Line2D, Patch
 from chaosdrill.plots.categories import FURTHER, Category, attractor_category
 from chaosdrill.plots.contents import swept
 from chaosdrill.plots.figures import legend_inside, legend_outside, one_panel
@@ -32,9 +33,6 @@ def shares(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     edge if there are at most 60 values. A marker shows what becomes of an attractor that ends within the sweep; on a
     band without width the attractor exists, though no start leads to it.
     """
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
     (name,) = swept(dataset)
     order = np.argsort(dataset[name].values, kind="stable")
     ordered = dataset.isel({name: order}).transpose(name, "attractor", ...)
@@ -113,8 +111,6 @@ def uncertain_fraction(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     Both axes are logarithmic; bars are two standard errors. The slope of the line is the uncertainty exponent, which
     the legend gives; the title gives the entropies.
     """
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
-
     figure, axes = one_panel(ax, 3.6)
     distance, part, error = (
         dataset[name].values for name in ("distance", "uncertain_fraction", "uncertain_fraction_error")

@@ -7,9 +7,14 @@ from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from typing import Any, cast
 
-from chaosdrill.errors import SettingsError
+import matplotlib as mpl
+
 from chaosdrill.plots._types import Figure
 from chaosdrill.plots.tuning import TUNING
+
+# by any name, of which the types of matplotlib know some
+_settings = cast("MutableMapping[str, Any]", mpl.rcParams)
+_defaults = cast("Mapping[str, Any]", mpl.rcParamsDefault)
 
 WIDTH = 7.2
 """Of a figure in inches."""
@@ -71,13 +76,12 @@ class _Turn:
 
     @contextmanager
     def holding(self, wanted: Callable[[], dict[str, Any]]) -> Iterator[None]:
-        current = _settings()
         with self._lock:
             self._owner = threading.get_ident()
             settings = wanted()
-            before = {name: current[name] for name in settings}
-            current.update(settings)
-            self._before.append((before, {name: current[name] for name in settings}))
+            before = {name: _settings[name] for name in settings}
+            _settings.update(settings)
+            self._before.append((before, {name: _settings[name] for name in settings}))
             try:
                 yield
             finally:
@@ -93,27 +97,8 @@ class _Turn:
 
 def _restore(before: dict[str, Any], set_to: dict[str, Any]) -> None:
     """Undo settings that have not been changed since."""
-    current = _settings()
     # never all settings at once: a backend that is chosen meanwhile has some of its own, such as being interactive
-    current.update({name: value for name, value in before.items() if current[name] == set_to[name]})
-
-
-def _settings() -> MutableMapping[str, Any]:
-    """Matplotlib's present settings, by any name."""
-    try:
-        import matplotlib as mpl
-    except UnicodeDecodeError as fault:
-        raise SettingsError(
-            "matplotlib cannot start, since its settings are not text: a file 'matplotlibrc' in the working directory, "
-            f"in $MATPLOTLIBRC or in the user's folder of settings; correct or remove it ({fault})"
-        ) from fault
-    return cast("MutableMapping[str, Any]", mpl.rcParams)
-
-
-def _defaults() -> Mapping[str, Any]:
-    import matplotlib as mpl
-
-    return cast("Mapping[str, Any]", mpl.rcParamsDefault)
+    _settings.update({name: value for name, value in before.items() if _settings[name] == set_to[name]})
 
 
 _turn = _Turn()
@@ -159,39 +144,38 @@ def lettering() -> AbstractContextManager[None]:
 
 def is_changed(name: str) -> bool:
     """Return whether a setting of matplotlib differs from its default, and so was chosen by the user."""
-    return bool(_settings()[name] != _defaults()[name])
+    return bool(_settings[name] != _defaults[name])
 
 
 def _of_user() -> dict[str, Any]:
     look = {name: value for name, value in _LOOK.items() if not is_changed(name)}
-    size = float(look.get("font.size", _settings()["font.size"]))
+    size = float(look.get("font.size", _settings["font.size"]))
     sizes = {name: part * size for name, part in _SIZES.items() if not is_changed(name)}
     return look | sizes | _PAPER | _letters()
 
 
 def _of_nobody() -> dict[str, Any]:
-    changed = [name for name in _settings() if not name.startswith(_NOT_OF_PICTURES) and is_changed(name)]
+    changed = [name for name in _settings if not name.startswith(_NOT_OF_PICTURES) and is_changed(name)]
     sizes = {name: part * TUNING.page_font_size for name, part in _SIZES.items()} | {"font.size": TUNING.page_font_size}
-    default = {name: _defaults()[name] for name in changed}
+    default = {name: _defaults[name] for name in changed}
     return default | _LOOK | sizes | _PAPER | {"font.family": [_COMPLETE_FONT]}
 
 
 def _letters() -> dict[str, Any]:
     """Fonts that complement each other; TeX would fail at the letters, indices and signs of our labels."""
-    family = _settings()["font.family"]
+    family = _settings["font.family"]
     family = [family] if isinstance(family, str) else list(family)
     return {"font.family": [*family, *[_COMPLETE_FONT] * (_COMPLETE_FONT not in family)], "text.usetex": False}
 
 
 def keep_ticks(figure: Figure) -> None:
     """Give the present style to ticks that are made later, when the figure is drawn."""
-    current = _settings()
     for ax in figure.axes:
         for name in ("x", "y"):
             ax.tick_params(
                 axis=name,
-                labelsize=current[f"{name}tick.labelsize"],
-                color=current[f"{name}tick.color"],
-                labelcolor=current[f"{name}tick.color"],
-                labelfontfamily=current["font.family"],
+                labelsize=_settings[f"{name}tick.labelsize"],
+                color=_settings[f"{name}tick.color"],
+                labelcolor=_settings[f"{name}tick.color"],
+                labelfontfamily=_settings["font.family"],
             )

@@ -5,9 +5,10 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from matplotlib.colors import to_hex
 
 from chaosdrill.dataset.outcomes import flag_names
-from chaosdrill.plots._types import Artist, Axes, Dataset, Figure, States
+from chaosdrill.plots._types import Artist, Axes, Dataset, Figure, Line2D, Patch, States
 from chaosdrill.plots.contents import places_of
 from chaosdrill.plots.curve import (
     Curve,
@@ -100,8 +101,6 @@ def _summary(quadratures: list[str], runs: list[Dataset], modes: dict[int, str],
 
 def _unused(axes: Axes) -> list[str]:
     """Colours of runs that nothing on the axes has: a run that is drawn over another one is told from it."""
-    from matplotlib.colors import to_hex
-
     marks: list[Any] = [row for marks in axes.collections for row in marks.get_facecolor()[:1]]
     lines: list[Any] = [line.get_color() for line in axes.lines]
     used = {to_hex(one) for one in (*lines, *marks)}
@@ -134,8 +133,6 @@ def _event_marker(number: int, name: str | None, colour: str | None) -> dict[str
 
 def _event_entries(runs: list[Dataset]) -> list[Artist]:
     """Entries of the legend for the kinds of events that any of the runs has."""
-    from matplotlib.lines import Line2D
-
     present = set().union(*(run["event_kind"].values.tolist() for run in runs))
     names = enumerate(flag_names(runs[0]["event_kind"]).items() if present else ())
     return [Line2D([], [], **_event_marker(place, readable(name), _GREY)) for place, (c, name) in names if c in present]
@@ -161,8 +158,6 @@ def _looks(curve: Curve, modes: dict[int, str]) -> dict[int, tuple[str, str]]:
 
 def _mode_entries(curve: Curve, modes: dict[int, str]) -> list[Artist]:
     """Entries of the legend for the modes that a run was in."""
-    from matplotlib.patches import Patch
-
     return [
         Patch(facecolor=colour, edgecolor="0.6", hatch=hatch, linewidth=0.5, label=f"{readable(modes[code])} (mode)")
         for code, (colour, hatch) in _looks(curve, modes).items()

@@ -5,7 +5,9 @@ from collections.abc import Mapping, Sequence
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from markupsafe import Markup
+from matplotlib.colors import to_hex
 
 from chaosdrill.annotations import Dataset
 from chaosdrill.reports.html import NOTHING, count, part, render
@@ -99,8 +101,6 @@ def explorer_data(dataset: Dataset, share: float = 1.0) -> tuple[dict[str, Any],
     Numbers are 32-bit floats in base64, axes 64-bit. Larger grids are thinned evenly in every direction, and the last
     points of longer sections are kept, which include a whole turn of every cycle that fits.
     """
-    import numpy as np
-
     from chaosdrill.plots.contents import in_si
     from chaosdrill.plots.labels import axis_label, seed_names, state_label
     from chaosdrill.plots.palette import LONGER_COLOUR, PERIOD_COLOURS
@@ -157,8 +157,6 @@ def _quantities(dataset: Dataset, axes: list[str]) -> list[str]:
 
 
 def _quantity(dataset: Dataset, name: str) -> dict[str, Any]:
-    import numpy as np
-
     variable = dataset[name]
     values = variable.values
     if "seed" not in variable.dims:
@@ -186,9 +184,6 @@ def _outcomes(dataset: Dataset) -> list[dict[str, Any]]:
 
 def _scales() -> dict[str, list[str]]:
     """Colours of a diverging and of a sequential scale, at even steps."""
-    import numpy as np
-    from matplotlib.colors import to_hex
-
     from chaosdrill.plots.palette import diverging, sequential
 
     at = np.linspace(0, 1, 33)
@@ -196,8 +191,6 @@ def _scales() -> dict[str, list[str]]:
 
 
 def _base64(values: Any, dtype: str) -> str:
-    import numpy as np
-
     with np.errstate(over="ignore", invalid="ignore"):
         return b64encode(np.ascontiguousarray(values, dtype=dtype).tobytes()).decode()
 

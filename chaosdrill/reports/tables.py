@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from math import log
 from typing import Any
 
+import numpy as np
 from markupsafe import Markup
 
 from chaosdrill.annotations import DataArray, Dataset, Variable
@@ -158,8 +159,6 @@ def motions(dataset: Dataset) -> Markup:
 
 def without_results(dataset: Dataset) -> Markup:
     """Number of points without an exponent."""
-    import numpy as np
-
     if "seed" not in dataset.dims:
         return NOTHING
     largest = _largest(dataset)
@@ -171,8 +170,6 @@ def without_results(dataset: Dataset) -> Markup:
 
 def intervals(dataset: Dataset) -> Markup:
     """Intervals of one parameter in which the first seed has the same kind of motion."""
-    import numpy as np
-
     if dataset.attrs.get("kind") != "bifurcation-diagram":
         return NOTHING
     parameter = str(dataset["outcome"].dims[0])
@@ -235,8 +232,6 @@ def _followed(dataset: Dataset) -> Markup:
 
 def _kinds(dataset: Dataset) -> Any:
     """Name of the motion of every point."""
-    import numpy as np
-
     names = flag_names(dataset["outcome"])
     codes, periods = dataset["outcome"].values, dataset["period"].values
     kinds = np.full(codes.shape, "", dtype=object)
@@ -482,8 +477,6 @@ def work_precision(dataset: Dataset) -> Markup:
 
 def _finite(dataset: Dataset, *names: str) -> Any:
     """The finite values of the first of some variables that a dataset has."""
-    import numpy as np
-
     values = next((dataset[name].values for name in names if name in dataset), np.empty(0))
     return values[np.isfinite(values)]
 

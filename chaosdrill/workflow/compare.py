@@ -7,6 +7,8 @@ within the error of the method; in chaos two runs diverge, and only averages agr
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from chaosdrill.annotations import DataArray, Dataset, DataTree, Variable
 from chaosdrill.archive.digest import DIGESTS
 from chaosdrill.dataset.outcomes import Outcome
@@ -158,8 +160,6 @@ def _shared_events(first: Dataset, second: Dataset) -> tuple[Dataset, Dataset]:
 
 def _shared_events_of_runs(first: Dataset, second: Dataset) -> tuple[Dataset, Dataset]:
     """The same run by run, where the events of all runs are concatenated."""
-    import numpy as np
-
     counts = [ds.get("event_count", ds["outcome"]).values for ds in (first, second)]
     fitting = counts[0].shape == counts[1].shape and all(
         (own >= 0).all() and own.sum() == ds.sizes.get("event", 0)
@@ -178,8 +178,6 @@ def _shared_events_of_runs(first: Dataset, second: Dataset) -> tuple[Dataset, Da
 def _attributes(
     path: str, name: str, first: dict[str, Any], second: dict[str, Any], passing: frozenset[str]
 ) -> list[Difference]:
-    import numpy as np
-
     def same(one: Any, other: Any) -> bool:
         # NetCDF gives back a list of one entry as that entry, and a table in JSON is the same in any order
         tables = mapping(one), mapping(other)
@@ -194,8 +192,6 @@ def _attributes(
 
 def _compared(path: str, name: str, first: Dataset, second: Dataset, exact: bool) -> tuple[list[Difference], str]:
     """The differences between one variable of both, and how it was compared."""
-    import numpy as np
-
     one, other = first.variables[name].values, second.variables[name].values
     texts = [values.dtype.kind in "OUT" for values in (one, other)]
     alike = any(texts) or one.dtype == other.dtype if exact else texts[0] == texts[1]
@@ -219,8 +215,6 @@ def _compared(path: str, name: str, first: Dataset, second: Dataset, exact: bool
 
 
 def _largest(one: Any, other: Any, differs: Any) -> float:
-    import numpy as np
-
     with np.errstate(invalid="ignore"):
         apart = np.abs(one.astype(float) - other.astype(float))[differs]
     # one side is NaN: no number says how far apart they are
@@ -244,8 +238,6 @@ def agreement(name: str, first: Dataset, second: Dataset) -> "tuple[str, np.ndar
     wrong : ndarray of bool
         True where the two disagree.
     """
-    import numpy as np
-
     table = table_of(str(second.attrs.get("kind")), map(str, second.variables))
     declared = table.get(name)
     rule, bar = ("", "") if declared is None else (declared.rule, declared.bar)
@@ -293,7 +285,6 @@ def _least(name: str, *both: Dataset) -> Any:
 
     The scale of a state that is zero except for round-off is that of the other records in the archive.
     """
-    import numpy as np
 
     def largest(variables: list[Any], axes: Any) -> Any:
         found = [np.nan_to_num(np.abs(v), posinf=1.0).max(axis=axes(v), initial=0.0) for v in variables]
@@ -331,8 +322,6 @@ def _in_both(name: str, first: Dataset, second: Dataset) -> bool:
 
 def _settled(first: Dataset, second: Dataset, variable: Variable) -> Any:
     """Where both runs are known to be regular, in the shape of a variable as far as its dimensions go."""
-    import numpy as np
-
     if second.attrs.get("kind") in _ORBITS:
         return True
     name = "attractor_outcome" if {"attractor", "attractor_number"} & set(variable.dims) else "outcome"
@@ -347,8 +336,6 @@ def _settled(first: Dataset, second: Dataset, variable: Variable) -> Any:
 
 def _spread(name: str, first: Dataset, second: Dataset, variable: Variable) -> "np.ndarray":
     """Standard error of the difference of two estimates, in the shape of the estimates."""
-    import numpy as np
-
     bars = second[name].variable
     total = np.hypot(np.nan_to_num(first[name].values), np.nan_to_num(bars.values))
     wide = bars.copy(data=total).set_dims(dict(variable.sizes)).transpose(*variable.dims)
@@ -362,8 +349,6 @@ def _spread(name: str, first: Dataset, second: Dataset, variable: Variable) -> "
 
 def _parting(dim: str, first: Dataset, second: Dataset, bound: float) -> tuple[Any, Any]:
     """Row from which two recorded runs have diverged, and where they did so by a jump instead of gradually."""
-    import numpy as np
-
     name = LEADERS[dim]
     if not _in_both(name, first, second):
         return None, None
@@ -388,8 +373,6 @@ def _recorded(
     name: str, first: Dataset, second: Dataset, wrong: "np.ndarray", loose: "np.ndarray", bound: float
 ) -> "tuple[str, np.ndarray]":
     """Records of runs that may be chaotic agree until they diverge gradually, and in their range thereafter."""
-    import numpy as np
-
     variable = second[name].variable
     dim = next(dim for dim in variable.dims if dim in LEADERS)
     parted, jump = _parting(dim, first, second, bound)
