@@ -6,6 +6,7 @@ import sys
 from dataclasses import replace
 
 import pytest
+from support.short_calls import short_calls
 
 import chaosdrill as cd
 from chaosdrill import progress
@@ -13,50 +14,12 @@ from chaosdrill.analysis.registry import analyses
 from chaosdrill.errors import SettingsError
 
 REST = cd.HybridSystem(name="rest", states="x", parameters={"k": 1.0}, modes={"on": {"x": "1 - k*x"}})
-CALLS = {
-    "trajectory": lambda system, **shown: cd.trajectory(system, periods=3, samples=2, **shown),
-    "poincare section": lambda system, **shown: cd.poincare_section(system, periods=3, **shown),
-    "zero one test": lambda system, **shown: cd.zero_one_test(system, periods=64, max_period=2, **shown),
-    "regularity": lambda system, **shown: cd.regularity(system, periods=64, max_period=2, **shown),
-    "dimensions": lambda system, **shown: cd.dimensions(system, periods=200, max_period=2, **shown),
-    "finite time exponents": lambda system, **shown: cd.finite_time_exponents(system, periods=4, windows=[1], **shown),
-    "covariant vectors": lambda system, **shown: cd.covariant_vectors(
-        system, periods=4, forward=2, backward=2, **shown
-    ),
-    "transient chaos": lambda system, **shown: cd.transient_chaos(
-        system, periods=4, random={"count": 3, "seed": 1, "x": (0.0, 0.2)}, **shown
-    ),
-    "lyapunov spectrum": lambda system, **shown: cd.lyapunov_spectrum(system, periods=4, **shown),
-    "bifurcation diagram": lambda system, **shown: cd.bifurcation_diagram(
-        system, {"omega": [3.3, 3.4]}, transient=2, periods=4, max_period=2, seeds=[{}], follow="both", **shown
-    ),
-    "parameter chart": lambda system, **shown: cd.parameter_chart(
-        system, {"omega": [3.3], "zeta": [0.1, 0.2]}, transient=2, periods=4, max_period=2, **shown
-    ),
-    "basins": lambda system, **shown: cd.basins(
-        system, {"x": [0.0], "v": [0.1, 0.2]}, transient=2, periods=4, max_period=2, **shown
-    ),
-    "basin measures": lambda system, **shown: cd.basin_measures(
-        system, {"x": [0.0], "v": [0.1, 0.2]}, transient=2, periods=4, max_period=2, **shown
-    ),
-    "attractors": lambda system, **shown: cd.attractors(
-        system, {"omega": [3.3, 3.4]}, initial={"x": [0.0, 0.1]}, transient=2, periods=4, max_period=2, **shown
-    ),
-    "edge states": lambda system, **shown: cd.edge_states(
-        system, initial=[{"x": 0.0}, {"x": 0.1}], transient=2, periods=4, max_period=2, **shown
-    ),
-    "periodic orbit": lambda system, **shown: cd.periodic_orbit(system, start="search", max_period=1, **shown),
-    "continue orbit": lambda system, **shown: cd.continue_orbit(
-        system, {"omega": (3.3, 3.31)}, doublings=0, transient=50, **shown
-    ),
-    "manifolds": lambda system, **shown: cd.manifolds(
-        system, {"x": -0.2, "v": 0.0}, of="unstable", length=0.1, spacing=0.1, **shown
-    ),
-    "equilibria": lambda _, **shown: cd.equilibria(REST, {"k": (0.5, 2.0)}, region={"x": (0, 3)}, **shown),
-    "work precision": lambda system, **shown: cd.work_precision(
-        system, periods=2, methods=["taylor"], tolerances=[1e-6], repeats=1, **shown
-    ),
-}
+CALLS = short_calls(("x", [0.0, 0.1]), ("v", [0.1, 0.2]), ("omega", [3.3, 3.4]), ("zeta", [0.1, 0.2]))
+CALLS["equilibria"] = {"sweep": {"k": (0.5, 2.0)}, "region": {"x": (0, 3)}}
+
+
+def call(name, system, **shown):
+    return getattr(cd, name)(REST if name == "equilibria" else system, **CALLS[name], **shown)
 
 
 class Terminal(io.StringIO):
@@ -82,33 +45,33 @@ def look(monkeypatch):
 
 
 def test_every_analysis_is_called():
-    assert {entry.function.replace("_", " ") for entry in analyses().values()} == set(CALLS)
+    assert {entry.function for entry in analyses().values()} == set(CALLS)
 
 
 @pytest.mark.parametrize("name", CALLS)
 def test_lines_for_who_asks(oscillator, name, capsys):
-    CALLS[name](oscillator, progress=True)
+    call(name, oscillator, progress=True)
     begins, *_, last = capsys.readouterr().err.splitlines()
+    name = name.replace("_", " ")
     assert begins == f"{name}: started"
     assert last.startswith(f"{name}: 100 %")
 
 
-@pytest.mark.parametrize("name", ["lyapunov spectrum", "bifurcation diagram"])
+@pytest.mark.parametrize("name", ["lyapunov_spectrum", "bifurcation_diagram"])
 def test_a_bar_for_who_looks(oscillator, name, look):
     terminal = look()
-    run = CALLS[name]
-    run(oscillator, progress=False)
+    call(name, oscillator, progress=False)
     told = []
-    run(oscillator, progress=lambda *call: told.append(call))
+    call(name, oscillator, progress=lambda *given: told.append(given))
     assert told[-1][0] == told[-1][1]
     assert not terminal.getvalue()
-    run(oscillator)
-    assert f"{name}: 100 %|####################|" in terminal.getvalue()
+    call(name, oscillator)
+    assert f"{name.replace('_', ' ')}: 100 %|####################|" in terminal.getvalue()
     assert terminal.getvalue().endswith("\n")
 
 
 def test_nothing_where_nobody_looks(oscillator, capsys):
-    CALLS["bifurcation diagram"](oscillator)
+    call("bifurcation_diagram", oscillator)
     assert capsys.readouterr() == ("", "")
 
 

@@ -4,6 +4,7 @@ import inspect
 from pathlib import Path
 
 import pytest
+from support.short_calls import short_calls
 
 import chaosdrill as cd
 
@@ -23,6 +24,7 @@ PUSHED = cd.HybridSystem(
     name="p", states=["x"], time="t", parameters={"f": 0.0}, modes={"on": {"x": "f - x"}}, period="2*pi"
 )
 REST = cd.HybridSystem(name="r", states=["x"], parameters={"k": 1.0}, modes={"on": {"x": "-k*x"}})
+CALLS = short_calls(("x", [0.0, 0.1]), ("v", [0.1, 0.2]), ("omega", [2.5, 2.6]), ("e", [0.7, 0.8]))
 RIGHT = {
     "HybridSystem": {"name": "d", "states": ["x"], "parameters": {"k": 1.0}, "modes": {"on": {"x": "-k*x"}}},
     "Transition": {"name": "hit", "source": "on", "target": "on", "guard": "x", "direction": 1},
@@ -39,26 +41,8 @@ RIGHT = {
     "check": {"scene": "scene.toml"},
     "list_names": {"topic": "systems"},
     "new_scene": {"model": "lorenz"},
-    "trajectory": {"system": SYSTEM, "periods": 1},
-    "poincare_section": {"system": SYSTEM, "periods": 1},
-    "zero_one_test": {"system": SYSTEM, "periods": 64},
-    "regularity": {"system": SYSTEM, "periods": 64},
-    "dimensions": {"system": SYSTEM, "periods": 200},
-    "finite_time_exponents": {"system": SYSTEM, "periods": 1},
-    "covariant_vectors": {"system": SYSTEM, "periods": 1},
-    "transient_chaos": {"system": SYSTEM, "periods": 1, "initial": [{"x": 0.0}]},
-    "lyapunov_spectrum": {"system": SYSTEM, "periods": 1},
-    "bifurcation_diagram": {"system": SYSTEM, "sweep": {"omega": [2.5]}, "transient": 1, "periods": 2},
-    "parameter_chart": {"system": SYSTEM, "sweep": {"omega": [2.5], "e": [0.8]}, "transient": 1, "periods": 2},
-    "basins": {"system": SYSTEM, "grid": {"x": [0.0], "v": [0.1]}, "transient": 1, "periods": 2},
-    "attractors": {"system": SYSTEM, "sweep": {"omega": [2.5]}, "initial": [[0, 1]], "transient": 1, "periods": 2},
-    "basin_measures": {"system": SYSTEM, "grid": {"x": [0.0], "v": [0.1]}, "transient": 1, "periods": 2},
-    "edge_states": {"system": SYSTEM, "initial": [{"x": 0.0}, {"x": 0.1}], "transient": 1, "periods": 2},
-    "periodic_orbit": {"system": SYSTEM},
-    "continue_orbit": {"system": SYSTEM, "sweep": {"omega": (2.5, 2.6)}},
-    "manifolds": {"system": SYSTEM, "of": "unstable", "length": 0.1},
+    **{name: {"system": SYSTEM, **given} for name, given in CALLS.items()},
     "equilibria": {"system": REST, "sweep": {"k": (0.5, 2.0)}},
-    "work_precision": {"system": SYSTEM, "periods": 1},
     "run": {"scene": "scene.toml", "output": "out.nc"},
     "system": {"result": "own.nc"},
     "info": {"path": "own.nc"},
