@@ -1,7 +1,7 @@
 """Pictures: their declaration, the choice for a result or an archive, and the functions that draw them."""
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial, wraps
 from inspect import signature
@@ -236,8 +236,13 @@ def _lacks(ds: Dataset) -> str | None:
             for one in placeholders.get(dim, () if dim.startswith("{") else (dim,)):
                 if one not in variable.dims:
                     return f"ds has one entry of {one!r} alone; select it as a list, as in ds.isel({one}=[0])"
-    empty = [dim for dim, size in ds.sizes.items() if not size]
-    return f"ds has no entry of {empty[0]!r}; select some, as in ds.isel({empty[0]}=[0])" if empty else None
+    return _without_entries(ds, map(str, ds.sizes))
+
+
+def _without_entries(ds: Dataset, dims: Iterable[str]) -> str | None:
+    """What to do where a dataset has no entry of one of some dimensions; None where it has."""
+    empty = next((dim for dim in dims if ds.sizes.get(dim) == 0), None)
+    return None if empty is None else f"ds has no entry of {empty!r}; select some, as in ds.isel({empty}=[0])"
 
 
 def _result_of(value: Any) -> str:
@@ -287,7 +292,9 @@ def _with_dimensions(ds: Dataset) -> Dataset:
 
 
 def _check_dimensions(ds: Dataset) -> None:
-    """Raise a SettingsError if several results have been combined into one dataset, which no picture separates."""
+    """Raise a SettingsError for no entry of a dimension, or for several results in one, which no picture separates."""
+    if told := _without_entries(ds, ("seed", "state", "exponent")):
+        raise SettingsError(told)
     kind = str(ds.attrs["kind"])
     ended = "outcome" in ds.variables and ds["outcome"].ndim > 0
     # the table of variables is that of all analyses, which a first picture need not wait for
