@@ -10,6 +10,7 @@ from typing import Any
 
 from chaosdrill.analysis.registry import FUNCTIONS
 from chaosdrill.declared import DISPLAYS, KEPT
+from chaosdrill.errors import check_environment
 from chaosdrill.version import __version__
 
 _HOME = {
@@ -99,6 +100,7 @@ def __getattr__(name: str) -> Any:
     if name not in _HOME:
         way = "" if name.startswith("_") else f"; {_meant(name)}"
         raise AttributeError(f"module 'chaosdrill' has no attribute {name!r}{way}")
+    check_environment()
     return getattr(import_module(_HOME[name]), name)
 
 

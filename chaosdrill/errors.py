@@ -1,8 +1,12 @@
 """The exceptions that users of chaosdrill meet."""
 
+import os
+
 from chaosdrill.names import visible
 
 __all__ = ["ArchiveError", "ChaosdrillError", "ModelError", "SceneError", "SettingsError", "StartWarning"]
+
+_LAST_SECOND = 253402300799
 
 
 class ChaosdrillError(Exception):
@@ -31,3 +35,17 @@ class StartWarning(UserWarning):
 
 class ArchiveError(ChaosdrillError):
     """An archive that cannot be read, written or compared."""
+
+
+def check_environment() -> None:
+    """Refuse a time of files that numpy or matplotlib would stop at later, in the midst of other work.
+
+    Raises `SettingsError` if ``SOURCE_DATE_EPOCH`` is set and is no whole number of seconds of a year up to 9999.
+    """
+    given = os.environ.get("SOURCE_DATE_EPOCH")
+    if given is None or (given.isascii() and given.isdigit() and len(given) <= 12 and int(given) <= _LAST_SECOND):
+        return
+    raise SettingsError(
+        f"the environment variable SOURCE_DATE_EPOCH is {given[:40]!r}; it must be the whole number of seconds since 1970 "
+        "that files are to be dated with, such as 1700000000: correct it, or remove it by: unset SOURCE_DATE_EPOCH"
+    )

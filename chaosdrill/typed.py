@@ -37,7 +37,10 @@ def _is_nested(value: Any) -> bool:
 
 
 PATH = Kind("the name of a file, as text or a pathlib.Path", _is_path)
-FOLDER = Kind("the name of a folder, as text or a pathlib.Path", lambda value: _is_path(value) and value != "")
+FOLDER = Kind(
+    "the name of a folder, as text or a pathlib.Path",
+    lambda value: _is_path(value) and value != "" and "\0" not in os.fspath(value),
+)
 RESULT = Kind("what an analysis returned", lambda value: not _is_path(value))
 TEXT = Kind("text", lambda value: isinstance(value, str))
 TABLE = Kind("a mapping of names to values, as in {'a': 0.3}", _is_table)

@@ -12,7 +12,7 @@ from chaosdrill.cli.commands import check, cite, info, list_names, new, plot, re
 from chaosdrill.cli.interrupts import second_one_ends
 from chaosdrill.cli.run import run
 from chaosdrill.cli.streams import emit_error, tell, usable_streams
-from chaosdrill.errors import ChaosdrillError, ModelError, SceneError, SettingsError
+from chaosdrill.errors import ChaosdrillError, ModelError, SceneError, SettingsError, check_environment
 from chaosdrill.version import __version__
 
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -51,6 +51,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.environ["MPLBACKEND"] = "agg"
     with usable_streams(), second_one_ends(INTERRUPTED, last=arguments is None):
         try:
+            check_environment()
             return chaosdrill.main(given, prog_name="chaosdrill", standalone_mode=False) or DONE
         except (Exception, KeyboardInterrupt) as fault:
             if (told := _told(fault)) is None:

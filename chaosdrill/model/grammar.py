@@ -30,6 +30,8 @@ _TOKEN = re.compile(
 _OR, _AND, _NOT, _COMPARE, _SUM, _PRODUCT, _UNARY, _POWER = range(1, 9)
 _LEVELS = {"or": _OR, "and": _AND, "+": _SUM, "-": _SUM, "*": _PRODUCT, "/": _PRODUCT, "**": _POWER}
 _LEVELS |= dict.fromkeys(("<", "<=", ">", ">=", "==", "!="), _COMPARE)
+_CASES = "write Piecewise(a, x > 0, b) for cases"
+_PAIRS = re.compile(r"[Pp]iecewise\s*+\(\s*+\(")
 _INSTEAD = {
     "^": "write ** for a power",
     "%": "write Mod(a, b) for a remainder",
@@ -204,7 +206,9 @@ class _Parser:
             raise ExpressionError(f"{self._shown()!r} ends where {expected} is to follow")
         hint = _INSTEAD.get(self.value, f"expected {expected}")
         if self.value in ("if", "else"):
-            hint = "write Piecewise((a, x > 0), (b, True)) for cases, or a mode for each case"
+            hint = f"{_CASES}, or a mode for each case"
+        elif self.value == "," and "')'" in expected and _PAIRS.search(self.text, 0, self.start):
+            hint = f"{_CASES}, without further parentheses"
         elif self.value == "," and self.text[self.start - 1 : self.start].isdigit():
             hint = "write a point for a decimal comma"
         elif self.kind == "name" and "')'" in expected:

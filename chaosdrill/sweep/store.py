@@ -100,8 +100,8 @@ class Store(Memory):
             "fingerprint": task.fingerprint(),
         }
         self._most = ChunkSizes(self.unit_bytes).most
+        _make(self.folder)
         with told(self.folder, "cannot be used for finished chunks"):
-            self.folder.mkdir(parents=True, exist_ok=True)
             self._check_manifest(plain(manifest))
             self.finished = self._vouched()
         self._check_room()
@@ -199,13 +199,27 @@ class Store(Memory):
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
+def _make(folder: Path) -> None:
+    """Make a folder unless it is there; ArchiveError where there can be none."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except FileExistsError as fault:
+        raise ArchiveError(f"{folder}: is no folder, and cannot hold finished chunks; name another one") from fault
+    except UnicodeError as fault:
+        letters = "the name has letters that names of files do not have here"
+        raise ArchiveError(f"{ascii(str(folder))}: {letters}; name another one") from fault
+    except OSError as fault:
+        remedy = "name one where files can be written"
+        raise ArchiveError(f"{folder}: this folder cannot be made ({fault.strerror}); {remedy}") from fault
+
+
 @contextmanager
 def told(folder: Path, what: str) -> Iterator[None]:
     """Turn a fault of the file system into an `ArchiveError` that says what was attempted in a folder."""
     try:
         yield
     except FileNotFoundError as fault:
-        raise ArchiveError(f"{folder}: {what}: the folder was removed or renamed during the run") from fault
+        raise ArchiveError(f"{folder}: {what}: the folder was removed or renamed during the run, or takes no files") from fault
     except (OSError, RuntimeError) as fault:
         reason = (isinstance(fault, OSError) and fault.strerror) or f"{fault} (is the disk full?)"
         raise ArchiveError(f"{folder}: {what}: {reason}; finished chunks are kept") from fault

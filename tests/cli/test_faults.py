@@ -373,6 +373,20 @@ def test_what_was_finished_is_found_again(tmp_path, monkeypatch):
     assert cd.verify(output).equal
 
 
+@pytest.mark.parametrize("seconds", ["abc", "", "-5", "1e9", "253402300800", "9" * 5000])
+def test_a_time_of_files_that_is_no_number(call, monkeypatch, seconds):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", seconds)
+    answer = call("list", "methods")
+    assert answer.code == 2
+    assert "SOURCE_DATE_EPOCH" in answer.err
+    assert "unset" in answer.err
+    assert answer.err.count("\n") == 1
+    with pytest.raises(cd.SettingsError, match="SOURCE_DATE_EPOCH"):
+        cd.open  # noqa: B018
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "253402300799")
+    assert call("list", "methods").code == 0
+
+
 @pytest.mark.parametrize("name", ["\ud800.nc", "a/\ud800/b.nc"])
 def test_a_name_that_no_file_can_have(tmp_path, monkeypatch, motion, name):
     monkeypatch.setattr("chaosdrill.workflow.run_scene.compute", lambda *_, **__: pytest.fail("it ran"))

@@ -191,5 +191,13 @@ def test_small_letters_are_read_for_branches(text, expected):
     assert read_text(write_text(expected), NAMES) == expected
 
 
+@pytest.mark.parametrize("text", ["Piecewise((x, x > 0), (-x, True))", "2*piecewise( (x, x > 0), (0, True))"])
+def test_pairs_of_sympy_get_the_way_that_works(text):
+    with pytest.raises(ExpressionError, match=r"write (Piecewise\(a, x > 0, b\)) for cases, without") as caught:
+        read_text(text, NAMES)
+    assert "comma" not in str(caught.value)
+    assert read_open_text("Piecewise(a, x > 0, b)").has(sympy.Piecewise)
+
+
 def test_a_parameter_may_be_called_as_such_a_function():
     assert {str(one) for one in read_open_text("mod*abs(y) + piecewise").free_symbols} == {"mod", "y", "piecewise"}

@@ -209,6 +209,23 @@ def test_full_disk_when_results_are_put_together(folder, whole, same, monkeypatc
     assert same(found, whole(TASK))
 
 
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("/proc/none", "cannot be made"),
+        ("/dev/null", "is no folder"),
+        ("/dev/null/below", "cannot be made"),
+        ("\ud800", "letters that names of files do not have"),
+        ("a" * 300, "cannot be made"),
+    ],
+)
+def test_a_folder_that_cannot_be(name, told):
+    with pytest.raises(ArchiveError, match=told) as caught:
+        Store(name, TASK)
+    assert "during the run" not in str(caught.value)
+    assert "name " in str(caught.value)
+
+
 @pytest.mark.parametrize("remove", [shutil.rmtree, lambda folder: folder.rename(folder.with_name("elsewhere"))])
 def test_the_folder_is_removed_during_the_work(folder, remove):
     begun = []
