@@ -12,6 +12,7 @@ from support.archives import diagram
 
 import chaosdrill as cd
 from chaosdrill.archive import save
+from chaosdrill.errors import SettingsError
 
 # 0 done, 1 failed or different, 2 a wrong scene or command line; never a traceback.
 
@@ -381,7 +382,7 @@ def test_a_time_of_files_that_is_no_number(call, monkeypatch, seconds):
     assert "SOURCE_DATE_EPOCH" in answer.err
     assert "unset" in answer.err
     assert answer.err.count("\n") == 1
-    with pytest.raises(cd.SettingsError, match="SOURCE_DATE_EPOCH"):
+    with pytest.raises(SettingsError, match="SOURCE_DATE_EPOCH"):
         cd.open  # noqa: B018
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "253402300799")
     assert call("list", "methods").code == 0
