@@ -105,6 +105,20 @@ def legend_above(axes: Axes, columns: int = 6, handles: Sequence[Artist] | None 
         anchor: dict[str, Any] = {"bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2, "handlelength": 1.4}
         legend = axes.legend(handles=handles, loc="lower left", ncols=columns, **anchor, **options)
         _fitted(legend, handles, "lower left", columns)
+        # the power of ten of the axis would stand where the legend begins
+        axes.yaxis.get_offset_text().set_horizontalalignment("right")
+
+
+def make_room_for_legends(figure: Figure, lines: int) -> None:
+    """Make a narrow figure higher by the lines of its legends beyond a number of them."""
+    if not is_narrow():
+        return
+    from chaosdrill.plots._layout import entries
+
+    legends = [legend for ax in figure.axes if (legend := ax.get_legend()) is not None]
+    found = sum(-(-len(entries[legend].labels) // entries[legend].columns) for legend in legends)
+    width, height = figure.get_size_inches()
+    figure.set_size_inches(width, height + TUNING.legend_line * font_size() / 72 * max(found - lines, 0))
 
 
 def legend_inside(axes: Axes, handles: Sequence[Artist] | None = None, **options: Any) -> None:

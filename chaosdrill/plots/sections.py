@@ -9,7 +9,16 @@ from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.plots._types import Axes, Dataset, Figure, Floats, Integers, States, Truths
 from chaosdrill.plots.categories import MOTIONS, NO_RESULT, Category, by_period
 from chaosdrill.plots.contents import places_of, settings, swept
-from chaosdrill.plots.figures import legend_above, legend_inside, legend_outside, new_figure, one_panel, owner, size_of
+from chaosdrill.plots.figures import (
+    legend_above,
+    legend_inside,
+    legend_outside,
+    make_room_for_legends,
+    new_figure,
+    one_panel,
+    owner,
+    size_of,
+)
 from chaosdrill.plots.labels import (
     axis_label,
     label,
@@ -69,6 +78,8 @@ def bifurcation(dataset: Dataset, *, ax: Axes | None = None, state: States = Non
         _rate(panels[-2], dataset, sweep)
     _periods(panels[-1], dataset, sweep, edges, row)
     panels[-1].set_xlim(*limits)
+    # one line each has room beside the panels
+    make_room_for_legends(figure, len(panels))
     figure.align_ylabels(panels[:-1])
     shown = ["section", *["exponents"] * has_spectrum, *["progression"] * has_rate]
     figure.set_label(f"{', '.join(shown)} and periods")
@@ -161,6 +172,11 @@ def _spectrum(panel: Axes, dataset: Dataset, sweep: str) -> None:
             text = f"{name} = −∞ at {len(there)} of {len(x)} points"
             panel.plot(there, height, "v", markersize=2.5, color=colour, transform=foot, label=text)
     panel.set_ylabel(label(dataset["lyapunov_exponent"]))
+    times = [dataset[name].values for name in ("return_time", "forcing_period") if name in dataset.variables]
+    between = np.concatenate([np.ravel(one[np.isfinite(one)]) for one in times] or [np.zeros(0)])
+    finite = exponents[np.isfinite(exponents)]
+    if between.size and np.abs(finite).max(initial=0.0) * between.max() < TUNING.visible_growth:
+        panel.set_ylim(-TUNING.zero_growth / between.max(), TUNING.zero_growth / between.max())
     # the shades are named above
     legend_above(panel, handles=[line for line in panel.get_lines() if str(line.get_label()).startswith("λ")])
 

@@ -19,6 +19,8 @@ class Tuning:
     """Width in inches, for text of the default size, below which panels are stacked: half is too narrow for labels."""
     low: float = 0.6
     """Height in inches, for text of the default size, below which a panel has no room for its label and its ticks."""
+    legend_line: float = 1.7
+    """Height of a line of a legend, in sizes of its text."""
     densest: float = 300.0
     """Dots an inch up to which the cells of a plane make a picture denser: no eye sees more."""
     most_panels: int = 12
@@ -87,6 +89,10 @@ class Tuning:
     """Largest number of seeds whose rows have names; more share the same height."""
     one_point: float = 1e-5
     """Extent, as a part of the size, that the digits of an axis do not show."""
+    visible_growth: float = 1e-9
+    """Logarithm of the growth between two points of the section below which exponents are those of rounding."""
+    zero_growth: float = 0.1
+    """The same at the ends of the axis of exponents that all are 0 but for rounding."""
     many_points: int = 5000
     """Number of points from which a vector format stores them as an image."""
     cobweb_steps: int = 40

@@ -79,6 +79,28 @@ def test_lost_exponents_are_marked_at_the_foot(diagram):
     assert np.isfinite(axes.get_ylim()).all()
 
 
+@pytest.mark.parametrize("unit", [1.0, 1e-3])
+def test_exponents_of_rounding_are_drawn_as_zero(diagram, unit):
+    """One rounding a period is no growth, in any unit of time; a growth of 1e-6 a period is one."""
+    diagram["forcing_period"] = 3.0 * unit
+    diagram["lyapunov_exponent"] *= 2**-52 / unit
+    low, high = bifurcation(diagram).axes[1].get_ylim()
+    assert min(-low, high) * unit > 0.01
+    diagram["lyapunov_exponent"] *= 2**32
+    low, high = bifurcation(diagram).axes[1].get_ylim()
+    assert (high - low) * unit < 1e-5
+
+
+def test_a_power_of_ten_stands_beside_the_legend(diagram):
+    diagram["lyapunov_exponent"] *= 1e-6
+    figure = bifurcation(diagram)
+    figure.draw_without_rendering()
+    axes = figure.axes[1]
+    power = axes.yaxis.get_offset_text()
+    assert power.get_text()
+    assert not power.get_window_extent().overlaps(axes.get_legend().get_window_extent())
+
+
 def test_of_a_cycle_one_turn_is_drawn(diagram):
     """100 points of periods 1 (51 of them) and 2 (49), and nothing at the one that escaped."""
     cycles, clouds = bifurcation(diagram).axes[0].get_lines()

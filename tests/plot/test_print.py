@@ -65,6 +65,17 @@ def test_panels_keep_room_in_a_low_figure_and_beside_large_text(request, which, 
         assert axes.bbox.height > 2.5 * settings["font.size"] * figure.dpi / 72
 
 
+def test_many_entries_of_legends_leave_a_diagram_its_room_in_a_column(diagram):
+    diagram["period"][:, 0] = np.arange(101) // 10
+    diagram["lyapunov_exponent"][40:50] = -np.inf
+    with mpl.rc_context({"figure.figsize": (COLUMN, 2.6), "font.size": 8.0}):
+        few, many = cd.plot(diagram.isel(q=slice(25))).figure, cd.plot(diagram).figure
+        for figure in (few, many):
+            figure.draw_without_rendering()
+    heights = [figure.axes[0].bbox.height / figure.dpi for figure in (few, many)]
+    assert heights[1] > 0.75 * heights[0]
+
+
 def test_a_long_word_beside_a_low_panel_shrinks_and_grows_back(ball):
     names = ["penetration of the mass", "penetration of the bit"]
     figure = cd.plot(ball.assign_coords(state_long_name=("state", names))).figure
