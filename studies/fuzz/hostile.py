@@ -11,13 +11,16 @@ what went wrong is kept beside it. The exit code is 1 if anything did.
 """
 
 import argparse
+import gzip
 import os
 import random
+import re
 import resource
 import signal
 import sys
 import tempfile
 import time
+import zlib
 from collections import Counter
 from collections.abc import Callable
 from multiprocessing.connection import Pipe
@@ -37,7 +40,7 @@ MOST_S = 60.0
 MOST_BYTES = 2**30
 MOST_HARMS = 4
 BUILDING_S = 10
-LAST = ["nest", "link_exponentially", "store_elsewhere", "compose", "refer", "bytes_of_it"]
+LAST = ["nest", "link_exponentially", "store_elsewhere", "compose", "refer", "bytes_of_it", "bytes_of_an_index", "exchange"]
 """What is done to a file at its end, in this order."""
 
 SECRET = "of somebody else"
@@ -331,6 +334,113 @@ def bytes_of_it(file: h5py.File, chance: Chance, other: Path) -> None:
             raw.write(chance.randbytes(chance.choice([1, 4])))
 
 
+@harm
+def index(file: h5py.File, chance: Chance, other: Path) -> None:
+    """Chunks of a few bytes in each kind of index: trees, arrays that grow, fixed ones, none."""
+    limits = chance.choice([(None,), (None, None), (4000,), (64, 64)])
+    shape = tuple(size or chance.choice([40, 300] if len(limits) > 1 else [40, 20_000]) for size in limits)
+    how = {"fillvalue": 1} if chance.random() < 0.5 else {"compression": "gzip"}
+    made = variable(file, chance, shape, "u1", chunks=(1,) * len(shape), maxshape=limits, **how)
+    step = chance.choice([1, 37])
+    made[::step] = 2
+
+
+@harm
+def inflate(file: h5py.File, chance: Chance, other: Path) -> None:
+    """Chunks that inflate to far more than they are declared to hold, once or filter upon filter."""
+    count = chance.choice([1, 1, 2, 3, 12])
+    made = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    made.set_chunk((1000,))
+    for _ in range(count):
+        made.set_deflate(9)
+    name = name_in(group := group_of(file, chance), chance).encode()
+    dataset = h5py.h5d.create(group.id, name, h5py.h5t.NATIVE_UINT8, h5py.h5s.create_simple((1000,)), made)
+    data = bytes(chance.choice([1000, 10**6, 2 * 10**8]))
+    for _ in range(count):
+        data = zlib.compress(data, 9)
+    dataset.write_direct_chunk((0,), data[: chance.choice([None, -1, 20])])
+
+
+@harm
+def compact(file: h5py.File, chance: Chance, other: Path) -> None:
+    """Values within the header of a variable, or room for them that is taken early or late."""
+    made = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    made.set_layout(chance.choice([h5py.h5d.COMPACT, h5py.h5d.CONTIGUOUS]))
+    size = chance.choice([0, 1, 60_000, 10**6])
+    name = name_in(group := group_of(file, chance), chance).encode()
+    kind = chance.choice([h5py.h5t.NATIVE_UINT8, h5py.h5t.UNIX_D32LE, h5py.h5t.STD_B64BE, h5py.h5t.IEEE_F32BE])
+    h5py.h5d.create(group.id, name, kind, h5py.h5s.create_simple((size,)), made)
+
+
+@harm
+def crowd(file: h5py.File, chance: Chance, other: Path) -> None:
+    """A group whose names and attributes lie in heaps of their own."""
+    parent = group_of(file, chance)
+    group = parent.create_group(name_in(parent, chance), track_order=chance.random() < 0.5)
+    for i in range(chance.choice([3, 300])):
+        group.attrs[f"more{i}"] = "x" * chance.choice([1, 5000])
+        if chance.random() < 0.3:
+            group[f"scalar{i}"] = float(i)
+
+
+@harm
+def name_types(file: h5py.File, chance: Chance, other: Path) -> None:
+    """Types with names that hold attributes of their own type, or of each other's, and of references to each other."""
+    one, two = (f"type{chance.randrange(10**6)}" for _ in range(2))
+    file[one], file[two] = np.dtype([("a", "f8"), ("b", h5py.ref_dtype)]), h5py.vlen_dtype(h5py.vlen_dtype("u1"))
+    for at, of in chance.choice([[(one, one)], [(one, two), (two, one)], [("/", two), (two, two)]]):
+        h5py.h5a.create(file[at].id, b"of", file[of].id, h5py.h5s.create_simple((chance.choice([1, 1000]),)))
+    if chance.random() < 0.5:
+        group_of(file, chance).create_dataset(f"typed{chance.randrange(100)}", (3,), file[one])
+
+
+@harm
+def attribute_of_a_type(file: h5py.File, chance: Chance, other: Path) -> None:
+    """An attribute of a type that no archive has, with or without a value."""
+    members = {f"m{i}" * chance.choice([1, 200]): i for i in range(chance.choice([1, 2000]))}
+    deep = h5py.h5t.array_create(h5py.h5t.array_create(h5py.h5t.NATIVE_DOUBLE, (8,)), (8,) * chance.choice([1, 3]))
+    kinds = [deep, h5py.h5t.vlen_create(h5py.h5t.vlen_create(h5py.h5t.NATIVE_UINT8)), h5py.h5t.STD_REF_DSETREG]
+    kinds += [h5py.h5t.py_create(h5py.enum_dtype(members, "i4")), h5py.h5t.UNIX_D64BE, h5py.h5t.vlen_create(deep)]
+    space = h5py.h5s.create(chance.choice([h5py.h5s.SCALAR, h5py.h5s.NULL]))
+    h5py.h5a.create(thing_of(file, chance).id, b"typed", chance.choice(kinds), space)
+
+
+@harm
+def many_dimensions(file: h5py.File, chance: Chance, other: Path) -> None:
+    """As many dimensions as HDF5 has, of length 1, 2 or 0."""
+    group = group_of(file, chance)
+    shape = tuple(chance.choice([1, 1, 1, 1, 2, 0]) for _ in range(chance.choice([5, 17, 32])))
+    chunks = None if 0 in shape or chance.random() < 0.5 else tuple(1 for _ in shape)
+    group.create_dataset(name_in(group, chance), shape, "u1", chunks=chunks)
+
+
+@harm
+def bytes_of_an_index(file: h5py.File, chance: Chance, other: Path) -> None:
+    """Bytes of a heap, a tree or a header, which lead from one part of the file to the next."""
+    file.flush()
+    content = Path(file.filename).read_bytes()
+    marks = [b"TREE", b"SNOD", b"HEAP", b"GCOL", b"FRHP", b"FHDB", b"FHIB", b"BTHD", b"BTLF", b"BTIN", b"OHDR", b"OCHK"]
+    marks += [b"EAHD", b"EAIB", b"FAHD", b"FADB"]
+    places = [found.start() for mark in marks for found in re.finditer(mark, content)]
+    with open(file.filename, "r+b") as raw:
+        for _ in range(chance.choice([1, 1, 5])):
+            place = chance.choice(places) + chance.randrange(4, 60)
+            raw.seek(place)
+            # addresses that lead to themselves, to others, and beyond the end
+            raw.write(chance.choice([chance.choice(places).to_bytes(8, "little"), b"\xff" * 4, bytes(4), chance.randbytes(1)]))
+
+
+@harm
+def exchange(file: h5py.File, chance: Chance, other: Path) -> None:
+    """A file of another kind, or the same one behind a block of a user's or compressed."""
+    path = Path(file.filename)
+    content = path.read_bytes()
+    counts = b"".join(chance.choice([0, 1, 2**31 - 1]).to_bytes(4, "big") for _ in range(6))
+    made = [gzip.compress(content), bytes(512) + content, b"CDF\x01" + counts, b"CDF\x02" + counts * 40]
+    made += [b"CDF\x05" + counts * 900, b"PK\x03\x04" + content, content[:8] + b"\x03" + content[9:], content * 2]
+    path.write_bytes(chance.choice(made))
+
+
 def build(path: Path, sound: bytes, chance: Chance, other: Path) -> list[str]:
     """Write a hostile file.
 
@@ -351,7 +461,7 @@ def build(path: Path, sound: bytes, chance: Chance, other: Path) -> list[str]:
         signal.alarm(BUILDING_S)
         for name in chosen:
             try:
-                with h5py.File(path, "r+") as file:
+                with h5py.File(path, "r+", libver=chance.choice([None, "latest"])) as file:
                     HARMS[name](file, chance, other)
             # what an earlier harm has left may not take another
             except Exception:
@@ -495,11 +605,11 @@ def _holds_secret(tree: Any) -> bool:
 def class_of(outcome: str) -> str:
     """The kind of an outcome, without names and numbers."""
     words = [
-        "link to another", "second name", "virtual dataset", "stored in another file", "were never written",
-        "is declared with", "has chunks of", "by filter", "neither texts nor numbers", "a type of its own",
+        "link to another", "two names", "virtual dataset", "stored in another file", "were never written",
+        "is declared with", "has chunks of", "by filter", "neither texts nor numbers", "named type",
         "not written as NetCDF", "a dimension", "groups deep", "attributes", "variables; an archive", "has no values",
-        "a name is no text", "dimensions", "more memory than", "has no end", "crashes", "to its end", "not an archive",
-        "format ", "more than 10000 groups",
+        "a name is not text", "control character", "dimensions", "more memory than", "has no end", "crashes",
+        "to its end", "not an archive", "format ", "more than 10000 groups",
     ]  # fmt: skip
     if not outcome.startswith("refused"):
         return outcome[:60]
