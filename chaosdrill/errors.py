@@ -46,6 +46,6 @@ def check_environment() -> None:
     if given is None or (given.isascii() and given.isdigit() and len(given) <= 12 and int(given) <= _LAST_SECOND):
         return
     raise SettingsError(
-        f"the environment variable SOURCE_DATE_EPOCH is {given[:40]!r}; it must be the whole number of seconds since 1970 "
-        "that files are to be dated with, such as 1700000000: correct it, or remove it by: unset SOURCE_DATE_EPOCH"
+        f"the environment variable SOURCE_DATE_EPOCH is {given[:40]!r}; it must be the whole number of seconds since "
+        "1970 that files are to be dated with, such as 1700000000: correct it, or remove it by: unset SOURCE_DATE_EPOCH"
     )

@@ -207,7 +207,7 @@ def _make(folder: Path) -> None:
         raise ArchiveError(f"{folder}: is no folder, and cannot hold finished chunks; name another one") from fault
     except UnicodeError as fault:
         letters = "the name has letters that names of files do not have here"
-        raise ArchiveError(f"{ascii(str(folder))}: {letters}; name another one") from fault
+        raise ArchiveError(f"{str(folder)!a}: {letters}; name another one") from fault
     except OSError as fault:
         remedy = "name one where files can be written"
         raise ArchiveError(f"{folder}: this folder cannot be made ({fault.strerror}); {remedy}") from fault
@@ -219,7 +219,9 @@ def told(folder: Path, what: str) -> Iterator[None]:
     try:
         yield
     except FileNotFoundError as fault:
-        raise ArchiveError(f"{folder}: {what}: the folder was removed or renamed during the run, or takes no files") from fault
+        raise ArchiveError(
+            f"{folder}: {what}: the folder was removed or renamed during the run, or takes no files"
+        ) from fault
     except (OSError, RuntimeError) as fault:
         reason = (isinstance(fault, OSError) and fault.strerror) or f"{fault} (is the disk full?)"
         raise ArchiveError(f"{folder}: {what}: {reason}; finished chunks are kept") from fault

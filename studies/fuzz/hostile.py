@@ -40,7 +40,16 @@ MOST_S = 60.0
 MOST_BYTES = 2**30
 MOST_HARMS = 4
 BUILDING_S = 10
-LAST = ["nest", "link_exponentially", "store_elsewhere", "compose", "refer", "bytes_of_it", "bytes_of_an_index", "exchange"]
+LAST = [
+    "nest",
+    "link_exponentially",
+    "store_elsewhere",
+    "compose",
+    "refer",
+    "bytes_of_it",
+    "bytes_of_an_index",
+    "exchange",
+]
 """What is done to a file at its end, in this order."""
 
 SECRET = "of somebody else"
@@ -427,7 +436,9 @@ def bytes_of_an_index(file: h5py.File, chance: Chance, other: Path) -> None:
             place = chance.choice(places) + chance.randrange(4, 60)
             raw.seek(place)
             # addresses that lead to themselves, to others, and beyond the end
-            raw.write(chance.choice([chance.choice(places).to_bytes(8, "little"), b"\xff" * 4, bytes(4), chance.randbytes(1)]))
+            raw.write(
+                chance.choice([chance.choice(places).to_bytes(8, "little"), b"\xff" * 4, bytes(4), chance.randbytes(1)])
+            )
 
 
 @harm

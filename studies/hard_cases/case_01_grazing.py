@@ -1,9 +1,9 @@
 """Grazing
 
-A ball thrown at a ceiling would only just overshoot it. The lower its speed at the ceiling, the more its later motion
-depends on the initial height: the tangent grows like 1/v without bound. Some programs clip it; others take a finite
-difference whose neighbour misses the ceiling altogether. The tangent must not be clipped: ln(1/v) is integrable, and
-the exponents come out correctly. Every archive contains the smallest normal speed of the run.
+A ball thrown at a ceiling only just reaches it. The lower its speed there, the more its later motion depends on the
+initial height: the tangent grows like 1/v, without bound. Some programs clip it. Others take a finite difference, one
+of whose neighbours misses the ceiling. It must not be clipped: ln(1/v) is integrable, so that the exponents stay right.
+Every archive contains the smallest normal speed of its run.
 """
 
 import math

@@ -1,10 +1,11 @@
 """Infinitely many impacts in finite time
 
-A ball with restitution e, thrown up at speed 1 under gravity 1, bounces for the last time at 2/(1 − e). A program that
-computes the bounces one by one stops there, falls through the floor, or continues at a fixed time while its tangents
-multiply: its exponents grow with the number of bounces, and their sum obeys the sum rule to the last digit. That rule
-is necessary, not sufficient. Here the chatter is completed (limit time, limit state), and the ball rests until the
-force changes sign; on a moving table this happens where sin(ωt) = 1/Γ. A held contact reduces the rank.
+A ball with restitution e, thrown up at speed 1 under gravity 1, bounces for the last time at t = 2/(1 − e). A program
+that computes bounce after bounce never gets beyond this time, falls through the floor, or goes on with tangents that
+every bounce has multiplied: its exponents then grow with the number of bounces, although their sum obeys the sum rule
+to the last digit. (The rule is necessary, not sufficient.) This package completes the chatter with its limit time and
+limit state. The ball then rests until the force changes its sign, on a moving table where sin(ωt) = 1/Γ. A held contact
+reduces the rank.
 """
 
 import math

@@ -1,9 +1,9 @@
 """Falling through after a reset
 
-A ball with restitution 0.5 bounces ever faster. A solver that restarts from an event a rounding error below the floor
-finds no further crossing: after some fifty bounces its ball falls through the floor, without a warning. Dead times
-after an event only shift the problem. Here the state is projected onto the guard, and the sign of the derivative of the
-guard after the event arms it.
+A ball with restitution 0.5 bounces ever faster. A solver that restarts from an event one rounding error below the floor
+finds no further crossing: after some fifty bounces the ball falls through the floor, without a warning. A dead time
+after each event only moves the problem. This package puts the state onto the guard; the sign of the guard's derivative
+after the event says from which side the next crossing comes.
 """
 
 import numpy as np

@@ -1,8 +1,8 @@
 """Two crossings inside one step
 
-The parabola x'' = −2 from −1 + 10⁻⁶ with speed 2 is above zero only between 0.999 and 1.001. A solver that looks for a
-sign change between the ends of a step finds none, at any tolerance: every step is exact for a parabola, so that the
-step never shrinks. The polynomial of the guard itself must be searched, including its extrema.
+The parabola x'' = −2 from −1 + 10⁻⁶ with speed 2 is above zero only between 0.999 and 1.001. A solver that compares the
+signs at the ends of a step finds no crossing at any tolerance: each step is exact for a parabola, so that the step
+never shrinks. The polynomial of the guard itself must be searched, with its extrema.
 """
 
 import math

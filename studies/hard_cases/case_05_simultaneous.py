@@ -1,8 +1,8 @@
 """Two simultaneous events
 
-Two switches are reached at the same time. The two possible orders give two different tangent maps, and the motion
-itself lies on the boundary between them; their average belongs to neither. Priorities declare which event acts first,
-and ties are counted. In the drill, r = 1 and xi = 0 make slip onset and impact the same guard.
+A motion reaches two switches at the same time. The two orders of the events have different tangent maps, and the motion
+lies on the boundary between them; the average of both maps belongs to neither. Declared priorities decide which event
+acts first, and ties are counted. In the drill, r = 1 and xi = 0 make slip onset and impact the same guard.
 """
 
 import numpy as np

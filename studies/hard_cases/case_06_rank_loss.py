@@ -1,10 +1,9 @@
 """Rank loss
 
-An event that removes a direction (a stick, a plastic hit) has an exponent of minus infinity. A factorisation that
-divides by the lost pivot turns everything into NaN; one that bounds the pivot from below prints a number that only
-reflects the bound. The number of exponents of minus infinity follows from the rank of the product of all maps, not from
-the number of sticks: the same direction lost a thousand times counts once, two directions lost in two steps count
-twice.
+An event that removes a direction (a stick, a plastic hit) makes an exponent minus infinity. A factorisation that
+divides by the lost pivot returns NaN throughout; one that bounds the pivot from below prints a number that follows from
+the bound alone. The number of such exponents follows from the rank of the product of all maps, not from the number of
+sticks: a direction that is lost a thousand times counts once, two directions that are lost in two steps count twice.
 """
 
 import math

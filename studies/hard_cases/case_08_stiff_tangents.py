@@ -1,10 +1,10 @@
 """Tangents through a stiff contact
 
-A body under load bounces off a stiff spring. With two dozen Runge-Kutta steps through the contact, and its end located
-to less than a thousandth of its duration, the speed is correct to four digits or better, but its derivative with
-respect to the position may have any error: the delay of the end enters multiplied by the stiffness, and a force with
-exponent 1.5 is not smooth where it begins. An exponent computed from such tangents is an artefact. The error control
-must include the tangents, and the flow direction must be preserved through the contact: M F− = F+.
+A loaded body bounces off a stiff spring. With two dozen Runge-Kutta steps through the contact, whose end is located to
+less than a thousandth of its duration, the exit speed is right to five digits, but its derivative with respect to the
+position may have any error: the delay of the end enters multiplied by the stiffness, and a force with exponent 1.5 is
+not smooth where it begins. Exponents from such tangents are artefacts. The error control must include the tangents, and
+the contact must map the flow direction to the flow direction: M F− = F+.
 """
 
 import math

@@ -1,9 +1,9 @@
 """Chattering at the friction threshold
 
-The spring force equals the friction limit exactly (b = 1, a = 0, y + 2 xi u = 1). The values alone permit both sticking
-and slipping; programs that use signs switch between them at one instant for ever. The friction demand and its
-derivative decide the direction: if the demand rises, the rock slips at once; if it falls, the rock sticks; if all
-derivatives are zero, the drill is at rest and nothing happens.
+The spring force equals the friction limit exactly (b = 1, a = 0, y + 2 xi u = 1). The values alone permit sticking and
+slipping, and a program that goes by signs switches between them at one instant for ever. The friction demand and its
+derivatives decide: if the demand rises, the rock slips at once; if it falls, the rock sticks; if all derivatives are
+zero, the drill is at rest, and nothing happens.
 """
 
 import math

@@ -1,10 +1,10 @@
 """Grazing transitions between stick and slip
 
 Sticking can begin or end without a crossing in two ways. *Adding-sliding*: the friction demand touches its limit from
-below, and a short release of the rock is missed between two steps (the problem of two roots in one step, applied to the
-demand). *Grazing-sliding*: a body that slips on a belt reaches the speed of the belt as the load grows, and sticks from
-then on. The cycle hardly changes but its exponents jump, one to minus infinity. A smoothed friction law gives a number
-that only reflects the smoothing.
+below, and the rock is released for a short time between two steps (two roots in one step, of the demand).
+*Grazing-sliding*: a body that slips on a belt reaches the speed of the belt as the load grows, and sticks from then on.
+The cycle hardly changes, but its exponents jump, one of them to minus infinity. A smoothed friction law gives a number
+that depends on the smoothing.
 """
 
 import math

@@ -1,8 +1,8 @@
 """No event location
 
-A period-1 orbit of the impact oscillator hits the wall once per period, always at the same speed. A program that resets
-the state at the first step beyond the wall hits it at a different depth every time, and shows hundreds of impact speeds
-at any step size. A smaller step only narrows the scatter.
+On a period-1 orbit of the impact oscillator every impact has the same speed. A program that resets the state at the
+first step beyond the wall meets the wall at another depth each time, and shows hundreds of impact speeds at any step
+size. A smaller step only narrows their scatter.
 """
 
 import math

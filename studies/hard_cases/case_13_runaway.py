@@ -1,8 +1,8 @@
 """Runaway
 
-Kinetic friction below the static load cannot hold a sufficiently fast bit, which accelerates for ever. A program that
-only integrates prints a progression rate that grows with the length of the run. Here such a run has an outcome of its
-own, and its averages are missing rather than large.
+Kinetic friction below the static load cannot hold a bit that is fast enough, which then accelerates for ever. A program
+that only integrates prints a progression rate that grows with the length of the run. Here such a run has an outcome of
+its own, and its averages are missing instead of large.
 """
 
 import math

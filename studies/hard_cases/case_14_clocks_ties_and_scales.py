@@ -1,10 +1,10 @@
 """Clocks, ties and scales
 
 Roots at which event detection fails: a kick at every strobe, two guards that are reached together, a start beyond a
-guard that the motion crosses, a guard multiplied by a million next to a state that forces short steps, a state of size
-10⁻⁹. A program that decides an event from the signs of a guard at the ends of its steps counts such a root twice or not
-at all, depending on where its user requests output. The event list is a property of the motion: no strobe, sample or
-block may change it, and no scaling of a guard or a state.
+guard that the motion crosses, a guard multiplied by a million beside a state that forces short steps, a state of size
+10⁻⁹. A program that goes by the signs of a guard at the ends of its steps counts such a root twice or not at all,
+depending on where its user asks for output. The list of events is a property of the motion: no strobe, sample or block
+may change it, and no unit of a guard or a state.
 """
 
 import importlib.util

@@ -24,8 +24,8 @@ INTRODUCTION = """\
 # Hard cases
 
 Programs for hybrid systems fail on the following cases, mostly without a warning. Each section says what goes wrong,
-and compares the closed form with the result of this package. The column *off by* bounds the difference, relative for
-numbers above one. The results of other programs, named in brackets, were measured as well.
+and compares the exact value with the result of this package. *Off by* bounds the difference, relative for numbers above
+one. *Elsewhere* is what the program or method in brackets returned when it was run.
 
 `python3 studies/run.py hard_cases --docs` runs all cases and writes this page; `tests/hard_cases/` asserts the numbers.
 """
