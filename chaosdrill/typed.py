@@ -157,7 +157,7 @@ def given_to(
         named = [name for name, one in known.parameters.items() if one.kind is Parameter.KEYWORD_ONLY]
         listed = f" ({', '.join(places)})" if places else ""
         takes = f"{len(places) or 'no'} argument{'s' * (len(places) != 1)} without a name{listed}"
-        way = f"name the others, as in {named[0]}=..." if named else "leave the others out"
+        way = f"name {'the others' if places else 'them'}, as in {named[0]}=..." if named else "leave the others out"
         raise TypeError(f"{function}() takes {takes}, received {len(arguments)}; {way}")
     try:
         return known.bind_partial(*arguments, **keywords)

@@ -161,7 +161,7 @@ def section_fault(system: "HybridSystem", at: str) -> str | None:
     if not ("<" in at or ">" in at):
         strobe = ("strobe",) if system.forced else ()
         unknown = f"unknown event {at!r:.60}; {remedy(at, (*strobe, *events))}"
-        return f"{unknown}; or give a comparison that becomes true there, such as '{system.state_names[0]} > 0'"
+        return f"{unknown.removesuffix('?')}; or give a comparison that becomes true there, such as '{system.state_names[0]} > 0'"
     from chaosdrill.model.grammar import ExpressionError
     from chaosdrill.model.surface import surface
 

@@ -23,7 +23,9 @@ def places_of(dataset: Dataset, state: States, count: int) -> tuple[int, ...]:
     names = [str(name) for name in dataset["state"].values]
     wanted = names[:count] if state is None else [state] if isinstance(state, str) else list(state)
     if unknown := [name for name in wanted if name not in names]:
-        raise SettingsError(f"state names {unknown[0]!r:.60}; states are {', '.join(names)}")
+        several = [name for name in names if name in str(state).replace(",", " ").split()]
+        way = f"; write state={tuple(several)!r} for several" if isinstance(state, str) and len(several) > 1 else ""
+        raise SettingsError(f"state names {unknown[0]!r:.60}; states are {', '.join(names)}{way}")
     if len(wanted) != min(count, len(names)):
         example = f"state={tuple(names[:count])!r}" if count > 1 else f"state={names[0]!r}"
         raise OtherCountError(f"state is {state!r:.60}, but this picture shows {count}; give {example}")

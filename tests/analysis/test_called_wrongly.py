@@ -122,8 +122,8 @@ def _with_guard(guard):
         ),
         (lambda s: _own(labels={"x": "$\theta$"}), r"'\\t' in a formula is one letter; write the text raw"),
         (lambda s: _own(guards={}), "did you mean 'transitions'"),
-        (lambda s: cd.HybridSystem("x v"), "takes no arguments without a name, received 1; name the others"),
-        (lambda s: cd.filippov(s), "takes no arguments without a name, received 1; name the others, as in name="),
+        (lambda s: cd.HybridSystem("x v"), "takes no arguments without a name, received 1; name them"),
+        (lambda s: cd.filippov(s), "takes no arguments without a name, received 1; name them, as in name="),
         (lambda s: cd.with_noise(s), r"has no attribute 'with_noise'; systems have it, as in system.with_noise"),
         (
             lambda s: cd.HybridSystem(states="x"),

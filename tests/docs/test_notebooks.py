@@ -50,8 +50,8 @@ def test_every_picture_of_a_fresh_kernel_shows(run):
 def test_every_picture_of_the_neuron_shows(run):
     """All cells of the page, each of which shows as many pictures as it draws."""
     cells = CELL.findall((ROOT / "docs" / "neuron.md").read_text(encoding="utf-8"))
-    drawn = [cell.count("cd.plot(") for cell in cells]
-    assert sum(drawn) == 5
+    drawn = [len(re.findall(r"cd\.plot\(|plt\.subplots\(", cell)) for cell in cells]
+    assert sum(drawn) == 6
     assert [_pictures(outputs) for outputs in run(cells)] == drawn
 
 

@@ -166,6 +166,8 @@ def test_a_state_is_shown_where_a_picture_shows_one_or_so_many(archive, tmp_path
 def test_a_state_that_nothing_shows_is_refused(archive, tmp_path):
     with pytest.raises(SettingsError, match=r"^state names 'z'; states are x, v$"):
         plot_archive(archive, tmp_path / "a.png", state="z")
+    with pytest.raises(SettingsError, match=r"write state=\('x', 'v'\) for several"):
+        plot_archive(archive, tmp_path / "a.png", state="x, v")
     with pytest.raises(SettingsError, match=r"no picture shows single states"):
         plot_archive(archive, tmp_path / "a.png", group="spectrum", state="x")
     assert not list(tmp_path.glob("a*.png"))
