@@ -160,8 +160,9 @@ def section_fault(system: "HybridSystem", at: str) -> str | None:
         return f"{system.name} is a map: {what}; leave it out, the section is every iterate"
     if not ("<" in at or ">" in at):
         strobe = ("strobe",) if system.forced else ()
-        unknown = f"unknown event {at!r:.60}; {remedy(at, (*strobe, *events))}"
-        return f"{unknown.removesuffix('?')}; or give a comparison that becomes true there, such as '{system.state_names[0]} > 0'"
+        way = remedy(at, (*strobe, *events)).removesuffix("?")
+        example = f"'{system.state_names[0]} > 0'"
+        return f"unknown event {at!r:.60}; {way}; or give a comparison that becomes true there, such as {example}"
     from chaosdrill.model.grammar import ExpressionError
     from chaosdrill.model.surface import surface
 

@@ -1,6 +1,7 @@
 """Contents of a dataset for pictures: states, swept parameters and their limits, and which datasets belong together."""
 
 import json
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,14 @@ class OtherCountError(SettingsError):
     """The number of requested states differs from that of the picture."""
 
 
+def check_names(wanted: Sequence[str], names: Sequence[str]) -> None:
+    """Raise a `SettingsError` if there is no state of a name."""
+    if unknown := next((name for name in wanted if name not in names), None):
+        several = tuple(part for part in unknown.replace(",", " ").split() if part in names)
+        way = f"; write state={several!r} for several" if len(several) > 1 else ""
+        raise SettingsError(f"state names {unknown!r:.60}; states are {', '.join(names)}{way}")
+
+
 def places_of(dataset: Dataset, state: States, count: int) -> tuple[int, ...]:
     """Return the indices of the states requested for a picture.
 
@@ -22,10 +31,7 @@ def places_of(dataset: Dataset, state: States, count: int) -> tuple[int, ...]:
     """
     names = [str(name) for name in dataset["state"].values]
     wanted = names[:count] if state is None else [state] if isinstance(state, str) else list(state)
-    if unknown := [name for name in wanted if name not in names]:
-        several = [name for name in names if name in str(state).replace(",", " ").split()]
-        way = f"; write state={tuple(several)!r} for several" if isinstance(state, str) and len(several) > 1 else ""
-        raise SettingsError(f"state names {unknown[0]!r:.60}; states are {', '.join(names)}{way}")
+    check_names(wanted, names)
     if len(wanted) != min(count, len(names)):
         example = f"state={tuple(names[:count])!r}" if count > 1 else f"state={names[0]!r}"
         raise OtherCountError(f"state is {state!r:.60}, but this picture shows {count}; give {example}")

@@ -19,7 +19,7 @@ from chaosdrill.errors import ArchiveError, ChaosdrillError, SettingsError
 from chaosdrill.names import brief, visible
 from chaosdrill.plots._types import Axes, Dataset, Figure, States
 from chaosdrill.plots.animation import MOVING, animate
-from chaosdrill.plots.contents import SINGLE, fits, in_si, limits, settings, swept
+from chaosdrill.plots.contents import SINGLE, check_names, fits, in_si, limits, settings, swept
 from chaosdrill.plots.figures import made_by
 from chaosdrill.plots.markers import failures, tell, tell_on
 from chaosdrill.plots.style import keep_ticks, lettering, saved_alike, style
@@ -430,8 +430,7 @@ def _check_names(state: str | Sequence[str], datasets: list[Dataset]) -> None:
     known = dict.fromkeys(name for ds in datasets for name in ds["state"].values.tolist())
     if not known:
         raise SettingsError(f"state is {state!r:.60}, but no picture shows single states")
-    if unknown := [name for name in _listed(state) if name not in known]:
-        raise SettingsError(f"state names {unknown[0]!r:.60}; states are {', '.join(known)}")
+    check_names(_listed(state), list(known))
 
 
 def _has_states(dataset: Dataset, state: States) -> bool:
