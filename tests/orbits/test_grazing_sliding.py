@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq, fsolve
 
 import chaosdrill as cd
@@ -158,6 +159,41 @@ def test_the_forced_belt_grazes_where_scipy_finds_it():
         return path.y[:, -1] - touching
 
     assert fsolve(at, (3.78, 1.708), xtol=1e-12)[1] == pytest.approx(float(found["special_value"]), abs=1e-10)
+
+
+def test_the_flip_curve_of_slidecont():
+    """F, frequency and largest v of the flip curve of the dry-friction oscillator, and its fold.
+
+    Printed in F. Dercole, Yu. A. Kuznetsov, "User Guide to SlideCont 2.0", 2005, for the motion of period 2 below
+    v = 1, which goes on above as if there were no surface. The largest v is that on a mesh.
+    """
+    printed = np.array(
+        [
+            [1.52127, 2.60775, 1.08642],
+            [1.77224, 2.66918, 1.20247],
+            [2.03041, 2.71408, 1.33688],
+            [2.28608, 2.73420, 1.49759],
+        ]
+    )
+    system = cd.HybridSystem(
+        name="below", states="x v", time="t", parameters={"omega": 2.6, "F": 1.52127}, period="2*pi/omega",
+        modes={"on": {"x": "v", "v": "-x + 1.5 - 1.5*(1 - v) + 0.45*(1 - v)**3 + F*cos(omega*t)"}},
+        initial={"x": 0.24, "v": 0.06},
+    )  # fmt: skip
+    curve = cd.continue_orbit(
+        system, {"omega": (2.59, 2.8), "F": (1.5, 2.6)}, follow="period_doubling", period=2, start="guess", step=0.04,
+        functions={"top": {"of": "v", "take": "maximum"}, "force": {"of": "F"}}, optima=["force"],
+    )  # fmt: skip
+    assert not curve.attrs["message"]
+    folds = curve["special_value_2"].values[curve["special_kind"].values == Special.OPTIMUM]
+    assert folds == pytest.approx([2.56957], abs=5e-6)
+    fold, highest = curve["F"].values.argmax(), curve["omega"].values.argmax()
+    side = slice(fold, None) if highest > fold else slice(fold, None, -1)
+    force, omega = (curve[name].values[side][::-1] for name in ("F", "omega"))
+    top = curve["function_value"].sel(function="top").values[side][::-1]
+    assert np.abs(CubicSpline(force, omega)(printed[:, 0]) - printed[:, 1]).max() < 5e-6
+    missed = CubicSpline(force, top)(printed[:, 0]) - printed[:, 2]
+    assert ((missed > 0) & (missed < 1e-3)).all()
 
 
 def test_a_curve_of_grazing_sliding_over_two_parameters():
