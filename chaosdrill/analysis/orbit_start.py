@@ -27,6 +27,11 @@ class OrbitStart:
     start: str | float
     transient: float
     marks: "Marks | None" = None  # the section whose points the period counts, if one was named
+    remark: str = ""  # what the motion from there does instead, if it cannot be back after the period
+
+    def told(self, outcome: Outcome, message: str) -> str:
+        """What a search from there says, with the remark where it found no orbit."""
+        return "; ".join(filter(None, [message, self.remark])) if outcome != Outcome.PERIODIC else message
 
 
 def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitStart:
@@ -65,9 +70,11 @@ def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitSt
     problem.set_unit(where.unit)
     spread = np.maximum(np.ptp(states, axis=0), CLOSE * np.maximum(np.abs(states).max(axis=0), problem.sizes))
     last = len(states) - period
+    modes = found.modes_after(where.system)
 
     def away(steps: int) -> np.ndarray:
-        return np.asarray((np.abs(states[steps : steps + last] - states[:last]) / spread).max(axis=1))
+        missed = (np.abs(states[steps : steps + last] - states[:last]) / spread).max(axis=1)
+        return np.where(modes[steps : steps + last] == modes[:last], missed, np.inf)
 
     # what is back sooner leads to an orbit of a shorter period
     sooner = np.array([away(q) for q in range(1, period) if period % q == 0]).min(axis=0, initial=np.inf)
@@ -77,14 +84,32 @@ def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitSt
     instants = passed.times[(passed.times >= first) & (passed.times <= last_time)]
     # a way that is wide enough: the later it is, the farther the round leads beyond the return that was seen
     ways = np.diff(instants)
+    wide = (instants[1:] + instants[:-1])[ways >= ways.max() / 2] / 2 - first
+    places: list[tuple[Run | None, float]] = [(run, after) for after in wide.tolist()]
     if not attracted and first >= ways.max() / 4:
         # the start itself is on a way, and deviations from an orbit grow from there on
-        beside = Run(where.system, float(first) / 2, numerics)
-    else:
-        wide = int(np.flatnonzero(ways >= ways.max() / 2)[0])
-        beside = Run(where.system, float((instants[wide] + instants[wide + 1]) / 2 - first), numerics)
-        beside.continue_from(run)
-    beside.advance(1)
-    state = dict(zip(system.state_names, beside.x.tolist(), strict=True))
+        places.insert(0, (None, float(first) / 2))
+    for origin, after in places:
+        beside = Run(where.system, after, numerics)
+        if origin is not None:
+            beside.continue_from(origin)
+        beside.advance(1)
+        state = dict(zip(system.state_names, beside.x.tolist(), strict=True))
+        begun = system.with_initial(**state, mode=beside.mode)
+        # what has passed a guard without an event, as a foot that scuffs, is no start
+        if Run(begun, where.unit, numerics).advance(1)[0] != Outcome.INVALID_START:
+            break
+    remark = ""
+    if np.isinf(away(period)).all():
+        more = record_returns(ahead, where.transitions, SECTIONS.looked_at, where.longest)
+        remark = _in_another_mode(np.concatenate([modes, more.modes_after(where.system)]), period)
     marks = Marks(where.system.limited({}), where.transitions)
-    return OrbitStart(system.with_initial(**state, mode=beside.mode), 1, float(last_time - first), 0, marks)
+    return OrbitStart(begun, 1, float(last_time - first), 0, marks, remark)
+
+
+def _in_another_mode(modes: np.ndarray, period: int) -> str:
+    """What a motion does whose points of the section have these modes, and never the same one after the period."""
+    words = f"after {period} point{'s' * (period > 1)} of the section it is in another mode than at its beginning"
+    again = (q for q in range(period + 1, len(modes) // 2) if (modes[q:] == modes[:-q]).all())
+    after = next(again, 0)
+    return f"{words}, and in the same after {after}: give period={after}" if after else words

@@ -39,6 +39,12 @@ class Record:
         n = (self.events.shape[1] - at.EVENT_COLUMNS) // 2
         return self.events[:, at.EVENT_COLUMNS + n :]
 
+    def modes_after(self, system: HybridSystem) -> np.ndarray:
+        """Modes after the events, int of shape (events,)."""
+        into = [-1 if t.marks_only() else system.mode_names.index(t.target) for t in system.transitions]
+        led = np.array(into, dtype=np.int64)[self.events[:, at.EVENT_KIND].astype(np.int64)]
+        return np.where(led < 0, self.events[:, at.EVENT_MODE].astype(np.int64), led)
+
     def of(self, transitions: Collection[int]) -> "Record":
         """The same record with the events of some transitions only."""
         kept = np.isin(self.events[:, at.EVENT_KIND], list(transitions))

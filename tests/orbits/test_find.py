@@ -1,6 +1,7 @@
 """An orbit is found from wherever it can be, whatever the method and the units; a message says why none was found."""
 
 import math
+from dataclasses import replace
 from math import pi, sqrt
 
 import numpy as np
@@ -234,18 +235,51 @@ def walker():
     )  # fmt: skip
 
 
+# of period one at this slope, as widely published for this model
+GAIT = [0.200310900544287, -0.199832473004977, 0.400621801088574, -0.015822999948318]
+
+
 @pytest.mark.parametrize("transient", range(20, 26))
 def test_the_walker_from_any_place(walker, transient):
     found = find_orbit(walker, 1, "attractor", transient, FINE)
     assert found.outcome == Outcome.PERIODIC, found.message
     assert found.checks.consistent, found.checks.disagreements
-    # the gait of period one at this slope, as widely published for this model
-    gait = [0.200310900544287, -0.199832473004977, 0.400621801088574, -0.015822999948318]
-    np.testing.assert_allclose(found.event_states_after[0], gait, atol=1e-9)
+    np.testing.assert_allclose(found.event_states_after[0], GAIT, atol=1e-9)
     assert found.rank == 3
     assert found.multipliers[3] == 0
     assert found.multipliers[0] == pytest.approx(1, abs=1e-10)
     assert abs(found.multipliers[1]) < 1
+
+
+@pytest.fixture(scope="module")
+def two_legs(walker):
+    """The same walker on a left and a right leg, each of which is a mode."""
+    modes = dict.fromkeys(("left", "right"), walker.modes["swing"])
+    steps = [
+        replace(walker.transitions[0], name=name, source=name, target=other, kind="impact")
+        for name, other in (("left", "right"), ("right", "left"))
+    ]
+    start = {**walker.initial, "mode": "left"}
+    return cd.HybridSystem(
+        name="two legs", states=walker.states, parameters=walker.parameters, modes=modes, transitions=steps,
+        initial=start,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("at", "start"), [("impact", "attractor"), ("th < 0", "guess"), ("right", "guess")])
+def test_a_walker_of_two_legs_takes_two_steps(walker, two_legs, at, start):
+    """Where the foot scuffs it is beyond the guard of its strike, and no run can begin there."""
+    steps = 1 if at == "right" else 2
+    found = cd.periodic_orbit(two_legs, at=at, start=start, period=steps)
+    assert int(found["outcome"]) == Outcome.PERIODIC, found.attrs["message"]
+    assert int(found["period"]) == steps
+    np.testing.assert_allclose(found["event_state_after"].values, [GAIT, GAIT], atol=1e-9)
+    one = find_orbit(walker, 1, "attractor", 20, FINE)
+    pairs = found["multiplier_real"].values + 1j * found["multiplier_imag"].values
+    np.testing.assert_allclose(np.sort_complex(pairs), np.sort_complex(one.multipliers**2), atol=1e-9)
+    if steps > 1:
+        half = cd.periodic_orbit(two_legs, at=at, start=start)
+        assert "in the same after 2: give period=2" in half.attrs["message"]
 
 
 # Orbits that come in families: what the structure of a system leaves neutral is no obstacle, and is reported.

@@ -317,4 +317,4 @@ def continue_orbit(system: HybridSystem, given: Continuation, job: Job) -> Datas
     if by := chosen(system, given.derivatives):
         ds = branches_derived(ds, system, by, result)
     structure = neutral_of(system).words(system, result.neutral)
-    return ds.assign_attrs(message=result.message, structure=structure)
+    return ds.assign_attrs(message=begin.told(result.outcome, result.message), structure=structure)

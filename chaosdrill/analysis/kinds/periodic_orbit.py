@@ -229,6 +229,7 @@ def periodic_orbit(system: HybridSystem, given: PeriodicOrbit, job: Job) -> Data
         found = [find_orbit(*where, job.numerics, begin.marks, names)]
         if begin.marks is not None and found[0].outcome == Outcome.PERIODIC:
             found = [replace(found[0], period=max(1, len(found[0].section)))]
+        found = [replace(found[0], message=begin.told(found[0].outcome, found[0].message))]
         message, disagreement = found[0].message, found[0].checks.disagreements
     ds = more(orbits_dataset(system, found), orbit_rates(system, found, job.numerics))
     functions = functions_of(system, given.functions)
