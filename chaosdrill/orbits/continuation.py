@@ -12,6 +12,7 @@ from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.engine import shooting as at
 from chaosdrill.orbits.crossings import TESTS
 from chaosdrill.orbits.curve import Curve
+from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.points import Border, Point, plane_at
 from chaosdrill.orbits.problem import LostError
 from chaosdrill.orbits.rests import rounds, shrinks
@@ -109,7 +110,7 @@ def continue_curve(
             found.end, found.border = BranchEnd.NO_CONVERGENCE, border
             return found
         points.append(limit)
-        end = _closed(curve, last, limit, home)
+        end = _closed(curve, points[max(anchor, len(points) - 1 - TUNING.predictor_points) :], home)
         if end is not None:
             points[-1] = end
             found.end = BranchEnd.CLOSED
@@ -163,31 +164,37 @@ def _on_own_section(curve: Curve, point: Point) -> Point:
     )
 
 
-def _closed(curve: Curve, before: Point, last: Point, home: Point) -> Point | None:
-    """The point between two neighbours at which the curve is back at its start, if it is."""
+def _closed(curve: Curve, points: list[Point], home: Point) -> Point | None:
+    """The point between the last two at which the curve is back at its start, if it is."""
+    before, last = points[-2:]
     step = last.arclength - before.arclength
-    start = curve.met(home.orbit, last.orbit, last.weights, 2 * step)
-    if start is None:
+
+    def ahead(point: Point) -> tuple[Orbit | None, float]:
+        """The start, begun beside the point, and how far ahead of it along the curve it is."""
+        start = curve.met(home.orbit, point.orbit, last.weights, 3 * step)
+        if start is None:
+            return None, np.nan
+        return start, float(curve.apart(point.orbit, start, before.weights) @ before.tangent.course)
+
+    high = ahead(last)[1]
+    if not high <= 0:
         return None
-
-    def along(point: Point) -> float:
-        return float(curve.apart(point.orbit, start, before.weights) @ before.tangent.course)
-
-    low, high = along(before), along(last)
+    low = ahead(before)[1]
     # the start itself, the first time
-    if low <= TUNING.meeting * step or high > 0:
+    if not low > TUNING.meeting * step:
         return None
-    part = low / (low - high)
+    part, places = low / (low - high), np.array([p.arclength for p in points])
     try:
         for _ in range(TUNING.touch_steps):
-            point = curve.between(before, last, part)
-            left = along(point)
-            if abs(left) <= TUNING.meeting * step:
+            guess = curve.interpolated([p.orbit for p in points], places, before.arclength + part * step, last.orbit)
+            point = curve.between(before, last, part, guess=guess)
+            start, left = ahead(point)
+            if start is None or abs(left) <= TUNING.meeting * step:
                 break
             part += left / (low - high)
     except LostError:
         return None
-    away = curve.gap(point.orbit, start, before.weights)
+    away = np.inf if start is None else curve.gap(point.orbit, start, before.weights)
     return point if away <= max(TUNING.meeting, 2 * TUNING.meeting * step) else None
 
 

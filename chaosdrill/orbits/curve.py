@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from chaosdrill.dataset.branches import Special
+from chaosdrill.engine import shooting as at
 from chaosdrill.engine.layout import DONE
 from chaosdrill.orbits.find import admissible
 from chaosdrill.orbits.points import Border, Direction, Plane, Point, Root, Whole, plane_at
@@ -105,11 +106,16 @@ class Curve:
         return float(np.sqrt(difference @ difference))
 
     def met(self, one: "Orbit", other: "Orbit", weights: np.ndarray, within: float) -> "Orbit | None":
-        """An orbit written from the segment at which another one begins if the two are this close; otherwise None."""
+        """An orbit written from where another one begins if the two are this close; otherwise None."""
         if len(one) != len(other) or one.periods != other.periods:
             return None
         if np.abs((self.values(one) - self.values(other)) / self.spans).max() > within:
             return None
+        if one.segments[0, at.SEGMENT_END] == other.segments[0, at.SEGMENT_END] == at.PLANE:
+            slid = self.problem.opposite(one, other, weights)
+            if slid is None:
+                return None
+            one = slid
         period = self.problem.period_at(one)
         nearest = None
         away = self.problem.shifts.across((one.starts - other.starts[0])[:, : self.problem.states])
@@ -254,15 +260,23 @@ class Curve:
         """Cosine of the angle between the tangents at two points."""
         return float(one.tangent.course @ other.tangent.course)
 
-    def between(self, one: Point, other: Point, part: float, row: np.ndarray | None = None) -> Point:
+    def between(
+        self, one: Point, other: Point, part: float, row: np.ndarray | None = None, guess: "Orbit | None" = None
+    ) -> Point:
         """The point of the curve next to the line between two points, orthogonal to ``row`` or to the first tangent.
+
+        ``guess`` is a better one than the point of the line.
 
         Raises
         ------
         LostError
+            Newton's method fails, or leads to another part of the curve.
         """
-        point = self.correct(one.orbit.between(other.orbit, part), one, one.tangent.row if row is None else row)
+        guess = one.orbit.between(other.orbit, part) if guess is None else guess
+        point = self.correct(guess, one, one.tangent.row if row is None else row)
         done, left = (self.gap(point.orbit, end.orbit, one.weights) for end in (one, other))
+        if done + left > TUNING.aside_between * self.gap(one.orbit, other.orbit, one.weights) + TUNING.meeting:
+            raise LostError("the orbit is far from the two that it lies between")
         share = done / (done + left) if done > 0 else 0.0
         return replace(point, arclength=one.arclength + share * (other.arclength - one.arclength))
 

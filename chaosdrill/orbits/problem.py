@@ -23,6 +23,7 @@ from chaosdrill.engine.structure import passes
 from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.neutral import Neutral, neutral_of
 from chaosdrill.orbits.orbit import Orbit
+from chaosdrill.orbits.roots import bracketed
 from chaosdrill.orbits.sizes import sizes_met
 from chaosdrill.orbits.tuning import TUNING
 
@@ -515,6 +516,29 @@ class Problem:
             np.ascontiguousarray(instants), states, modes,
         )  # fmt: skip
         return states[:, :, : self.states], modes
+
+    def opposite(self, one: Orbit, other: Orbit, weights: np.ndarray) -> Orbit | None:
+        """An orbit without events and period, begun where it comes nearest to the start of another one.
+
+        That is on the plane across the flow there, in the same direction; None where it does not meet it.
+        """
+        d, there = self.states, other.starts[0, : self.states]
+        normal = self._plane(other)[at.NORMAL]
+        whole = float(one.durations[0])
+
+        def beside(times: np.ndarray) -> np.ndarray:
+            return self.shifts.across(self.at([one], times[np.newaxis])[0][0] - there)
+
+        times = np.linspace(0, whole, TUNING.turn_samples + 1)
+        ahead = beside(times[:-1]) @ normal
+        ups = np.flatnonzero((ahead <= 0) & (np.roll(ahead, -1) > 0))
+        met = np.array([bracketed(lambda t: float(beside(np.array([t]))[0] @ normal), *times[k : k + 2]) for k in ups])
+        if not len(met):
+            return None
+        time = met[int(np.linalg.norm(beside(met) * weights[:d], axis=1).argmin())]
+        starts = one.starts.copy()
+        starts[0, :d] = self.at([one], np.array([[time]]))[0][0, 0]
+        return replace(one, starts=starts)
 
     def strobes(self, orbits: Sequence[Orbit]) -> tuple[np.ndarray, np.ndarray]:
         """States (P, k, d) at phase 0 of every forcing period, in the order in which they come, and modes (P, k).

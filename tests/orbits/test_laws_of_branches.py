@@ -360,6 +360,38 @@ def test_a_closed_branch_is_walked_once(transient):
         np.testing.assert_allclose(last, first, atol=1e-7)
 
 
+@pytest.fixture(scope="module")
+def loop():
+    """Cycles of squared radius rho about (c, 0), with (mu/a)^2 + ((rho - 1)/0.5)^2 = 1: an ellipse; z decays."""
+    rate = "(1 - (mu/a)**2 - (((x - c)**2 + (y/unit)**2 - 1)/0.5)**2)"
+    return cd.HybridSystem(
+        name="loop", states="x y z", parameters={"mu": 0.0, "a": 1.0, "c": 0.7, "unit": 1.0},
+        modes={"on": {"x": f"(x-c)*{rate} - 2*y/unit", "y": f"y*{rate} + 2*unit*(x-c)", "z": "0.3*(x - c) - 0.5*z"}},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("side", "turn", "size", "step"), [(1, 2.0, 40.0, 0.1), (-1, 2.0, 1.0, None)])
+def test_a_closed_branch_of_a_flow_is_walked_once(loop, side, turn, size, step):
+    """It returns to its first orbit at another point of that, where the plane that it begins on has come to.
+
+    Where the cycle repels, a turn enlarges what a line between two orbits misses 160,000 times.
+    """
+    radius = np.sqrt(1 + side * 0.5 * np.sqrt(1 - 0.6**2))
+    start = radius * np.exp(1j * turn)
+    system = loop.with_parameters(mu=0.6 * size, a=size, unit=size).with_initial(
+        x=0.7 + start.real, y=size * start.imag, z=(0.3 * start / (0.5 + 2j)).real
+    )
+    branch = cd.continue_orbit(system, {"mu": (-2 * size, 2 * size)}, start="guess", step=step and step * size)
+    assert "closed loop" in branch["branch_end_text"].item()
+    assert branch["special_kind"].values.tolist() == [Special.FOLD, Special.FOLD]
+    np.testing.assert_allclose(np.sort(branch["special_value"]), [-size, size], rtol=1e-12)
+    mu, (x, y, _) = branch["mu"].values / size, branch["orbit_state"].values.T
+    height = ((x - 0.7) ** 2 + (y / size) ** 2 - 1) / 0.5
+    np.testing.assert_allclose(mu**2 + height**2, 1, atol=1e-10)
+    around = np.ptp(np.unwrap(np.arctan2(height, mu)))
+    assert around == pytest.approx(2 * np.pi, abs=1e-5)
+
+
 @pytest.mark.parametrize("start", [(1.78575683, 0.09231752), (-1.79026362, -0.0634159)])
 def test_a_branch_ends_at_a_canard_and_says_so_wherever_its_orbits_begin(start):
     """Van der Pol's oscillator explodes at 1 - k/8 - 3 k^2/32 - 173 k^3/1024 - ... (Zvonkin and Shubin 1984,
