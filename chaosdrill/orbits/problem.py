@@ -529,7 +529,7 @@ class Problem:
         def beside(times: np.ndarray) -> np.ndarray:
             return self.shifts.across(self.at([one], times[np.newaxis])[0][0] - there)
 
-        times = np.linspace(0, whole, TUNING.turn_samples + 1)
+        times = np.linspace(0, whole, TUNING.plane_samples + 1)
         ahead = beside(times[:-1]) @ normal
         ups = np.flatnonzero((ahead <= 0) & (np.roll(ahead, -1) > 0))
         met = np.array([bracketed(lambda t: float(beside(np.array([t]))[0] @ normal), *times[k : k + 2]) for k in ups])

@@ -236,7 +236,7 @@ class Tuning:
     """Points for which one plane across the flow serves, before the flow may come to lie in it."""
     aside_between: float = 3.0
     """The way by an orbit between two others, as a part of the distance of these, from which on it is another one."""
-    turn_samples: int = 64
+    plane_samples: int = 64
     """Parts of an orbit without events between which it may cross a plane more than once unseen."""
     same_frequency: float = 0.3
     """Part by which the frequency of an orbit may differ from that at the Hopf point that it shrinks to."""
