@@ -23,6 +23,7 @@ _HOME = {
     **dict.fromkeys(("Uniform", "Normal", "LogNormal", "Exponential", "Choice"), "chaosdrill.model.noise"),
     "in_modes": "chaosdrill.model.kinks",
     "halved": "chaosdrill.model.halved",
+    "on_level": "chaosdrill.model.levels",
     "drill": "chaosdrill.systems.drill",
     "build": "chaosdrill.systems",
     "load_scene": "chaosdrill.scene",

@@ -167,7 +167,7 @@ class _Symmetry:
         bare = sympy.sympify(expression).xreplace(self.put)
         if bare not in self.known:
             self.known[bare] = [
-                (_value(bare, point), sum(abs(_value(term, point)) for term in sympy.Add.make_args(bare)))
+                (value_at(bare, point), sum(abs(value_at(term, point)) for term in sympy.Add.make_args(bare)))
                 for point in self.points
             ]
         return self.known[bare]
@@ -322,7 +322,8 @@ class _Symmetry:
         }
 
 
-def _value(expression: Any, point: Mapping[Any, Any]) -> complex:
+def value_at(expression: Any, point: Mapping[Any, Any]) -> complex:
+    """Value of an expression where its symbols have these values, NaN where it has none."""
     try:
         return complex(expression.xreplace(point).evalf(TUNING.symmetry_digits))
     except (TypeError, ValueError, ArithmeticError):

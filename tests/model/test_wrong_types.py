@@ -23,6 +23,7 @@ TWO = {"name": "d", "states": ["x"], "parameters": {"k": 1.0}}
 PUSHED = cd.HybridSystem(
     name="p", states=["x"], time="t", parameters={"f": 0.0}, modes={"on": {"x": "f - x"}}, period="2*pi"
 )
+SWING = cd.HybridSystem(name="s", states="x v", parameters={"k": 1.0}, modes={"on": {"x": "v", "v": "-x"}})
 REST = cd.HybridSystem(name="r", states=["x"], parameters={"k": 1.0}, modes={"on": {"x": "-k*x"}})
 CALLS = short_calls(("x", [0.0, 0.1]), ("v", [0.1, 0.2]), ("omega", [2.5, 2.6]), ("e", [0.7, 0.8]))
 RIGHT = {
@@ -32,6 +33,7 @@ RIGHT = {
     "equivalent_control": {**TWO, "surface": "x", "field": {"x": "u"}, "control": {"u": (-1, 1)}},
     "in_modes": {**TWO, "field": {"x": "-sign(x)"}},
     "halved": {"system": cd.build("duffing"), "symmetry": {"x": "-x", "v": "-v"}},
+    "on_level": {"system": SWING, "conserved": "x**2 + v**2"},
     "driven": {"system": PUSHED, "drive": "f", "pieces": "square"},
     "drill": {},
     "build": {"name": "impact-oscillator"},

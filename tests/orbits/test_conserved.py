@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import ellipk
 
-from chaosdrill import HybridSystem, Outcome, Transition, continue_orbit, periodic_orbit
+from chaosdrill import HybridSystem, ModelError, Outcome, Transition, build, continue_orbit, on_level, periodic_orbit
 
 
 def pendulum(unit=1.0, order="x v"):
@@ -81,6 +81,45 @@ def test_a_cycle_that_attracts_is_no_family():
         assert int(found["outcome"]) == Outcome.PERIODIC
         assert int(found["neutral"]) == 1
         assert "conserved" not in found.attrs["message"]
+
+
+def test_a_family_of_the_pendulum_is_a_branch_over_its_energy():
+    system = on_level(pendulum(), "v**2/2 - k*cos(x)", name="energy", rate=0.2)
+    assert system.parameters["energy"] == pytest.approx(-np.cos(1), rel=1e-15)
+    branch = continue_orbit(system, {"energy": (-0.8, 0.5)}, start="guess", step=0.1)
+    assert branch.sizes["special"] == 0
+    assert (branch["energy"].values.min(), branch["energy"].values.max()) == (-0.8, 0.5)
+    period = 4 * ellipk((1 + branch["energy"].values) / 2)
+    np.testing.assert_allclose(branch["period_time"], period, rtol=1e-11)
+    found = np.sort(branch["multiplier_real"].values, axis=1)
+    np.testing.assert_allclose(found, np.stack([np.exp(-0.2 * period), np.ones(len(period))], axis=1), rtol=1e-9)
+
+
+ENERGY = "v**2/2 + k*x**2/2 + x**4/4"
+
+
+@pytest.mark.parametrize(
+    ("system", "conserved", "told"),
+    [
+        (walled(), ENERGY.replace("k", "2"), "mode 'f' changes it"),
+        (walled(v="-0.9*v"), ENERGY, "transition 'hit' changes it"),
+        (walled(), {"g": ENERGY}, "unknown mode 'g'"),
+        (walled(), "v**2/2 + w", "holds 'w'"),
+        (walled(), "k", "holds no state"),
+        (build("impact-oscillator"), "v**2", "depends on time"),
+        (build("lorenz"), "x**2", "mode 'flow' changes it"),
+    ],
+)
+def test_what_is_not_conserved_has_no_level(system, conserved, told):
+    with pytest.raises(ModelError, match=told):
+        on_level(system, conserved)
+
+
+def test_an_elastic_wall_keeps_the_energy():
+    system = on_level(walled(), ENERGY)
+    found = periodic_orbit(system, at="hit", start="guess")
+    assert float(found["period_time"]) == pytest.approx(walled_period(1.0, found["section"].values[0, 1]), rel=1e-9)
+    assert found["section"].values[0, 1] == pytest.approx(np.sqrt(2 * (3 / 4 - 1 / 8 - 1 / 64)), rel=1e-11)
 
 
 def van_der_pol():

@@ -115,6 +115,28 @@ def test_where_it_runs_changes_nothing():
     np.testing.assert_allclose(drifts[:, 0], drifts[:, 4], atol=1e-10)
 
 
+def test_gaits_of_a_runner_over_its_energy():
+    """They meet where the map from touchdown to touchdown has the slope 1, and double at -1: where SciPy finds it."""
+    flight = "(u**2 + v**2)/2 + y"
+    energies = {"ascent": flight, "descent": flight, "stance": f"{flight} + k*(sqrt(r**2 + y**2) - 1)**2/2"}
+    gaits = cd.on_level(runner(False), energies)
+    branch = cd.continue_orbit(gaits, {"level": (2.0, 4.5)}, start="guess", transient=0, step=0.1)
+    assert not branch.attrs["message"]
+    assert branch["special_kind"].values.tolist() == [Special.FOLD, Special.PERIOD_DOUBLING]
+
+    def back(energy, v):
+        return step(np.array([0.0, math.sqrt(2 * (energy - math.sin(LANDING)) - v**2), v]))[0][2]
+
+    def slope(energy, v):
+        far, near = (back(energy, v + k * 1e-3) - back(energy, v - k * 1e-3) for k in (2, 1))
+        return (8 * near - far) / 12e-3
+
+    for sign, value, k in zip((1, -1), branch["special_value"].values, branch["special_index"].values, strict=True):
+        start = (float(value), branch["orbit_state"].values[k, 3])
+        found = fsolve(lambda p, sign=sign: (back(*p) - p[1], slope(*p) - sign), start, xtol=1e-12)
+        np.testing.assert_allclose(start, found, atol=1e-8)
+
+
 def test_a_wheel_on_its_way_down():
     """Rimless wheel with the place of its foot, which steps put 2 sin(alpha) ahead; multipliers in closed form."""
     wheel = build("rimless-wheel")

@@ -1,0 +1,166 @@
+"""A conservative system whose conserved quantity is a parameter: families of orbits become branches over it."""
+
+import random
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from chaosdrill.errors import ModelError
+from chaosdrill.model.halved import value_at
+from chaosdrill.model.parts import is_name, read_expression, read_table
+from chaosdrill.model.places import parameter
+from chaosdrill.model.tuning import TUNING
+from chaosdrill.names import remedy, shown
+from chaosdrill.typed import expecting
+
+if TYPE_CHECKING:
+    from chaosdrill.model.system import HybridSystem
+    from chaosdrill.model.transition import Transition
+
+
+@expecting(ModelError)
+def on_level(system: "HybridSystem", conserved: Any, *, name: str = "level", rate: float = 1.0) -> "HybridSystem":
+    """The system drawn to a level of a quantity H that it conserves; the level is one of its parameters.
+
+    In a conservative system every periodic orbit is one of a family at the same parameters. Here the term
+    ``rate*(level - H) grad H / |grad H|^2`` is added to the rates, so that H decays to the level as
+    ``exp(-rate*t)``. An orbit can close only where H is the level; there the term is zero, and the orbit is one of the
+    system. So `continue_orbit` follows the family over the level as any other branch, with its folds, doublings and
+    crossings. Of the multipliers one that was 1 is ``exp(-rate*T)`` after a period T; the others are those of the
+    system.
+
+    Parameters
+    ----------
+    system : HybridSystem
+        A system without forcing. It is not changed.
+    conserved : expression, or mapping of mode to expression
+        The quantity, in states and parameters: of all modes, or of each one. That rates and resets conserve it is
+        checked.
+    name : str
+        Name of the parameter. Its value is that of the initial state.
+    rate : float
+        Positive, in 1 / time; about the inverse of a period.
+
+    Returns
+    -------
+    HybridSystem
+        `with_initial` does not change its level.
+
+    Raises
+    ------
+    ModelError
+        If the quantity is not conserved: which mode or transition changes it.
+
+    References
+    ----------
+    F. J. Munoz-Almaraz, E. Freire, J. Galan, E. Doedel, A. Vanderbauwhede, "Continuation of periodic orbits in
+    conservative and Hamiltonian systems", Physica D 181 (2003) 1-38, doi:10.1016/S0167-2789(03)00097-6: the gradient
+    as the term that unfolds a family.
+    """
+    from chaosdrill.model.system import HybridSystem
+
+    if not isinstance(system, HybridSystem):
+        raise ModelError(f"system is {shown(system):.60}; it must be a HybridSystem")
+    system = system.built
+    if system.discrete or not system.autonomous:
+        what = "is a map" if system.discrete else "depends on time"
+        raise ModelError(f"{system.name} {what}: it has no levels; give a system without forcing")
+    if system.noise or system.sources:
+        what = "is noisy" if system.noise else "has Python functions"
+        raise ModelError(f"{system.name} {what}: that it conserves a quantity is checked in expressions without noise")
+    taken = {*system.parameters, *system.state_names, *system.quadratures}
+    if not is_name(name) or name in taken:
+        raise ModelError(f"name is {shown(name):.60}; give a name that nothing in {system.name} has")
+    if not rate > 0:
+        raise ModelError(f"rate is {rate!r}; it must be positive")
+    given = _read(system, conserved)
+    _check(system, given)
+    level, modes = parameter(name), {}
+    for mode, rates in system.modes.items():
+        slopes = {x: sympy.diff(given[mode], x) for x in system.states}
+        pull = rate * (level - given[mode]) / sum(slope**2 for slope in slopes.values())
+        modes[mode] = {x: rates[x] + pull * slopes[x] if slopes[x] != 0 else rates[x] for x in system.states}
+    start = {x: system.initial[x.name] for x in system.states}
+    values = {parameter(key): value for key, value in system.parameters.items()}
+    begun = value_at(given[system.initial["mode"]], {**start, **values})
+    return HybridSystem(
+        name=f"{system.name} on a level",
+        states=system.states,
+        time=system.time,
+        parameters={**system.parameters, name: begun.real},
+        modes=modes,
+        transitions=system.transitions,
+        initial=dict(system.initial),
+        regions=system.regions,
+        quadratures=system.quadratures,
+        bounds=system.bounds,
+        description=system.description,
+        labels=system.labels,
+    ).limited(system.limits)
+
+
+def _read(system: "HybridSystem", conserved: Any) -> dict[str, Any]:
+    """The quantity in every mode."""
+    where = f"{system.name}: conserved"
+    given = dict.fromkeys(system.modes, conserved)
+    if isinstance(conserved, Mapping):
+        given = read_table(where, conserved)
+        if strange := [mode for mode in given if mode not in system.modes]:
+            raise ModelError(f"{where}: unknown mode {strange[0]!r:.60}; {remedy(strange[0], system.modes)}")
+        if missing := [mode for mode in system.modes if mode not in given]:
+            raise ModelError(f"{where}: mode {missing[0]!r:.60} is missing; give the quantity in every mode")
+    known = {*system.states, *map(parameter, system.parameters)}
+    found = {mode: sympy.sympify(read_expression(f"{where}: {mode}", one)) for mode, one in given.items()}
+    for mode, one in found.items():
+        if strange_ones := sorted(symbol.name for symbol in one.free_symbols - known):
+            raise ModelError(f"{where} = {one!s:.60} holds {strange_ones[0]!r:.60}; give states and parameters")
+        if not one.free_symbols & set(system.states):
+            raise ModelError(f"{where}: in mode {mode!r:.60} it is {one!s:.60}, which holds no state")
+    return found
+
+
+def _check(system: "HybridSystem", given: Mapping[str, Any]) -> None:
+    """Refuse a quantity that a mode or a transition changes, as numbers at random places tell."""
+    rng = random.Random(20261128)
+    points = []
+    for _ in range(TUNING.symmetry_places):
+        point = {x: rng.uniform(*TUNING.drawn_below_one) for x in system.states}
+        for key, value in system.parameters.items():
+            drawn = rng.uniform(*(TUNING.near_values if value else TUNING.drawn_below_one))
+            point[parameter(key)] = drawn * value if value else drawn
+        points.append({x: sympy.Float(value, TUNING.symmetry_digits) for x, value in point.items()})
+    for mode, rates in system.modes.items():
+        terms = [sympy.diff(given[mode], x) * rates[x] for x in system.states]
+        if not all(_balanced(terms, point) for point in points):
+            raise ModelError(f"{system.name}: conserved: mode {mode!r:.60} changes it; it is no conserved quantity")
+    for t in system.transitions:
+        after = {x: t.reset.get(x, x) for x in system.states}
+        for source in t.source if not t.marks_only() else ():
+            terms = [given[t.target].xreplace(after), -given[source]]
+            on_guard = (_on_guard(t, system.states, point) for point in points)
+            if not all(_balanced(terms, point) for point in on_guard if point is not None):
+                raise ModelError(f"{system.name}: conserved: transition {t.name!r:.60} changes it; its reset must not")
+
+
+def _balanced(terms: list[Any], point: Mapping[Any, Any]) -> bool:
+    """Whether terms add up to nothing at a place; where one has no value, they may."""
+    values = [value_at(term, point) for term in terms]
+    size = sum(map(abs, values))
+    return not abs(sum(values)) > TUNING.symmetric * size
+
+
+def _on_guard(t: "Transition", states: tuple[Any, ...], point: Mapping[Any, Any]) -> dict[Any, Any] | None:
+    """A place near another one where the guard vanishes, by Newton's method; None where it finds none."""
+    slopes = {x: sympy.diff(t.guard, x) for x in states}
+    found = dict(point)
+    for _ in range(TUNING.guard_steps):
+        height, steep = value_at(t.guard, found), {x: value_at(one, found) for x, one in slopes.items()}
+        square = sum(abs(one) ** 2 for one in steep.values())
+        if not square > 0:
+            return None
+        if abs(height) <= 1e-15 * max(abs(complex(found[x])) for x in states) * square**0.5:
+            return found
+        for x, one in steep.items():
+            found[x] = found[x] - sympy.Float((height * one / square).real, TUNING.symmetry_digits)
+    return None
