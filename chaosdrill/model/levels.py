@@ -12,14 +12,14 @@ from chaosdrill.model.parts import is_name, read_expression, read_table
 from chaosdrill.model.places import parameter
 from chaosdrill.model.tuning import TUNING
 from chaosdrill.names import remedy, shown
-from chaosdrill.typed import expecting
+from chaosdrill.typed import NUMBER, TEXT, expecting
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
     from chaosdrill.model.transition import Transition
 
 
-@expecting(ModelError)
+@expecting(ModelError, name=TEXT, rate=NUMBER)
 def on_level(system: "HybridSystem", conserved: Any, *, name: str = "level", rate: float = 1.0) -> "HybridSystem":
     """The system drawn to a level of a quantity H that it conserves; the level is one of its parameters.
 
