@@ -7,7 +7,7 @@ import numpy as np
 
 from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, Recurrence, recurrence
 from chaosdrill.analysis.resting import lengthens, stirs
-from chaosdrill.analysis.stationarity import departs, stationarity
+from chaosdrill.analysis.stationarity import SAME, departs, stationarity
 from chaosdrill.analysis.statistics import SINKS, STAYS, block_ends, leading
 from chaosdrill.analysis.tori import END, REPEATS, Regularity, aside, closes, examine, goes_on, only_grows, stopped
 from chaosdrill.analysis.words import FOLDS, Evidence, words
@@ -142,7 +142,7 @@ def evidence_of(
     unseen = structure.symmetries > len(shifts.lines)
     open_ = np.flatnonzero((ended == Outcome.OK) & (unseen | ~(found.lead < -found.margin)))
     states, known = aside(windows[open_], shifts)[:, :, :-1], shifts.sizes(known[open_])
-    found.leaving[open_], found.settling[open_] = stationarity(states, known)
+    found.leaving[open_], found.settling[open_] = stationarity(states, known, found.even[open_])
     begin = None if before is None else shifts.quotient(before[open_])
     drifts = only_grows(states, known, begin, shifts.bounded)
     found.drifts[open_] = drifts.any(axis=1)
@@ -213,8 +213,7 @@ def add_record(
     """Add what all points of records say by themselves, as in `evidence_of_records`."""
     found = recurrence(aside(windows, shifts), shifts.sizes(known), windows.shape[1] // REPEATS)
     e.recurs |= found.period > 0
-    # at steps of a map chaos on narrow bands does so, too
-    e.exact |= (found.period > 0) & (found.residual <= ROUND_OFF) & ~(e.even & e.bounded)
+    e.exact |= (found.period > 0) & closes_exactly(e, found.residual)
     if part < 1.0:
         earlier = stationarity(shifts.quotient(coarse), shifts.sizes(known))
         e.leaving, e.settling = e.leaving | earlier[0], e.settling | earlier[1]
@@ -226,6 +225,15 @@ def add_record(
         _add_early(e, np.flatnonzero(e.ordered), windows, known, coarse, shifts, part)
     # the whole record tells more of growth than its last points
     e.drifts |= drifts
+
+
+def closes_exactly(e: Evidence, residual: np.ndarray) -> np.ndarray:
+    """Whether points come back as exactly as a run allows, by their distances from where they were.
+
+    At steps of a map those of chaos on narrow bands nearly do so, and those beside an unstable cycle: there they come
+    back to the last digits.
+    """
+    return residual <= np.where(e.even & e.bounded, SAME, ROUND_OFF)
 
 
 def add_returns(e: Evidence, found: Recurrence, lasts: np.ndarray, whole: np.ndarray) -> np.ndarray:

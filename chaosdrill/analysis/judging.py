@@ -19,6 +19,7 @@ from chaosdrill.analysis.classification import (
     add_rests,
     add_returns,
     add_turns,
+    closes_exactly,
     evidence_of,
     undrawn,
 )
@@ -91,8 +92,7 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     e.measured[:] = plan.exponents > 0
     neutral = add_returns(e, found, lasts, whole)
     # round-off may come from the largest that states have been
-    rounded = _residual(plan, paths, size, found, e.recurs & neutral) <= ROUND_OFF
-    e.exact = e.recurs & rounded & ~(e.even & e.bounded)
+    e.exact = e.recurs & closes_exactly(e, _residual(plan, paths, size, found, e.recurs & neutral))
     exact = np.flatnonzero(e.exact)
     e.exact[exact] = _returned(paths[exact], size[exact])
     centre = e.recurs & neutral & (found.residual <= ROUND_OFF)

@@ -26,7 +26,7 @@ from chaosdrill.analysis.recurrence import CLOSE, sizes
 from chaosdrill.analysis.statistics import block_ends, error_of_mean_rate, whole_cycles
 from chaosdrill.analysis.tori import LENGTH
 from chaosdrill.analysis.tuning import CYCLES, PLAN
-from chaosdrill.analysis.words import Evidence, words
+from chaosdrill.analysis.words import DIGITS, Evidence, words
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.dataset.schema import names_of_errors
@@ -156,6 +156,7 @@ class _Known:
 
     evidence: Evidence
     grows: np.ndarray  # bool (P,): whether the last one only grew
+    leaves: np.ndarray  # bool (P,): whether it still left something
     moves: np.ndarray  # bool (P,): whether nothing says that the motion dies out
 
 
@@ -187,7 +188,8 @@ def _first(group: _Group) -> tuple[_Known, np.ndarray]:
     group.write(every, verdict)
     beside = plan.where.counts == "section" and plan.transient == 0
     group.average_over_cycles(every, verdict.cycle, 0 if beside else int(ends[-1]))
-    return _Known(verdict.evidence, verdict.outcome == Outcome.OPEN, verdict.moves.copy()), every[~verdict.decided]
+    e = verdict.evidence
+    return _Known(e, verdict.outcome == Outcome.OPEN, e.leaving.copy(), verdict.moves.copy()), every[~verdict.decided]
 
 
 def _look_at_instants(group: _Group, begun: Begun, evidence: Evidence, left: np.ndarray) -> None:
@@ -223,7 +225,8 @@ def _extend(group: _Group, known: _Known, left: np.ndarray) -> np.ndarray:
         ends, before = block_ends(plan.periods * times, PLAN.blocks), batch.x.copy()
         batch.proceed(left, 0, ends)
         verdict = judge(plan, batch, left, ends, before)
-        grows = verdict.outcome == Outcome.OPEN
+        grows, leaves = verdict.outcome == Outcome.OPEN, verdict.evidence.leaving.copy()
+        _goes_on_leaving(verdict, known.leaves[left])
         # what only grew, and then grows on or cannot be followed any further, is known
         lost = known.evidence.at(left).drifts & ~np.isin(verdict.outcome, MEASURED)
         group.tell(left[lost], Outcome.OPEN)
@@ -232,9 +235,20 @@ def _extend(group: _Group, known: _Known, left: np.ndarray) -> np.ndarray:
         group.write(left[rows], verdict.at(rows))
         group.average_over_cycles(left[rows], verdict.cycle[rows], ends[-1])
         known.evidence.put(left, verdict.evidence)
-        known.grows[left], known.moves[left] = grows, verdict.moves
+        known.grows[left], known.leaves[left], known.moves[left] = grows, leaves, verdict.moves
         left, times = left[~verdict.decided & ~certain], 2 * times
     return left
+
+
+def _goes_on_leaving(verdict: Verdict, leaves: np.ndarray) -> None:
+    """Take chaos back where the record before still ``leaves`` something, bool (P,), and all growth may be from there.
+
+    The points that are kept of a longer record may begin after that.
+    """
+    e = verdict.evidence
+    doubt = leaves & (verdict.outcome == Outcome.CHAOTIC) & (e.late * e.length / 2 <= DIGITS)
+    e.leaving |= doubt
+    verdict.outcome[doubt], verdict.decided[doubt] = words(e.at(doubt)), False
 
 
 def _displace(group: _Group, which: np.ndarray) -> np.ndarray:

@@ -23,6 +23,9 @@ SMALL = 0.08
 """Part of the largest that the first three parts have at most (or the last three), where growth has come to an end
 within the record. A positive exponent that differs significantly from zero needs growth by exp(4)."""
 
+SAME = 1e-14
+"""Relative distance of numbers that differ in their last digits only."""
+
 ENDS = 3
 """Parts of these: what is over sooner says little against the rest of the record."""
 
@@ -38,7 +41,9 @@ LEAST_STEP = 1e-4
 """Growth of that logarithm from part to part at least: of a steady growth it is round-off."""
 
 
-def stationarity(windows: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def stationarity(
+    windows: np.ndarray, known: np.ndarray, parting: np.ndarray | bool = False
+) -> tuple[np.ndarray, np.ndarray]:
     """Which motions still leave something, and which still settle.
 
     Parameters
@@ -47,33 +52,37 @@ def stationarity(windows: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np
         States in order, at equal intervals or at a section; NaN behind the last.
     known : ndarray, shape (P, n)
         Sizes that states have had on the way.
+    parting : ndarray of bool, shape (P,), optional
+        Where nearby motions part evenly; what grows there is no error, however small it is.
 
     Returns
     -------
     leaving, settling : ndarray of bool, shape (P,)
     """
     leaving, settling = np.zeros((2, len(windows)), dtype=bool)
+    parting = np.broadcast_to(parting, len(windows))
     rows = np.isfinite(windows).all(axis=2).sum(axis=1)
     for count in np.unique(rows[rows >= PARTS * FEWEST]).tolist():
         here = np.flatnonzero(rows == count)
-        leaving[here], settling[here] = _of_full(windows[here, :count], known[here])
+        leaving[here], settling[here] = _of_full(windows[here, :count], known[here], parting[here])
     return leaving, settling
 
 
-def _of_full(points: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _of_full(points: np.ndarray, known: np.ndarray, parting: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     size = sizes(points, known)
+    rounding, close = (np.where(parting, SAME, usual)[:, np.newaxis] for usual in (ROUND_OFF, CLOSE))
     scaled = points / size[:, np.newaxis]
     length = points.shape[1] // PARTS
     # the last parts matter most, and all are of one length
     scaled = scaled[:, -PARTS * length :]
     parts = scaled.reshape(len(points), PARTS, length, -1)
     spread = parts.std(axis=2)
-    moves = spread.max(axis=1) > ROUND_OFF * np.maximum(1, known / size)
+    moves = spread.max(axis=1) > rounding * np.maximum(1, known / size)
     lags = range(1, min(LAGS, length // 2) + 1)
     lacks = [np.abs(parts[:, :, lag:] - parts[:, :, :-lag]).max(axis=(2, 3)) for lag in lags]
     told = np.concatenate([spread, np.stack(lacks, axis=2)], axis=2)
     up, down = (_grow(one) for one in (told, told[:, ::-1]))
-    states, tells = spread.shape[2], told[:, :, spread.shape[2] :].max(axis=1) > CLOSE
+    states, tells = spread.shape[2], told[:, :, spread.shape[2] :].max(axis=1) > close
     leaving = (up[:, :states] & moves).any(axis=1) | (up[:, states:] & tells).any(axis=1)
     settling = (down[:, :states] | ~moves).all(axis=1) & moves.any(axis=1)
     return leaving, settling | (down[:, states:] & tells).any(axis=1)
