@@ -39,6 +39,9 @@ speed at the end over that at the beginning."""
 ZERO = 0.1
 """Part of the largest growth or decay of a tangent up to which that along the flow may be uncertain in the record."""
 
+APART = 0.5
+"""Part of the growth or decay that decides which that along the flow has at most."""
+
 QUARTER = 0.25
 """Part of a record at whose end chaos is asked to go on as well."""
 
@@ -130,6 +133,9 @@ def evidence_of(
             # an error as large as what it is of makes nothing zero
             most = np.maximum(NO_GROWTH, np.minimum(by_chance, ZERO * np.abs(growth).max(axis=1, keepdims=True)))
             zero = np.minimum(np.abs(growth), np.abs(late)) <= most
+            # the exponent that decides is not the one along the flow, nor one of a pair with it
+            decides = (np.abs(lead) > margin)[:, np.newaxis] * (lead * length)[:, np.newaxis]
+            zero &= (growth * np.sign(decides) <= APART * np.abs(decides)) | (decides == 0)
             # what rests but for a shift has no other one
             found.flows = zero.sum(axis=1) >= np.minimum(averages.neutral, max(structure.symmetries, 1))
             # on a line nothing comes back
