@@ -146,7 +146,8 @@ def evidence_of(
     found.stirs = (ended == Outcome.OK) & stirs(shifts.quotient(windows[:, :, :-1]), shifts.sizes(known), part)
     # what grows where only a condition or a step sees it has no tangent that tells
     unseen = structure.symmetries > len(shifts.lines)
-    open_ = np.flatnonzero((ended == Outcome.OK) & (unseen | ~(found.lead < -found.margin)))
+    untold = unseen | (averages.neutral >= exponents.shape[1])
+    open_ = np.flatnonzero((ended == Outcome.OK) & (untold | ~(found.lead < -found.margin)))
     states, known = aside(windows[open_], shifts)[:, :, :-1], shifts.sizes(known[open_])
     found.leaving[open_], found.settling[open_] = stationarity(states, known, found.even[open_])
     begin = None if before is None else shifts.quotient(before[open_])

@@ -134,7 +134,9 @@ def lengthens(paths: np.ndarray) -> np.ndarray:
     # the state that turns least often but often enough
     counts = rises.sum(axis=1)
     counts[counts <= TURNS] = paths.shape[1]
-    found = (counts == paths.shape[1]).all(axis=1)
+    # what rests but for a shift has no turns
+    moves = (np.ptp(paths, axis=1) > CLOSE * np.abs(paths).max(axis=1)).any(axis=1)
+    found = (counts == paths.shape[1]).all(axis=1) & moves
     for p in np.flatnonzero(~found):
         state = counts[p].argmin()
         values, level, at = paths[p, :, state], middle[p, state], np.flatnonzero(rises[p, :, state])
