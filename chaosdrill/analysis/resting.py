@@ -134,9 +134,7 @@ def lengthens(paths: np.ndarray) -> np.ndarray:
     # the state that turns least often but often enough
     counts = rises.sum(axis=1)
     counts[counts <= TURNS] = paths.shape[1]
-    # what rests but for a shift has no turns
-    moves = (np.ptp(paths, axis=1) > CLOSE * np.abs(paths).max(axis=1)).any(axis=1)
-    found = (counts == paths.shape[1]).all(axis=1) & moves
+    found = (counts == paths.shape[1]).all(axis=1)
     for p in np.flatnonzero(~found):
         state = counts[p].argmin()
         values, level, at = paths[p, :, state], middle[p, state], np.flatnonzero(rises[p, :, state])
@@ -144,7 +142,8 @@ def lengthens(paths: np.ndarray) -> np.ndarray:
         early, between, late = (part.mean() for part in np.array_split(turns, 3))
         grows = late - early > LONGER * early and between > early
         found[p] = (grows and late - between > SHRINKS * (between - early)) or not _repeats(turns)
-    return found
+    # what rests but for a shift has no turns
+    return np.asarray(found & (np.ptp(paths, axis=1) > CLOSE * np.abs(paths).max(axis=1)).any(axis=1))
 
 
 def _repeats(turns: np.ndarray) -> bool:
