@@ -341,6 +341,9 @@ class Problem:
             if shot.outcome != DONE:
                 code = shot.outcome
                 break
+            if self.plain.discrete:
+                # no steps, and thus none of their errors: beside a sharp fold a small residual is no orbit
+                noise = TUNING.tangent_error * float(np.abs(shot.equations).max())
             close = residual <= TUNING.residual or (residual <= noise and residual > 0.3 * before)
             if turn > 0 and close and (sharper >= TUNING.sharper_steps or shot.sharp(orbit)):
                 code = CONVERGED
