@@ -10,7 +10,7 @@ from chaosdrill.analysis.resting import lengthens, stirs
 from chaosdrill.analysis.stationarity import SAME, departs, stationarity
 from chaosdrill.analysis.statistics import SINKS, STAYS, block_ends, leading
 from chaosdrill.analysis.tori import END, REPEATS, Regularity, aside, closes, examine, goes_on, only_grows, stopped
-from chaosdrill.analysis.words import FOLDS, Evidence, words
+from chaosdrill.analysis.words import FOLDS, Evidence, steady, words
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.shifts import Shifts
 from chaosdrill.engine.structure import Structure
@@ -41,6 +41,10 @@ ZERO = 0.1
 
 APART = 0.5
 """Part of the growth or decay that decides which that along the flow has at most."""
+
+PAIRED = 0.1
+"""Part of an exponent by which another one differs from its opposite at most where one tangent shrinks as another
+grows: shear looks even for a while."""
 
 QUARTER = 0.25
 """Part of a record at whose end chaos is asked to go on as well."""
@@ -77,6 +81,12 @@ class Averages:
         """Of some of the records."""
         parts = {one.name: getattr(self, one.name)[which] for one in fields(self) if one.name != "complete"}
         return Averages(complete=self.complete, **parts)
+
+
+def _paired(exponents: np.ndarray, lead: np.ndarray) -> np.ndarray:
+    """Whether another exponent is minus the leading one, as in shear; shape (P,)."""
+    with np.errstate(invalid="ignore"):
+        return np.asarray((np.abs(exponents + lead[:, np.newaxis]) <= PAIRED * np.abs(lead)[:, np.newaxis]).any(axis=1))
 
 
 def growth_of_end(averages: Averages, column: np.ndarray, part: float) -> np.ndarray:
@@ -121,6 +131,8 @@ def evidence_of(
     found = Evidence.of(points, ended=ended, lead=lead, margin=margin, length=length, late=late)
     if exponents.shape[1]:
         found.quarter = growth_of_end(averages, column, QUARTER)
+        found.steady = steady(averages.course[one_of[0], :, column])
+        found.steady &= (lead < 0) | (averages.complete & ~_paired(exponents, lead))
     found.noisy[:] = system.draws
     unforced = not system.forced and structure.autonomous
     with np.errstate(invalid="ignore"):

@@ -12,7 +12,7 @@ import numpy as np
 
 from chaosdrill.analysis.frequencies import frequencies
 from chaosdrill.analysis.gaps import full
-from chaosdrill.analysis.recurrence import CLOSE
+from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF
 
 FEWEST = 256
 """Number of points of a curve that decide: for random points the length is a third of their number."""
@@ -45,7 +45,8 @@ often as by chance one is so short."""
 
 LAST, BACK, STAYS = 16, 0.75, 0.5
 """Last points of which the nearest return is looked for, within such a part of all, and part of its distance that is
-left later on at least: a cycle of any length comes back, or is approached."""
+left later on at least: a cycle of any length comes back, or is approached. In what is before that part only a return
+that is close counts, since so few points do not tell an approach."""
 
 MOVES, EXPLAINED = 1e-7, 0.98
 """Part of the extent by which a curve moves in the record at least, and part of what points of one half lack to the
@@ -75,6 +76,10 @@ BESIDE, MOST, DOUBT = 2, 0.9, 32
 how far the turn that brings them there may be off, in parts of one over the squared number of points: near a fraction
 points are in one order at many turns."""
 
+SEVERAL = 2
+"""Other states that points repeat at least. Where an angle comes back so closely once, it does so always, which is rarer
+than one in a million."""
+
 PARTS = 4
 """Parts of a turn in which a state may repeat itself, at most: the strongest line is then that of the parts."""
 
@@ -96,11 +101,15 @@ def ordered(points: np.ndarray) -> tuple[bool, bool]:
     if not curves:
         return False, False
     moves = any(_moves_on(points[k::curves], turn, WAVES * parts) for k in range(curves))
-    return not moves and not comes_back(points), moves
+    # by the extent of one curve, which may be small beside the way from one to the next
+    path = points[::curves]
+    return not moves and not comes_back(path[:, full(path)]), moves
 
 
 def goes_on(points: np.ndarray, others: np.ndarray, steps: np.ndarray) -> bool:
     """Whether other states of a motion lie on the curves along which points run, at the angles of their times.
+
+    They do not where the points repeat them, as on a cycle that is longer than the points.
 
     Parameters
     ----------
@@ -114,6 +123,8 @@ def goes_on(points: np.ndarray, others: np.ndarray, steps: np.ndarray) -> bool:
     curves, turn, _ = _order(points)
     if not curves:
         return False
+    if _repeat(points, others, steps):
+        return False
     paths = [points[k::curves] for k in range(curves)]
     asked = [(others[steps % curves == k], (steps[steps % curves == k] - k) // curves) for k in range(curves)]
     count, most = len(paths[0]), max(int(np.abs(later).max(initial=1)) for _, later in asked)
@@ -123,6 +134,15 @@ def goes_on(points: np.ndarray, others: np.ndarray, steps: np.ndarray) -> bool:
         if np.concatenate(lie).mean() >= MOST:
             return True
     return False
+
+
+def _repeat(points: np.ndarray, others: np.ndarray, steps: np.ndarray) -> bool:
+    """Whether points are the same as other states, several of them, all after one and the same number of steps."""
+    extent = np.ptp(points, axis=0)
+    nearest = np.array([(np.abs(points - other) / extent).max(axis=1).argmin() for other in others])
+    same = (np.abs(points[nearest] - others) <= ROUND_OFF * extent).all(axis=1)
+    lags = (nearest - steps)[same]
+    return len(lags) >= SEVERAL and bool((lags == lags[0]).all())
 
 
 def _beside(points: np.ndarray, turn: float, others: np.ndarray, later: np.ndarray) -> np.ndarray:
@@ -199,8 +219,14 @@ def comes_back(points: np.ndarray, stays: float = STAYS) -> bool:
     """
     if len(points) <= LAST:
         return False
+    nearby = int(BACK * len(points))
+    return _returns(points, nearby, stays) or _returns(points, len(points), 0.0)
+
+
+def _returns(points: np.ndarray, most: int, stays: float) -> bool:
+    """The same for the nearest return after so many points at most."""
     windows = np.lib.stride_tricks.sliding_window_view(points, LAST, axis=0)
-    earlier = windows[:-1][-int(BACK * len(points)) :]
+    earlier = windows[:-1][-most:]
     # no window is nearer than its last point, so that few have to be looked at
     least = np.abs(earlier[:, :, -1] - points[-1]).max(axis=1)
     near = np.flatnonzero(least <= np.abs(earlier[least.argmin()] - windows[-1]).max())

@@ -33,6 +33,10 @@ POWER, EVEN = 4.0, 1.5
 """Power of the time as which it grows at most where it will not be seen, as what rounding adds up, and factor by which
 the logarithms of its growth from part to part differ at most: it grows evenly as long as it is small."""
 
+SAMPLES = 3
+"""Samples that a state spends on either side of its middle at least where its turns are seen: of spikes that are
+shorter some fall between two samples. What turns more quickly has no length of a turn, only a mean of many."""
+
 TURNS, LONGER, SHRINKS = 3, 0.05, 0.5
 """Turns of a motion at least, by parts of which it is seen to slow down, part by which these are longer at last than at
 first at least, and part of their growth that is left in the later ones at most on the way to a cycle."""
@@ -131,9 +135,11 @@ def lengthens(paths: np.ndarray) -> np.ndarray:
     middle = (paths.min(axis=1) + paths.max(axis=1)) / 2
     above = paths > middle[:, np.newaxis]
     rises = above[:, 1:] & ~above[:, :-1]
-    # the state that turns least often but often enough
+    # the state that turns least often but often enough, of those whose turns are seen if there are any
     counts = rises.sum(axis=1)
-    counts[counts <= TURNS] = paths.shape[1]
+    enough, quick = counts > TURNS, counts.max(axis=1) * 2 * SAMPLES > paths.shape[1]
+    seen = enough & _all_seen(above)
+    counts[~np.where(seen.any(axis=1, keepdims=True), seen, enough)] = paths.shape[1]
     found = (counts == paths.shape[1]).all(axis=1)
     for p in np.flatnonzero(~found):
         state = counts[p].argmin()
@@ -141,9 +147,17 @@ def lengthens(paths: np.ndarray) -> np.ndarray:
         turns = np.diff(at + (level - values[at]) / (values[at + 1] - values[at]))
         early, between, late = (part.mean() for part in np.array_split(turns, 3))
         grows = late - early > LONGER * early and between > early
-        found[p] = (grows and late - between > SHRINKS * (between - early)) or not _repeats(turns)
+        repeats = (quick[p] and not seen[p].any()) or _repeats(turns)
+        found[p] = (grows and late - between > SHRINKS * (between - early)) or not repeats
     # what rests but for a shift has no turns
     return np.asarray(found & (np.ptp(paths, axis=1) > CLOSE * np.abs(paths).max(axis=1)).any(axis=1))
+
+
+def _all_seen(above: np.ndarray) -> np.ndarray:
+    """Which states are seen whenever they are on either side of their middle, shape (P, W, n); bool, shape (P, n)."""
+    passed = above[:, 1:] != above[:, :-1]
+    again = [(passed[:, lag:] & passed[:, :-lag]).any(axis=1) for lag in range(1, SAMPLES)]
+    return np.asarray(~np.logical_or.reduce(again))
 
 
 def _repeats(turns: np.ndarray) -> bool:

@@ -32,6 +32,10 @@ EVEN = 0.4
 """Part of the growth of a record that either half has at least where it is even, as in chaos on bands too narrow to be
 seen; that along a neutral cycle comes and goes."""
 
+STEADY = 0.05
+"""Part of the growth of a record by which it differs from a straight line at most where each step has its part, as on a
+cycle of any length and in chaos on narrow bands. On a torus growth comes and goes."""
+
 BOUNDED, STILL = 10.0, 2.0
 """Logarithm by which tangents grow or shrink in a record of a torus at most. It stays bounded there but for shear, in
 which it is that of the length. Where averages do not converge faster than any power, as on a torus that has just been
@@ -52,6 +56,7 @@ class Evidence:
     length: np.ndarray  # time of the record
     late: np.ndarray  # its growth rate over the later half of the record
     quarter: np.ndarray  # logarithm of its growth in the last quarter of the record
+    steady: np.ndarray  # bool: tangents grow or shrink as fast all the time, however little, not by shear
     recurs: np.ndarray  # bool: all late points come back within the tolerance, those of a cycle apart from each other
     exact: np.ndarray  # bool: they come back as exactly as a run allows
     stopped: np.ndarray  # bool: the end of the record does so
@@ -167,7 +172,8 @@ class Evidence:
     @property
     def regular(self) -> np.ndarray:
         """Whether it is a torus by all opinions: tangents do not grow, in themselves, not only against their error."""
-        return self.torus & self.torus_possible & ~self.recurs & (self.settled | (self.converges & self.bounded))
+        still = self.settled | (self.converges & self.bounded)
+        return self.torus & self.torus_possible & ~self.recurs & ~self.steady & still
 
     @property
     def settled(self) -> np.ndarray:
@@ -177,7 +183,7 @@ class Evidence:
     @property
     def in_order(self) -> np.ndarray:
         """Whether the points are those of a torus by their order, and tangents do not grow but for shear."""
-        return self.ordered & self.torus_possible & ~self.recurs & (self.bounded | self.sheared)
+        return self.ordered & self.torus_possible & ~self.recurs & ~self.steady & (self.bounded | self.sheared)
 
     @property
     def sheared(self) -> np.ndarray:
@@ -303,6 +309,16 @@ RULES = (
     Rule(Outcome.UNDECIDED, lambda e: np.ones_like(e.recurs), "the evidence does not suffice for any other word"),
 )
 """In the order in which they are tried."""
+
+
+def steady(course: np.ndarray) -> np.ndarray:
+    """Whether logarithms of growth, shape (P, B + 1), at the ends of blocks of one length, follow a straight line."""
+    times = np.linspace(-0.5, 0.5, course.shape[1])
+    with np.errstate(invalid="ignore", over="ignore"):
+        off = course - course.mean(axis=1, keepdims=True)
+        grown = off @ times / (times @ times)
+        rest = np.sqrt(((off - grown[:, np.newaxis] * times) ** 2).mean(axis=1))
+        return np.asarray((np.abs(grown) > UNMOVED) & (rest <= STEADY * np.abs(grown)))
 
 
 def rule_of(evidence: Evidence) -> np.ndarray:

@@ -39,7 +39,7 @@ OPEN_ANSWERS = {"undecided", "transient"}
 MOST_WRONG = 1e-3
 
 
-def averages_of(growth):
+def averages_of(growth, complete):
     """Exponents of growth a step, of shape (P, L, m), as a spectrum makes them of its blocks."""
     length = growth.shape[1]
     ends = block_ends(length, PLAN.blocks)
@@ -52,7 +52,8 @@ def averages_of(growth):
     values, errors, late = (np.take_along_axis(one, order, 1) for one in (values, errors, late))
     points = len(growth)
     course = np.take_along_axis(sums, order[:, np.newaxis], 2)
-    return Averages(values, errors, late, course, np.full(points, float(length)), np.zeros(points, int), False), ends
+    length_of = np.full(points, float(length))
+    return Averages(values, errors, late, course, length_of, np.zeros(points, int), complete), ends
 
 
 def called(states, growth):
@@ -60,13 +61,14 @@ def called(states, growth):
     known = np.abs(states).max(axis=1)
     states = states[:, -growth.shape[1] :]
     points, length, n = states.shape
-    averages, ends = averages_of(growth)
+    averages, ends = averages_of(growth, growth.shape[2] == n)
     jumps = SimpleNamespace(reset=True, marks_only=lambda: False)
     forced = SimpleNamespace(
         forced=True,
         autonomous=False,
         states=range(n),
         free=n,
+        state_names=range(n),
         noise=(),
         draws=False,
         modes={"on": {}},
