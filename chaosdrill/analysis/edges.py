@@ -218,17 +218,8 @@ def told_by(known: Mapping[str, np.ndarray], found: Mapping[str, np.ndarray]) ->
         wordless = loose & ((outcome == Outcome.UNDECIDED) | (one["outcome"][0] == Outcome.UNDECIDED))
         many = {name: found[name] for name in KNOWN_BY}
         many["outcome"] = np.where(wordless, one["outcome"][0], outcome)
-        # a spiral of no extent on a section through a point at rest is that point
-        if _still(one)[0]:
-            many |= {name: np.where(_still(many), one[name][0], many[name]) for name in ("outcome", "period")}
         codes[attracted & alike_first(one, many)] = side + 1
     return codes
-
-
-def _still(found: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Which runs come to one point."""
-    fixed = (found["outcome"] == Outcome.PERIODIC) & (found["period"] == 1)
-    return np.asarray((found["outcome"] == Outcome.EQUILIBRIUM) | fixed)
 
 
 def edges_dataset(system: "HybridSystem", given: Any, job: "Job") -> xr.Dataset:
@@ -268,7 +259,14 @@ def edges_dataset(system: "HybridSystem", given: Any, job: "Job") -> xr.Dataset:
     period = max(told.period, 1) if returns else 0
     rate, error = _grown(segments, period)
     exponents = _exponents(plan, segments, scale, job.numerics, period)
-    if told.outcome == Outcome.UNDECIDED and (exponents[0] > EDGES.positive * exponents[1]).sum() > 1:
+    if returns and _ways(exponents, track) > 1:
+        # motions beside the track, on the same edge, leave it: only a symmetry holds it there
+        told, returns = told._replace(outcome=Outcome.UNDECIDED, period=0), False
+        reason = (
+            "the track stays where several directions lead off, so that other motions on the edge do not come there; "
+            "give starts that share no symmetry with it"
+        )
+    if told.outcome == Outcome.UNDECIDED and not reason and (exponents[0] > EDGES.positive * exponents[1]).sum() > 1:
         told = told._replace(outcome=Outcome.CHAOTIC)
     elif told.outcome == Outcome.UNDECIDED and not reason:
         advice = (
@@ -390,6 +388,17 @@ def _returns(plan: Plan, track: _Track, scale: np.ndarray, parted: float) -> _Re
             return _Returns(Outcome.EQUILIBRIUM if at_rest else Outcome.PERIODIC, 0 if at_rest else period, far)
         least = min(least, far)
     return _Returns(Outcome.UNDECIDED, 0, float(least))
+
+
+def _ways(exponents: tuple[np.ndarray, np.ndarray], track: _Track) -> int:
+    """Number of directions in which motions leave a track that returns.
+
+    Their growth is beyond the error, and shows over the later half of the track; that of a neutral direction does not.
+    """
+    rates, errors = exponents
+    lasted = track.times[-1] - track.times[len(track.times) // 2]
+    with np.errstate(invalid="ignore"):
+        return int(((rates > EDGES.positive * errors) & (rates * lasted > 1)).sum())
 
 
 def change(segments: list[_Segment], period: int, plan: Plan) -> np.ndarray:

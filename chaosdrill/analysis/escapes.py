@@ -62,6 +62,16 @@ class _Lives(NamedTuple):
     outcome: np.ndarray
 
 
+class _Saddle(NamedTuple):
+    """What runs that stay long tell of the saddle."""
+
+    points: np.ndarray  # (K, n)
+    exponents: np.ndarray  # (m,): descending
+    errors: np.ndarray  # (m,)
+    rates: np.ndarray  # (R, m): of single runs
+    moved: np.ndarray  # (m,): exponents less those over the first half of the lives
+
+
 class Rate(NamedTuple):
     """An escape rate, per unit or per time."""
 
@@ -89,7 +99,11 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     else:
         whole = lives.length[lives.left | (lives.outcome == Outcome.OK)]
         rate, changes = rate_of_flow(whole, lead * unit, count * unit), drift_of_flow(whole, lead * unit, count * unit)
+    dimension = (math.nan, math.nan)
     saddle = _saddle(marked, ends, starts, modes, lives.units, unit, lead, job)
+    if len(saddle.rates) and math.isfinite(rate.value + rate.error):
+        flows = system.autonomous and not system.discrete
+        dimension = dimension_of_saddle(saddle.rates, saddle.moved, rate, flows=flows)
     if report:
         report(2 * len(starts))
     alive = np.array([(lives.units >= age).sum() for age in range(count + 1)]) / len(starts)
@@ -104,9 +118,11 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
             "escapes": ((), np.int64(rate.escapes)),
             "drift": ((), changes),
             "least_age": ((), lead * unit),
-            "saddle_state": (("point", "state"), saddle[0]),
-            "lyapunov_exponent": ("exponent", saddle[1]),
-            "lyapunov_error": ("exponent", saddle[2]),
+            "saddle_state": (("point", "state"), saddle.points),
+            "saddle_dimension": ((), dimension[0]),
+            "saddle_dimension_error": ((), dimension[1]),
+            "lyapunov_exponent": ("exponent", saddle.exponents),
+            "lyapunov_error": ("exponent", saddle.errors),
             **({"forcing_period": ((), unit)} if forced else {}),
             "start": np.arange(1, len(starts) + 1, dtype=np.int32),
             "age": np.arange(count + 1) * unit,
@@ -254,14 +270,15 @@ def _saddle(
     unit: float,
     lead: int,
     job: "Job",
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+) -> _Saddle:
     """Points on the saddle and its exponents with their errors, from runs that stay long (sprinkler).
 
     In the middle of a long life a run is near the saddle: it has come along the stable manifold, and has not yet left
     along the unstable one.
     """
     n = len(system.state_names)
-    none = np.zeros((0, n)), np.full(system.free, np.nan), np.full(system.free, np.nan)
+    unknown = np.full(system.free, np.nan)
+    none = _Saddle(np.zeros((0, n)), unknown, unknown, np.zeros((0, system.free)), unknown)
     if len(units) < SURVIVORS:
         return none
     age = int(np.sort(units)[-SURVIVORS])
@@ -296,14 +313,65 @@ def _saddle(
         return none
     means = rates.mean(axis=0)
     order = np.argsort(-means, kind="stable")
-    half = len(lengths) // 2
+    half, moved = len(lengths) // 2, np.zeros(system.free)
     with np.errstate(invalid="ignore"):
         errors = rates.std(axis=0, ddof=1) / math.sqrt(len(rates))
         if half:
             # a mean that still moves along the lives is not yet that of the saddle
-            before = parts[:half].sum(axis=0).mean(axis=0) / (early * unit)
-            errors = np.hypot(errors, means - before)
-    return np.concatenate(points), means[order], errors[order]
+            moved = means - parts[:half].sum(axis=0).mean(axis=0) / (early * unit)
+            errors = np.hypot(errors, moved)
+    return _Saddle(np.concatenate(points), means[order], errors[order], rates[:, order], moved[order])
+
+
+def dimension_of_saddle(rates: np.ndarray, moved: np.ndarray, rate: Rate, *, flows: bool) -> tuple[float, float]:
+    """The information dimension of a saddle by its exponents and escape rate, and its standard error.
+
+    Parameters
+    ----------
+    rates, moved : ndarray, shapes (R, m), (m,)
+        Exponents of single runs, and how far their means still move along the lives.
+    flows : bool
+        Whether one direction is that of a flow, which adds 1.
+    """
+    exponents = rates.mean(axis=0)
+    found = _information_dimension(exponents, rate.value, flows=flows)
+    known, step = np.flatnonzero(np.isfinite(exponents)), 1e-6 * max(float(np.abs(exponents[0])), rate.value)
+    if math.isnan(found) or not step > 0:
+        return found, math.nan
+
+    def slope(on: np.ndarray, on_rate: float) -> float:
+        ends = [
+            _information_dimension(exponents + s * on, rate.value + s * on_rate, flows=flows) for s in (-step, step)
+        ]
+        return (ends[1] - ends[0]) / (2 * step)
+
+    weights = np.array([slope(np.eye(len(exponents))[k], 0.0) for k in known])
+    by_chance = float((rates[:, known] @ weights).std(ddof=1)) / math.sqrt(len(rates))
+    return found, math.hypot(
+        by_chance, float(moved[known] @ weights), slope(np.zeros_like(exponents), 1.0) * rate.error
+    )
+
+
+def _information_dimension(exponents: np.ndarray, rate: float, *, flows: bool) -> float:
+    """Of a saddle: its entropy, the sum of the positive exponents less the escape rate, fills directions on both sides.
+
+    Those of the slowest growth and of the slowest decay are filled first (Hunt, Ott and Yorke 1996,
+    doi:10.1103/PhysRevE.54.4819; of maps of the plane Kantz and Grassberger 1985).
+    """
+    if np.isnan(exponents).any():
+        return math.nan
+    if flows:
+        exponents = np.delete(exponents, np.abs(exponents).argmin())
+    entropy = max(float(exponents[exponents > 0].sum()) - rate, 0.0)
+    total = float(flows)
+    for side in (np.sort(exponents[exponents > 0]), np.sort(-exponents[exponents <= 0])):
+        left = entropy
+        for growth in side.tolist():
+            if left < growth:
+                total += left / growth
+                break
+            left, total = left - growth, total + 1
+    return total
 
 
 def _still_there(batch: Batch, which: np.ndarray, units: int, ends: list[int]) -> np.ndarray:

@@ -109,8 +109,12 @@ def _moments(windows, period, told, found, taken):
 
 
 def alike_first(first: Mapping[str, np.ndarray], others: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Whether runs, (P,), are on the attractor of one run; all arrays have a leading dimension, that of ``first`` 1."""
+    """Whether runs, (P,), are on the attractor of one run; all arrays have a leading dimension, that of ``first`` 1.
+
+    A spiral of no extent on a section through a point at rest is that point, whatever its word.
+    """
     kind = (others["period"] == first["period"]) & (others["outcome"] == first["outcome"])
+    kind |= _still(others) & _still(first)
     (one, known_of_one), (many, known_of_many) = ((m[:, :3], m[:, 3]) for m in (first["moments"], others["moments"]))
     size = sizes(one, np.maximum(known_of_one, known_of_many))[:, np.newaxis]
     close = (np.abs(many - one) <= SAME_CYCLE * size).all(axis=(1, 2))
@@ -125,10 +129,17 @@ def alike_first(first: Mapping[str, np.ndarray], others: Mapping[str, np.ndarray
     return kind & np.where(is_one, close, chaotic)
 
 
+def _still(found: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Which runs come to one point."""
+    fixed = (found["outcome"] == Outcome.PERIODIC) & (found["period"] == 1)
+    return np.asarray((found["outcome"] == Outcome.EQUILIBRIUM) | fixed)
+
+
 def number_attractors(found: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """Number of the attractor of every run, from 1, and the first run of each; 0 without an attractor.
 
-    The run that comes first in the grid stands for its attractor, so that the order of computation is of no account.
+    The run that comes first in the grid, one at rest before others, stands for its attractor, so that the order of
+    computation is of no account.
     Attractors are numbered in the order of their number of runs; those beyond the first ``MOST`` get no number.
     """
     numbers = np.zeros(len(found["outcome"]), dtype=np.int64)
@@ -140,8 +151,9 @@ def number_attractors(found: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.n
             [alike_first(first, _part(found, some)) for some in np.split(left, range(BLOCK, len(left), BLOCK))]
         )
         same[0] = True
-        leaders.append(int(left[0]))
-        numbers[left[same]] = len(leaders)
+        mine = left[same]
+        leaders.append(int(mine[np.argmax(found["outcome"][mine] == Outcome.EQUILIBRIUM)]))
+        numbers[mine] = len(leaders)
         left = left[~same]
     sizes = np.bincount(numbers, minlength=len(leaders) + 1)[1:]
     order = np.argsort(-sizes, kind="stable")

@@ -25,13 +25,12 @@ from chaosdrill.engine.shifts import Shifts
 
 @dataclass(frozen=True)
 class Followed:
-    """Long records of some attractors."""
+    """Long records of attractors that came to no cycle and to no rest."""
 
     which: np.ndarray  # int (A,): their places among the attractors
     points: np.ndarray  # (A, LENGTH, n + 1): states and modes
     known: np.ndarray  # (A, n): sizes that states have had on the way
     shifts: Shifts  # modulo which they are compared
-    period: np.ndarray  # int (A,): of the cycle on which the record ends; 0: none
 
 
 def merge(
@@ -54,33 +53,59 @@ def merge(
         keep as many points as records are compared by.
     """
     loose = (found["period"][leaders] == 0) & (found["outcome"][leaders] != Outcome.EQUILIBRIUM)
-    which = np.flatnonzero(loose)[: ATTRACTORS.most]
-    if len(which) == 0 or len(leaders) < 2:
+    todo, part_of = np.flatnonzero(loose), np.arange(len(leaders))
+    if len(todo) == 0 or len(leaders) < 2:
         return numbers, leaders
-    followed = _follow(plan, which, begin(which))
-    part_of = np.arange(len(leaders))
-    for one, other in _pairs(followed):
+    told = {name: found[name][leaders] for name in KNOWN_BY}
+    settled, left, room = [], [], ATTRACTORS.most
+    while len(todo) and room:
+        # those that settle leave their place to others
+        which, todo = todo[:room], todo[room:]
+        followed, rests = _follow(plan, which, begin(which), told)
+        settled += rests
+        left.append(followed)
+        room -= len(which) - len(rests)
+    same = [(one, other) for one in settled for other in np.flatnonzero(alike_first(_only(told, one), told)).tolist()]
+    for one, other in (*_pairs(left), *same):
         part_of[part_of == part_of[other]] = part_of[one]
-    for place, cycle in _on_cycles(found, leaders, followed):
-        part_of[part_of == part_of[place]] = part_of[cycle]
     return _renumbered(found, numbers, leaders, part_of)
 
 
-def _follow(plan: Plan, which: np.ndarray, runs: Batch) -> Followed:
+def _only(told: Mapping[str, np.ndarray], place: int) -> dict[str, np.ndarray]:
+    return {name: values[place : place + 1] for name, values in told.items()}
+
+
+def _follow(plan: Plan, which: np.ndarray, runs: Batch, told: dict[str, np.ndarray]) -> tuple[Followed, list[int]]:
+    """Records of some attractors; those whose records end on a cycle or at rest, of which ``told`` then says so."""
     runs.run(plan.transient, np.array([0, ATTRACTORS.length]))
-    there = runs.outcome == Outcome.OK
+    there = np.flatnonzero(runs.outcome == Outcome.OK)
     points, known, shifts = undrawn(plan.system, runs.window[there]), runs.sizes[there], plan.shifts
     period = recurrence(aside(points, shifts), shifts.sizes(known), plan.max_period, 2 * plan.max_period).period
-    return Followed(which[there], points, known, shifts, period if plan.maps else np.zeros_like(period))
+    rows = np.flatnonzero(period) if plan.maps else np.zeros(0, dtype=np.int64)
+    cycles = which[there[rows]]
+    told["outcome"][cycles], told["period"][cycles] = Outcome.PERIODIC, period[rows]
+    told["moments"][cycles], _ = moments(points[rows], known[rows], period[rows], shifts)
+    rests = []
+    stopped = (Outcome.EQUILIBRIUM, Outcome.NO_RETURN) if plan.system.autonomous else ()
+    for row in np.flatnonzero(np.isin(runs.outcome, stopped)).tolist():
+        rest = runs.rest(row)
+        if (np.abs(runs.x[row] - rest) <= CLOSE * sizes(rest[np.newaxis, np.newaxis], runs.sizes[[row]])[0]).all():
+            place = int(which[row])
+            told["outcome"][place], told["moments"][place, :3] = Outcome.EQUILIBRIUM, 0.0
+            told["moments"][place, 0] = shifts.quotient(rest)
+            rests.append(place)
+    on = np.setdiff1d(np.arange(len(there)), rows)
+    return Followed(which[there[on]], points[on], known[on], shifts), [*cycles.tolist(), *rests]
 
 
-def _pairs(followed: Followed) -> list[tuple[int, int]]:
+def _pairs(followed: list[Followed]) -> list[tuple[int, int]]:
     """Attractors, by their places, of which each pair is one."""
-    rows = np.flatnonzero(followed.period == 0)
-    if len(rows) < 2:
+    place = np.concatenate([one.which for one in followed]).tolist()
+    if len(place) < 2:
         return []
-    shifts = followed.shifts
-    records = _scaled(aside(followed.points[rows], shifts), shifts.sizes(followed.known[rows]))
+    shifts = followed[0].shifts
+    points, known = (np.concatenate([getattr(one, name) for one in followed]) for name in ("points", "known"))
+    records = _scaled(aside(points, shifts), shifts.sizes(known))
     half = ATTRACTORS.length // 2
     for count in ATTRACTORS.cells:
         cells = _cells(records, count)
@@ -88,11 +113,10 @@ def _pairs(followed: Followed) -> list[tuple[int, int]]:
         if np.median(again) >= ATTRACTORS.familiar:
             break
     visited = [np.unique(one) for one in cells]
-    place = followed.which[rows].tolist()
     return [
         (place[i], place[j])
-        for i in range(len(rows))
-        for j in range(i + 1, len(rows))
+        for i in range(len(place))
+        for j in range(i + 1, len(place))
         if max(np.isin(cells[i], visited[j]).mean(), np.isin(cells[j], visited[i]).mean()) >= ATTRACTORS.shared
     ]
 
@@ -114,31 +138,18 @@ def _cells(records: np.ndarray, count: int) -> np.ndarray:
     return np.asarray(number.reshape(table.shape[:2]))
 
 
-def _on_cycles(found: Mapping[str, np.ndarray], leaders: np.ndarray, followed: Followed) -> list[tuple[int, int]]:
-    """Attractors whose records end on a cycle, and those that are this cycle, by their places."""
-    rows = np.flatnonzero(followed.period > 0)
-    seen, _ = moments(followed.points[rows], followed.known[rows], followed.period[rows], followed.shifts)
-    known = {name: found[name][leaders] for name in KNOWN_BY}
-    pairs = []
-    for row, of_it in zip(rows.tolist(), seen, strict=True):
-        one = {name: values[:1] for name, values in known.items()} | {
-            "period": followed.period[row : row + 1],
-            "outcome": np.array([int(Outcome.PERIODIC)]),
-            "moments": of_it[np.newaxis].astype(known["moments"].dtype),
-        }
-        pairs += [(int(followed.which[row]), int(same)) for same in np.flatnonzero(alike_first(one, known))[:1]]
-    return pairs
-
-
 def _renumbered(
     found: Mapping[str, np.ndarray], numbers: np.ndarray, leaders: np.ndarray, part_of: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Attractors that were merged, by the number of their runs; a run whose word is known stands for each."""
+    """Attractors that were merged, by the number of their runs; one that has settled, or whose word is known, stands
+    for each."""
     sizes_of = np.bincount(numbers, minlength=len(leaders) + 1)[1:]
     kept = np.unique(part_of)
     total = np.array([sizes_of[part_of == one].sum() for one in kept])
     order = kept[np.argsort(-total, kind="stable")]
-    unknown = found["outcome"][leaders] == Outcome.UNDECIDED
+    outcome = found["outcome"][leaders]
+    settled = (found["period"][leaders] > 0) | (outcome == Outcome.EQUILIBRIUM)
+    unknown = np.where(settled, 0, np.where(outcome == Outcome.UNDECIDED, 2, 1))
     chosen = [min(np.flatnonzero(part_of == one), key=lambda k: (unknown[k], -sizes_of[k], k)) for one in order]
     rank = np.zeros(len(leaders) + 1, dtype=np.int64)
     for number, one in enumerate(order, start=1):

@@ -57,4 +57,6 @@ def _draw_saddle(axes: Axes, dataset: Dataset, moving: list[int]) -> None:
         for k, (value, error) in enumerate(zip(exponents, dataset["lyapunov_error"].values, strict=True))
         if np.isfinite(value)
     ]
-    axes.set_title(f"saddle: {', '.join(told[:4])}")
+    dimension, error = (float(dataset[name]) for name in ("saddle_dimension", "saddle_dimension_error"))
+    told = [*told[:4], *([f"D = {uncertain(dimension, error)}"] if np.isfinite(dimension) else [])]
+    axes.set_title(f"saddle: {', '.join(told)}")

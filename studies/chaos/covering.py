@@ -101,7 +101,7 @@ def of_dimensions(records: int, rng: np.random.Generator) -> Iterator[Told]:
 
 
 def of_lives(records: int, rng: np.random.Generator) -> Iterator[Told]:
-    """Escape rate of an open skew tent, exponent of its saddle."""
+    """Escape rate of an open skew tent, exponent and dimension of its saddle."""
     images = {"x": "piecewise(x/a, x < 1/2, (1 - x)/b)"}
     tent = cd.Map("x", dict(zip("ab", WIDTHS.tolist(), strict=True)), images, initial={"x": 0.3}, bounds={"x": (0, 1)})
     shares = WIDTHS / WIDTHS.sum()
@@ -113,6 +113,10 @@ def of_lives(records: int, rng: np.random.Generator) -> Iterator[Told]:
             "exponent of the saddle": (
                 *_of(found, "lyapunov_exponent", "lyapunov_error", 0),
                 float(-shares @ np.log(WIDTHS)),
+            ),
+            "dimension of the saddle": (
+                *_of(found, "saddle_dimension", "saddle_dimension_error"),
+                float((shares @ np.log(shares)) / (shares @ np.log(WIDTHS))),
             ),
         }
 
@@ -194,10 +198,13 @@ def of_boundaries(records: int, rng: np.random.Generator) -> Iterator[Told]:
     for _ in range(records):
         angle, off = rng.uniform(0, 2 * np.pi), rng.uniform(-0.3, 0.3)
         line = 1 + (np.cos(angle) * along[:, np.newaxis] + np.sin(angle) * along > off)
-        smooth, mixed = uncertainty(line), mixing(line, 5)
+        # of one slope, since entropies depend on it
+        sloped = 1 + (np.cos(0.5) * along[:, np.newaxis] + np.sin(0.5) * along > off)
+        smooth, mixed = uncertainty(line), mixing(sloped, 5)
         told = {
             "uncertainty exponent of a line": (smooth.exponent, smooth.exponent_error, 1.0),
-            "basin entropy of lines": (*mixed["basin_entropy"], math.nan),
+            "basin entropy of a line": (*mixed["basin_entropy"], math.nan),
+            "boundary entropy of a line": (*mixed["boundary_entropy"], math.nan),
         }
         count, turn = int(rng.integers(300, 600)), rng.uniform(0, 2 * np.pi)
         across = np.linspace(0, 2 * np.pi, count) + turn

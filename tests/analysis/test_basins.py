@@ -113,6 +113,40 @@ def test_numbers_go_by_size_whatever_the_order():
     assert leaders.tolist() == [1, 0, 4]
 
 
+@pytest.mark.parametrize("at", ["v > 0", "x**2 > 1"])
+def test_a_rest_is_one_however_late_runs_come_to_it(at):
+    """Spirals into x = -1 and x = 1, on sections through both: they come closer in ever smaller turns."""
+    system = cd.HybridSystem(
+        name="spirals", states="x v", parameters={"d": 0.3}, modes={"on": {"x": "v", "v": "x - x**3 - d*v"}},
+        initial={"x": 1.0, "v": 0.0},
+    )  # fmt: skip
+    grid = {"x": np.linspace(-2, 2, 6), "v": np.linspace(-2, 2, 5)}
+    found = cd.basins(system, grid, at=at, transient=5, periods=8, max_period=3, exponents=0)
+    np.testing.assert_allclose(np.sort(found["attractor_state"].sel(state="x")), [-1, 1], atol=1e-3)
+
+
+def test_a_point_that_no_start_has_reached_is_one():
+    """Multipliers of -0.99: after 40 iterates each of 100 starts is still on its way, to x = 0 or to x = 3."""
+    slow = cd.Map("x", {"m": -0.99}, {"x": "piecewise(m*x, x < 3/2, 3 + m*(x - 3))"}, initial={"x": 0.1})
+    away = np.geomspace(1e-8, 1, 50)
+    starts = {"x": np.concatenate([away, 3 + away])}
+    found = cd.basins(slow, initial=starts, transient=40, periods=8, max_period=3, exponents=0)
+    np.testing.assert_array_equal(found["fraction"], [0.5, 0.5])
+    assert len(np.unique(found["attractor"][:50])) == 1
+
+
+def test_a_point_on_a_section_is_the_rest_in_it():
+    found = {
+        "period": np.array([1, 0, 1, 2]),
+        "outcome": np.array([cd.Outcome.PERIODIC, cd.Outcome.EQUILIBRIUM, cd.Outcome.PERIODIC, cd.Outcome.PERIODIC]),
+        "moments": np.array([[[1.0], [0], [0], [1]]] * 3 + [[[1.0], [0.1], [0], [1]]]),
+        "lyapunov_exponent": np.zeros((4, 0)),
+        "lyapunov_error": np.zeros((4, 0)),
+    }
+    numbers, leaders = number_attractors(found)
+    assert (numbers.tolist(), leaders.tolist()) == ([1, 1, 1, 2], [1, 3])
+
+
 def test_a_state_that_the_mode_holds_spans_no_grid():
     with pytest.raises(cd.SettingsError, match=r"grid\.w: mode 'stick', the initial one, leaves it no freedom"):
         cd.basins(cd.drill(), {"y": [0.0], "w": [0.0, 0.1]}, transient=1, periods=4)

@@ -247,6 +247,21 @@ def test_a_fate_is_told_by_where_runs_go_not_by_words_that_are_missing():
     assert told_by(leaves, of_runs(*(row for row, _ in rows)))[-2:].tolist() == [1, UNKNOWN]
 
 
+def test_a_track_that_two_directions_leave_is_no_edge_state():
+    """x' = x - x^3, y' = y (1/2 - x^2) - y^3: on the edge x = 0 the origin repels, and y = sqrt(1/2) attracts."""
+    system = cd.HybridSystem(
+        name="two-ways", states="x y", modes={"on": {"x": "x - x**3", "y": "y*(1/2 - x**2) - y**3"}}, initial={"x": 0.5}
+    )  # fmt: skip
+    lengths = {"duration": 40, "transient": 40, "rounds": 8}
+    held = cd.edge_states(system, initial=[{"x": 0.7}, {"x": -0.9}], **lengths)
+    assert held["outcome"] == cd.Outcome.UNDECIDED
+    assert "several directions lead off" in held.attrs["reason"]
+    np.testing.assert_allclose(held["lyapunov_exponent"], [1, 0.5], rtol=1e-6)
+    free = cd.edge_states(system, initial=[{"x": 0.7, "y": 1e-3}, {"x": -0.9, "y": 2e-3}], **lengths)
+    assert free["outcome"] == cd.Outcome.EQUILIBRIUM
+    np.testing.assert_allclose(free["edge_state"], [0, np.sqrt(0.5)], atol=1e-8)
+
+
 def test_errors_of_mean_rates_cover():
     """Those of blocks whatever their length; those of cycles bound what their steps share."""
     rng, hits = np.random.default_rng(1), 0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
-from chaosdrill.analysis.escapes import drift, drift_of_flow, escape_rate, rate_of_flow
+from chaosdrill.analysis.escapes import Rate, dimension_of_saddle, drift, drift_of_flow, escape_rate, rate_of_flow
 
 WIDTHS = np.array([0.45, 0.35])
 RATE = -np.log(WIDTHS.sum())
@@ -53,6 +53,32 @@ def test_the_exponent_of_its_saddle_is_exact(skew):
     points = skew["saddle_state"].sel(state="x").values
     assert len(points) >= 500
     assert not ((points > WIDTHS[0]) & (points < 1 - WIDTHS[1])).any()
+
+
+def test_the_dimension_of_its_saddle_is_exact(skew):
+    """That of branches visited in proportion to their widths, along the growth; the clock's phase is neutral."""
+    shares = WIDTHS / WIDTHS.sum()
+    exact = 1 + (shares @ np.log(shares)) / (shares @ np.log(WIDTHS))
+    assert abs(skew["saddle_dimension"] - exact) <= 3 * skew["saddle_dimension_error"] < 0.05
+
+
+def test_the_dimension_of_a_saddle_fills_both_sides_by_its_entropy():
+    """Of an open baker's map, along and across; of a flow, one more; as that of Kaplan and Yorke where none leave."""
+    shares, along, across = np.array([0.6, 0.4]), np.array([0.45, 0.3]), np.array([0.25, 0.35])
+    above, below = -shares @ np.log(along), shares @ np.log(across)
+    entropy = -shares @ np.log(shares)
+    rates, none = np.array([[above - 0.1, below], [above + 0.1, below]]), np.zeros(2)
+    rate = Rate(above - entropy, 0.02, 400)
+    found, error = dimension_of_saddle(rates, none, rate, flows=False)
+    assert found == pytest.approx(entropy / above - entropy / below)
+    by_rate, by_exponent = (1 / above - 1 / below) * 0.02, ((above - entropy) / above**2 - 1 / below) * 0.1
+    assert error == pytest.approx(np.hypot(by_rate, by_exponent), rel=1e-6)
+    flow = np.insert(rates, 1, [1e-4, -1e-4], axis=1)
+    assert dimension_of_saddle(flow, np.zeros(3), rate, flows=True)[0] == pytest.approx(found + 1)
+    lost = np.column_stack([rates, np.full(2, -np.inf)])
+    assert dimension_of_saddle(lost, np.zeros(3), rate, flows=False)[0] == pytest.approx(found)
+    closed = dimension_of_saddle(np.array([[0.5, 0.3, -1.0]] * 2), np.zeros(3), Rate(0.0, 0.0, 0), flows=False)
+    assert closed[0] == pytest.approx(2.8)
 
 
 def test_the_tent_map_of_slope_three():

@@ -27,6 +27,10 @@ VARIABLES = table(
     need("saddle_state", "point state", "f8", "state near the saddle", "In the middle of long lifetimes."),
     need("lyapunov_exponent", "exponent", "f8", "Lyapunov exponent of the saddle", RANK_LOSS),
     need("lyapunov_error", "exponent", "f8", "standard error of the exponent", COVERS),
+    need(
+        "saddle_dimension", "", "f8", "information dimension of the saddle", "From its exponents and the escape rate."
+    ),
+    need("saddle_dimension_error", "", "f8", "standard error of the dimension", COVERS),
     *forcing(),
     bars={"lyapunov_exponent": "lyapunov_error"},
     sampled=("lifetime", "surviving", "escapes", "least_age", "drift", "saddle_state"),
@@ -102,7 +106,7 @@ class TransientChaos(AnalysisSettings):
     TransientChaos,
     "lifetimes from many starts, the escape rate, and the saddle's points and exponents",
     VARIABLES,
-    cites=("kantz1985", "lai2011"),
+    cites=("kantz1985", "lai2011", "hunt1996"),
 )
 def transient_chaos(system: HybridSystem, given: TransientChaos, job: Job) -> Dataset:
     """Lifetimes of runs from many starts, the rate at which they leave, and the chaotic saddle.
@@ -123,15 +127,20 @@ def transient_chaos(system: HybridSystem, given: TransientChaos, job: Job) -> Da
     left out at both ends; over the rest their tangents grow at the exponents of the saddle. Their error is that of
     independent runs, plus the difference between the mean over all of this age and that over its first half.
 
+    The entropy of the saddle, the sum of its positive exponents less the escape rate, fills its directions, those of
+    slowest growth and of slowest decay first: together this is its information dimension (Hunt, Ott and Yorke 1996,
+    doi:10.1103/PhysRevE.54.4819), in which the direction of a flow, and each neutral one, counts 1. In systems made of
+    uncoupled parts it may be smaller.
+
     Returns
     -------
     xarray.Dataset
         ``lifetime`` and ``outcome`` (start), ``escaped`` where a run has left and ``ok`` where it has not, with
         ``initial_state`` (start, state); ``surviving`` (age); ``escape_rate`` and ``escape_rate_error``, per unit of
         time, ``escapes``, ``least_age`` and ``drift``, NaN with fewer than 40 escapes; ``saddle_state`` (point, state),
-        ``lyapunov_exponent`` and ``lyapunov_error`` (exponent), NaN where fewer than 100 runs live long. Without an
-        escape the rate is 0, and twice its error is the largest rate that would have shown no escape in 5 % of all
-        cases.
+        ``lyapunov_exponent`` and ``lyapunov_error`` (exponent), ``saddle_dimension`` and ``saddle_dimension_error``,
+        NaN where fewer than 100 runs live long. Without an escape the rate is 0, and twice its error is the largest
+        rate that would have shown no escape in 5 % of all cases.
     """
     from chaosdrill.analysis.escapes import transients
 
