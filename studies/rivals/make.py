@@ -195,7 +195,8 @@ def machine() -> str:
     info = Path("/proc/cpuinfo")
     lines = info.read_text(encoding="utf-8").splitlines() if info.is_file() else []
     models = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
-    names = ", ".join(f"{name} {version(name)}" for name in ("chaosdrill", "numba", "numpy"))
+    # of the code that runs, not of what pip knows of
+    names = ", ".join([f"chaosdrill {cd.__version__}", *(f"{name} {version(name)}" for name in ("numba", "numpy"))])
     today = datetime.datetime.now(datetime.UTC).date()
     return f"{next(models, platform.machine())}, one core, Python {platform.python_version()}, {names}, {today}."
 
