@@ -4,12 +4,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import sympy
 
 from chaosdrill.codegen.layout import Watched
 from chaosdrill.codegen.steep import steep_operations
 from chaosdrill.model.crossings import INCREASING, Crossing, crossings
-from chaosdrill.model.derive import guard_gradient
+from chaosdrill.model.derive import differentiate, guard_gradient, rate
+from chaosdrill.model.held import Trial
 from chaosdrill.model.special import SPECIAL
 
 if TYPE_CHECKING:
@@ -70,27 +72,57 @@ def returns(system: "HybridSystem", events: Sequence[Sequence[Event]]) -> list[l
 
     Two for each transition: the guard that is met from above the surface, and the one that is met from below.
     """
-    modes, found = list(system.modes), []
-    for transition, crossing in zip(system.transitions, crossings(system.transitions), strict=True):
-        there = [(j, e) for j, e in enumerate(events[modes.index(transition.target)]) if e.guard == crossing.surface]
-        found.append([next((j for j, e in there if e.direction in (0, way)), -1) for way in (-1, 1)])
+    modes, known, found = list(system.modes), _series(system), []
+    for k, transition in enumerate(system.transitions):
+        senses = known.get(k, {})
+        there = [(j, e) for j, e in enumerate(events[modes.index(transition.target)]) if e.guard in senses]
+        ways = ([j for j, e in there if e.direction in (0, way * senses[e.guard])] for way in (-1, 1))
+        found.append([next(iter(way), -1) for way in ways])
     return found
 
 
 def in_series(system: "HybridSystem") -> set[int]:
     """Transitions that may be one of a series of rebounds, all on one surface, that another one completes."""
+    return set(_series(system))
+
+
+def _series(system: "HybridSystem") -> dict[int, dict[Any, int]]:
+    """The guards that transitions in series of rebounds may meet next, with the sense in which each grows: 1 or -1.
+
+    Guards are those that the target mode watches on the surface of the transition, however they are written.
+    """
     surfaces = [surface for surface, _ in crossings(system.transitions)]
     usual = {k: t for k, t in enumerate(system.transitions) if t.completes is None and not t.marks_only()}
     completed = {t.completes for t in system.transitions}
-    found = {k for k, t in usual.items() if t.name in completed}
-    waiting = list(found)
+    trial = Trial(system)
+    found: dict[int, dict[Any, int]] = {}
+    waiting = [k for k, t in usual.items() if t.name in completed]
     while waiting:
-        last = waiting.pop()
-        target = system.transitions[last].target
-        following = {k for k, t in usual.items() if target in t.source and surfaces[k] == surfaces[last]} - found
-        found |= following
-        waiting += following
+        k = waiting.pop()
+        target = system.transitions[k].target
+        there = {i: surfaces[i] for i, t in usual.items() if target in t.source}
+        senses = {other: _sense(system, trial, target, surfaces[k], other) for other in dict.fromkeys(there.values())}
+        found[k] = {other: sense for other, sense in senses.items() if sense}
+        waiting += [i for i, other in there.items() if other in found[k] and i not in found and i not in waiting]
     return found
+
+
+def _sense(system: "HybridSystem", trial: Trial, mode: str, surface: Any, other: Any) -> int:
+    """Whether a guard vanishes with a surface and grows with it (1) or against it (-1); 0 if it does neither.
+
+    One of them may vanish elsewhere, too, as tan(x) beside x. The last of a series of rebounds are slow: gradients are
+    compared where the other one neither is off zero nor moves in the mode.
+    """
+    if other == surface:
+        return 1
+    where = surface if trial.zero(other, (surface,)) else other
+    if where == other and not trial.zero(surface, (other,)):
+        return 0
+    _, on = trial.points((where, rate(system, mode, where)))
+    product = sympy.Add(*(differentiate(surface, x) * differentiate(other, x) for x in system.states))
+    values = trial.values(product, on)
+    signs = {*np.sign(values[np.isfinite(values)]).tolist()}
+    return int(signs.pop()) if len(signs) == 1 else 0
 
 
 def cancels(image: Any) -> bool:

@@ -67,6 +67,16 @@ def _noise(event, n):
     return EPSILON * size / speed if speed > 0.0 else 0.0
 
 
+@inner
+def _steepness(event, n):
+    """Size of the gradient of the guard that an event has met."""
+    place = event_places(n)
+    size = 0.0
+    for i in range(n):
+        size += abs(event[place.gradient + i])
+    return size
+
+
 @inlined
 def may_be_over(functions, tables, settings, j, hardest, t, state, scratch):
     """Whether the next rebound alone is negligible, so that those to come are worth a look.
@@ -104,6 +114,7 @@ def time_left(functions, tables, settings, j, transition, hardest, t, state, scr
     rates, later = scratch.before, scratch.after
     place = event_places(n)
     low = _is_low(functions, tables, settings, j, t, state, scratch)
+    met = j
     force = abs(event[place.pull])
     most = math.sqrt(settings.tolerance) * hardest / force
     allowed = settings.tolerance * hardest / force
@@ -111,7 +122,8 @@ def time_left(functions, tables, settings, j, transition, hardest, t, state, scr
     if low:
         allowed = max(allowed, 2.0 * abs(event[place.speed]) / force)
     total = error = drift = 0.0
-    begin_mode, begin_guard, cycle = run.mode, j, 0.0
+    mode = begin_mode = run.mode
+    begin_guard, cycle = j, 0.0
     hits, wait = 0, REBOUNDS.first_cycle
     known, check, checks, looked = 0, 2, 0, 0
     length = seen = ratio = end = moved = unsure = walk = 0.0
@@ -144,7 +156,9 @@ def time_left(functions, tables, settings, j, transition, hardest, t, state, scr
             y[i] += 0.5 * flight * (rates[i] + later[i])
         if total > 2.0 * most and not low:
             break
+        steep, surface = _steepness(event, n), tables.surfaces[mode, j]
         k = functions.event_map(target, g, t + total, c, y[:n], 0, scratch.none, settings.tolerance, event)
+        mode, j = target, g
         if k < 0 or tables.transitions[k, at.MARKS_ONLY] == 1:
             break
         noise = 4.0 * _noise(event, n)
@@ -153,6 +167,9 @@ def time_left(functions, tables, settings, j, transition, hardest, t, state, scr
         walk += (noise * flight) ** 2
         # what the series of one rebound leaves out shows in the speed with which it comes back
         expected = abs(speed) * (1.0 + bend / 3.0)
+        if tables.surfaces[mode, j] != surface:
+            # the same surface by another guard, in which speeds are others
+            expected *= _steepness(event, n) / steep
         drift += max(abs(abs(normal_speed(event, n)) / expected - 1.0) - noise, 0.0)
         error += drift * flight
         hits += 1
@@ -203,7 +220,7 @@ def time_left(functions, tables, settings, j, transition, hardest, t, state, scr
             break
     if best >= 0.0:
         return best, unsure
-    run.waiting = tables.keys[run.mode, j]
+    run.waiting = tables.keys[run.mode, met]
     run.wait_until = t + max(total - most, 0.5 * total)
     run.wait_above = abs(speed)
     return -1.0, 0.0

@@ -457,5 +457,7 @@ def ending(functions, tables, settings, h, t, state, scratch):
             if abs(here) < math.inf and leads and _ends(here, here + change):
                 run.blocked = -1
                 run.turning = 0
+                # steps that end at a branch point say nothing of those that follow its event
+                run.next_step = 0.0
                 return outcome, j
     return outcome, -1

@@ -147,6 +147,14 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
     if tables.transitions[transition, at.MARKS_ONLY] == 0:
         target = tables.transitions[transition, at.TO_MODE]
         run.moved_by = transition
+        if target != mode and tables.active[mode, 1 + j] == 0:
+            # not the reset turns back what the new mode leads back from any state: it is met there anew
+            functions.field(target, t, state.c, x, scratch.doubt)
+            ahead = state.normal[n]
+            for i in range(n):
+                ahead += state.normal[i] * scratch.doubt[i]
+            if ahead * run.way < 0.0:
+                run.fired = -1
         if tables.moves[transition, key] == 1:
             run.residual = abs(functions.guard(mode, j, t, state.c, x, scratch.gradient))
         away = error = 0.0

@@ -12,7 +12,9 @@ import sympy
 from chaosdrill.model.crossings import crossings
 from chaosdrill.model.derive import rate, reset_map
 from chaosdrill.model.held import Trial
+from chaosdrill.model.python import opaque
 from chaosdrill.model.transition import Transition
+from chaosdrill.model.tuning import TUNING
 from chaosdrill.model.values import Definition
 
 _REMEDY = (
@@ -57,7 +59,8 @@ def never_completed(found: Definition, parameters: Mapping[str, Any], rebound: T
     # a state or a parameter may have the name that time has in expressions
     clock = sympy.Dummy(real=True) if found.time is None else found.time
     system: Any = SimpleNamespace(**{**vars(found), "time": clock}, parameters=dict(parameters))
-    zero, guard, target = Trial(system).zero, rebound.guard, rebound.target
+    trial, guard, target = Trial(system), rebound.guard, rebound.target
+    zero = trial.zero
     surface = (guard,)
     if not guard.free_symbols & set(found.states):
         return f"the guard {guard} is one of time alone, which no rebound moves; {_REMEDY}"
@@ -69,7 +72,8 @@ def never_completed(found: Definition, parameters: Mapping[str, Any], rebound: T
         )
     image = dict(zip(found.states, reset_map(system, rebound), strict=True))
     leaves = rate(system, target, guard)
-    if zero(rate(system, target, leaves).xreplace(image), surface):
+    pull = rate(system, target, leaves).xreplace(image)
+    if zero(pull, surface):
         others = [t for t in back if not zero(t.guard, surface)]
         turns = f", and {others[0].name!r} is an event of another surface, {others[0].guard} = 0" if others else ""
         return (
@@ -86,7 +90,28 @@ def never_completed(found: Definition, parameters: Mapping[str, Any], rebound: T
                 f"{rebound.name!r} loses no speed, so that rebounds never come faster; let its reset lose some, as in "
                 "v = -e*v with e < 1, or leave completes out"
             )
+    if _leaves_for_good(trial, rebound, before, after, pull):
+        return (
+            f"after {rebound.name!r} the guard {guard} leaves zero with a speed and an acceleration of one sign in "
+            f"{target!r}, so that the motion does not come back; let the reset turn the speed, as in v = -e*v, or "
+            f"{_REMEDY}"
+        )
     return None
+
+
+def _leaves_for_good(trial: Trial, rebound: Transition, before: list[Any], after: Any, pull: Any) -> bool:
+    """Whether every motion that is met at the guard leaves it afterwards ever faster, for any signs of parameters."""
+    import numpy as np
+
+    if any(opaque(e) for e in (rebound.guard, *before, after, pull)):
+        return False
+    _, on = trial.points((rebound.guard,))
+    n = len(trial.states)
+    on[n + 1 :] *= np.random.default_rng(20261128).choice([-1.0, 1.0], on[n + 1 :].shape)
+    speed, force = trial.values(after, on), trial.values(pull, on)
+    met = np.any([trial.values(e, on) * rebound.direction > 0.0 for e in before], axis=0)
+    met &= np.isfinite(speed) & np.isfinite(force)
+    return met.sum() >= TUNING.fewest_samples and bool((np.sign(speed) * np.sign(force) > 0.0)[met].all())
 
 
 def _way_back(found: Definition, rebound: Transition, zero: Any) -> list[Transition] | None:

@@ -99,14 +99,14 @@ def driven(
     symbol = parameter(drive)
     _check_modes(system, symbol)
     own = system.period
-    length = own if period is None else read_expression(f"{system.name}: period of the drive", period)
+    names = system.parameters
+    length = own if period is None else read_expression(f"{system.name}: period of the drive", period, names)
     if length is None:
         raise ModelError(f"{system.name} has no period, and the drive needs one; give period=")
     values = {key: value for key, value in system.parameters.items() if key != drive}
     named = read_symbol(f"{system.name}: time", time)
     clock = system.time or named
-    pi = sympy.Symbol("pi", real=True)
-    turn = 2 * sympy.pi * clock / (length if "pi" in values else length.xreplace({pi: sympy.pi}))
+    turn = 2 * sympy.pi * clock / length
     if (pieces is None) == (table is None):
         raise ModelError(f"{system.name}: the drive {drive!r} is given by pieces or by a table; give one of them")
     given = _pieces(system.name, pieces, values) if table is None else _spline(system.name, table)
@@ -222,7 +222,10 @@ def _pieces(name: str, pieces: Any, values: Mapping[str, float]) -> list[Piece]:
     if PHASE.name in values:
         raise ModelError(f"{name}: a parameter is named 'phase', which stands for the phase of the drive; rename it")
     read = [
-        (read_expression(f"{name}: beginning of a piece", start), read_expression(f"{name}: piece at {start}", shape))
+        tuple(
+            read_expression(f"{name}: {what}", given, values)
+            for what, given in (("beginning of a piece", start), (f"piece at {start}", shape))
+        )
         for start, shape in pieces.items()
     ]
     return sorted(_checked(name, read, values), key=lambda piece: value_of(piece[0], values))
@@ -238,7 +241,8 @@ def _spline(name: str, table: Any) -> list[Piece]:
     )
     try:
         if isinstance(table, Mapping):
-            knots = sorted((read_expression(f"{name}: phase of the table", key), float(v)) for key, v in table.items())
+            where = f"{name}: phase of the table"
+            knots = sorted((read_expression(where, key, ()), float(v)) for key, v in table.items())
         elif isinstance(table, Iterable) and not isinstance(table, str):
             numbers = [float(v) for v in table]
             knots = [(sympy.Rational(k, len(numbers)), v) for k, v in enumerate(numbers)]

@@ -9,7 +9,7 @@ place of a state. So the sliding mode pins it, and the tangents lose that direct
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import sympy
@@ -161,7 +161,7 @@ def equivalent_control(
     """
     written = Written.read(name, states, time, parameters, more)
     given = TwoSided.beside(written, surface)
-    u, values = _read_control(name, control)
+    u, values = _read_control(name, control, written.names)
     if u in (*given.states, given.time) or u.name in given.parameters:
         raise ModelError(f"{name}: the control is named {u}, which names something else; rename it")
     rates = given.read_field("field", field)
@@ -245,10 +245,18 @@ class Written:
         known = read_table(f"{name}: parameters", parameters)
         if clock is None and "t" not in {*(symbol.name for symbol in symbols), *known}:
             clock = read_symbol(f"{name}: time", "t")  # as in `HybridSystem`
-        table = read_table(f"{name}: quadratures", more.get("quadratures") or {})
-        integrals = {key: _integrands(f"{name}: quadrature {key}", given) for key, given in table.items()}
         others = {key: value for key, value in more.items() if key != "quadratures"}
-        return Written(name, symbols, clock, known, integrals, others)
+        written = Written(name, symbols, clock, known, {}, others)
+        table = read_table(f"{name}: quadratures", more.get("quadratures") or {})
+        integrals = {
+            key: _integrands(f"{name}: quadrature {key}", given, written.names) for key, given in table.items()
+        }
+        return replace(written, quadratures=integrals)
+
+    @property
+    def names(self) -> set[str]:
+        """What states, time and parameters are called."""
+        return {*(symbol.name for symbol in (*self.states, self.time) if symbol is not None), *self.parameters}
 
     @property
     def places(self) -> dict[Any, Any]:
@@ -260,7 +268,7 @@ class Written:
         table = read_table(f"{self.name}: {where}", field)
         read = {
             read_symbol(f"{self.name}: {where}: a state", state): read_expression(
-                f"{self.name}: {where}, d{state}/dt", rate
+                f"{self.name}: {where}, d{state}/dt", rate, self.names
             )
             for state, rate in table.items()
         }
@@ -283,8 +291,6 @@ class Written:
     def value(self, expression: Any, start: Mapping[str, Any]) -> float:
         """The value of an expression of the states as the fields name them, at the start."""
         numbers = {parameter(key): value for key, value in self.parameters.items()}
-        if parameter("pi") not in {*self.states, self.time, *numbers}:
-            numbers[parameter("pi")] = sympy.pi
         numbers |= dict.fromkeys(self.states, 0.0)
         numbers |= {parameter(key): value for key, value in start.items() if key != "mode"}
         if self.time is not None:
@@ -336,7 +342,7 @@ class TwoSided(Written):
     @staticmethod
     def beside(written: Written, surface: Any) -> "TwoSided":
         name, states, time, parameters = written.name, written.states, written.time, written.parameters
-        own, h = _read_surface(name, surface)
+        own, h = _read_surface(name, surface, written.names)
         if own is not None and (own in (*states, time) or own.name in parameters):
             raise ModelError(f"{name}: the surface is named {own}, which names something else; rename it")
         given = {field.name: getattr(written, field.name) for field in fields(Written)}
@@ -489,22 +495,22 @@ def several(name: str, what: str) -> ModelError:
     )
 
 
-def _integrands(where: str, given: Any) -> dict[str, Any]:
+def _integrands(where: str, given: Any, names: set[str]) -> dict[str, Any]:
     by_mode = given if isinstance(given, Mapping) else {"": given}
-    return {str(mode): read_expression(where, one) for mode, one in by_mode.items()}
+    return {str(mode): read_expression(where, one, names) for mode, one in by_mode.items()}
 
 
-def _read_surface(name: str, surface: Any) -> tuple[Any, Any]:
+def _read_surface(name: str, surface: Any, names: set[str]) -> tuple[Any, Any]:
     """The name of a surface, if it has one, and its expression."""
     if isinstance(surface, list | tuple | set | frozenset) or (isinstance(surface, Mapping) and len(surface) != 1):
         raise several(name, f"surface is {surface!r}")
     if not isinstance(surface, Mapping):
-        return None, read_expression(f"{name}: surface", surface)
+        return None, read_expression(f"{name}: surface", surface, names)
     ((key, h),) = surface.items()
-    return read_symbol(f"{name}: name of the surface", key), read_expression(f"{name}: surface", h)
+    return read_symbol(f"{name}: name of the surface", key), read_expression(f"{name}: surface", h, names)
 
 
-def _read_control(name: str, control: Any) -> tuple[Any, list[Any]]:
+def _read_control(name: str, control: Any, names: set[str]) -> tuple[Any, list[Any]]:
     table = read_table(f"{name}: control", control)
     values = next(iter(table.values()), None)
     if len(table) != 1 or isinstance(values, str) or not isinstance(values, Sequence) or len(values) != 2:
@@ -513,7 +519,8 @@ def _read_control(name: str, control: Any) -> tuple[Any, list[Any]]:
             "in {'u': ('-U', 'U')}"
         )
     ((u, _),) = table.items()
-    return read_symbol(f"{name}: control", u), [read_expression(f"{name}: control {u}", value) for value in values]
+    found = [read_expression(f"{name}: control {u}", value, names) for value in values]
+    return read_symbol(f"{name}: control", u), found
 
 
 def _solved(written: Written, h: Any, own: Any) -> Any:

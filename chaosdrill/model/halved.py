@@ -92,7 +92,8 @@ def _images(system: "HybridSystem", symmetry: Any) -> dict[Any, Any]:
         if name not in states:
             raise ModelError(f"{where}: unknown state {name!r:.60}; {remedy(name, states)}")
     known = {*system.states, *map(parameter, system.parameters)}
-    images = {x: read_expression(f"{where}: {x.name}", given.get(x.name, x)) for x in system.states}
+    names = {symbol.name for symbol in known}
+    images = {x: read_expression(f"{where}: {x.name}", given.get(x.name, x), names) for x in system.states}
     for x, image in images.items():
         if strange := sorted(one.name for one in image.free_symbols - known):
             raise ModelError(f"{where}: {x.name} = {image!s:.60} holds {strange[0]!r:.60}; give states and parameters")

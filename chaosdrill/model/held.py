@@ -128,6 +128,13 @@ class Trial:
         self.points = cache(self._points)
         self.zero = cache(self._zero)
 
+    def values(self, expression: Any, points: "np.ndarray") -> "np.ndarray":
+        """Values of an expression at points, one a column as in ``points``; NaN where it has none."""
+        import numpy as np
+
+        with np.errstate(all="ignore"):
+            return _rows(sympy.lambdify(self.symbols, [expression], modules="numpy", dummify=True), points)[0]
+
     def _zero(self, expression: Any, surfaces: tuple[Any, ...]) -> bool:
         import numpy as np
 

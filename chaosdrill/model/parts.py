@@ -3,7 +3,7 @@
 They come from Python, from the table of a scene, or from an archive: expressions as text, numbers or sympy.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import suppress
 from numbers import Integral
 from typing import Any, cast
@@ -30,6 +30,9 @@ Path = tuple[str | int, ...]
 
 TIME = "t"
 """Default name of time, unless a state or parameter has it."""
+
+PI = sympy.Symbol("pi", real=True)
+"""What stands for the number, unless something is called so."""
 
 NAMES = (
     "a name must not be empty, begin or end with a blank, or hold a slash, a line break or another sign that cannot be "
@@ -353,6 +356,8 @@ class PartReader:
         if not has_doubles(found):
             raise ExpressionError(f"{shown(found):.60} holds a number that is larger than any double")
         found = found.xreplace({s: sympy.Symbol(s.name, real=True) for s in found.free_symbols})
+        if not self.open and PI.name not in self._names:
+            found = found.xreplace({PI: sympy.pi})
         if not self.open and any(not one.numbers for one in found.atoms(Called)):
             raise ExpressionError("is the Python function of a transition alone; pass the function itself")
         unknown = [] if self.open else sorted(s.name for s in found.free_symbols if s.name not in self._names)
@@ -361,15 +366,18 @@ class PartReader:
         return found
 
 
-def read_expression(where: str, value: Any) -> Any:
+def read_expression(where: str, value: Any, names: Collection[str]) -> Any:
     """An expression that is given outside of a definition, and may name anything; errors begin with ``where``.
+
+    ``pi`` is the number, unless it is one of the names.
 
     Raises
     ------
     ModelError
         If it is none.
     """
-    return _alone(where, lambda reader: reader._expression((), value))
+    found = _alone(where, lambda reader: reader._expression((), value))
+    return found if PI.name in names else found.xreplace({PI: sympy.pi})
 
 
 def read_symbol(where: str, value: Any) -> Any:
