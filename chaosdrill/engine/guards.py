@@ -168,6 +168,13 @@ def is_zero(functions, tables, state, j, here, slope, old, crossed, t, scratch):
 
 
 @inlined
+def has_fired(tables, state, key, direction):
+    """Whether the last event was that of a guard, or of another one by which its surface was crossed in its direction."""
+    run = state.run[0]
+    return run.fresh == at.AFTER and (run.fired == key or state.sides[key] * direction == PLACED)
+
+
+@inlined
 def look(functions, tables, state, j, here, slope, t, scratch):
     """How guard j stands by its value and slope: (how, side, vanishing order); UNSURE where both vanish."""
     run = state.run[0]
@@ -186,8 +193,8 @@ def look(functions, tables, state, j, here, slope, t, scratch):
             return at.UNSURE, old, 0
         order = 1
         side = 1 if slope > 0.0 else -1
-    fired = zero and run.fresh == at.AFTER and run.fired == key
     direction = tables.active[run.mode, 1 + j]
+    fired = zero and has_fired(tables, state, key, direction)
     how, side = stand(zero, side, order, old, direction, run.fresh, fired, tables.marks[run.mode, j])
     return how, side, order
 
@@ -196,9 +203,9 @@ def look(functions, tables, state, j, here, slope, t, scratch):
 def stand_at_rest(tables, state, j, order, side):
     """How guard j stands, (how, side), where its value and slope vanish and a later derivative leads to a side."""
     run = state.run[0]
-    fired = run.fresh == at.AFTER and run.fired == tables.keys[run.mode, j]
     old, _ = side_before(tables, state, j)
     direction = tables.active[run.mode, 1 + j]
+    fired = has_fired(tables, state, tables.keys[run.mode, j], direction)
     return stand(True, side, order, old, direction, run.fresh, fired, tables.marks[run.mode, j])
 
 
