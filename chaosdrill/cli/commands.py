@@ -4,13 +4,15 @@ import json
 from collections.abc import Iterable
 from dataclasses import asdict
 from itertools import groupby
+from pathlib import Path
 from typing import Any
 
 import click
 
 from chaosdrill.cli.streams import answer, changes_option, given_text, json_option, tell
 from chaosdrill.progress import Display
-from chaosdrill.scene.names import TOPICS
+from chaosdrill.scene import check as check_scene
+from chaosdrill.scene.names import TOPICS, new_scene
 from chaosdrill.scene.names import list_names as names_of
 from chaosdrill.systems import REGISTRY
 
@@ -25,8 +27,6 @@ def new(system: str, as_json: bool) -> None:
 
     For example: chaosdrill new izhikevich > neuron.toml
     """
-    from chaosdrill.scene.names import new_scene
-
     text = new_scene(system)
     answer(as_json, {"system": system, "scene": text}, text.removesuffix("\n"))
 
@@ -40,8 +40,6 @@ def warm(folder: str | None, as_json: bool) -> None:
     The code is kept where every process of this user finds it. With DIR it is put there, too: for an installation that
     cannot be written, name that folder in CHAOSDRILL_WARM_DIR. The code is that of this machine's kind of processor.
     """
-    from pathlib import Path
-
     if folder == "":
         # as of a shell's variable that is not set: the code would lie in the working directory
         raise click.UsageError("DIR is empty; name a folder, or leave it out")
@@ -66,8 +64,6 @@ def check(scene: str, changes: dict[str, Any], as_json: bool) -> None:
 
     SCENE is a TOML file, or - for standard input.
     """
-    from chaosdrill.scene import check as check_scene
-
     described = check_scene(scene, changes)
     answer(as_json, {"valid": True, **described}, check_text(described))
 

@@ -13,6 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
 
+from chaosdrill.archive import check_writable, writing
 from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.plots._types import Axes, Dataset, Floats, Line2D, States, Truths
@@ -23,6 +24,7 @@ from chaosdrill.plots.labels import label, readable, shorten, state_label, wrapp
 from chaosdrill.plots.palette import DOTS, EVENT_MARKERS, PALETTE
 from chaosdrill.plots.style import style
 from chaosdrill.plots.tuning import TUNING
+from chaosdrill.systems import bodies_of
 from chaosdrill.typed import NAMED, NUMBER, PATH, TABLE, expecting
 
 MOVING = ("gif", "mp4")
@@ -72,8 +74,6 @@ def animate(
         If the file cannot be written.
     """
     import xarray as xr
-
-    from chaosdrill.archive import check_writable, writing
 
     target = Path(path)
     ending = target.suffix.lstrip(".").lower()
@@ -224,7 +224,6 @@ def _heights(run: Dataset, curve: Curve, times: Floats, bodies: Mapping[str, str
 
     from chaosdrill.model.grammar import ExpressionError
     from chaosdrill.model.text import read_text
-    from chaosdrill.systems import bodies_of
 
     states = dict(zip(run["state"].values.tolist(), at(curve.time, curve.state, times).T, strict=True))
     integrals = {

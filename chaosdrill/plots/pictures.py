@@ -12,6 +12,9 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
+from chaosdrill.archive import check_writable, writing
+from chaosdrill.archive import open as open_archive
+from chaosdrill.archive.digest import error_context
 from chaosdrill.dataset.dates import undated
 from chaosdrill.dataset.label import axes_of
 from chaosdrill.dataset.schema import RUN, STARTS_OF_RUNS, SWEEP, table_of
@@ -19,7 +22,7 @@ from chaosdrill.errors import ArchiveError, ChaosdrillError, SettingsError
 from chaosdrill.names import brief, visible
 from chaosdrill.plots._types import Axes, Dataset, Figure, States
 from chaosdrill.plots.animation import MOVING, animate
-from chaosdrill.plots.contents import SINGLE, check_names, fits, in_si, limits, settings, swept
+from chaosdrill.plots.contents import SINGLE, OtherCountError, check_names, fits, in_si, limits, settings, swept
 from chaosdrill.plots.figures import made_by
 from chaosdrill.plots.markers import failures, tell, tell_on
 from chaosdrill.plots.style import keep_ticks, lettering, saved_alike, style
@@ -365,11 +368,6 @@ def plot_archive(
         If the suffix of ``output`` is not a known format, if a state is unknown, or if no picture shows this number of
         states.
     """
-    from chaosdrill.archive import check_writable, writing
-    from chaosdrill.archive import open as open_archive
-    from chaosdrill.archive.digest import error_context
-    from chaosdrill.plots.contents import OtherCountError
-
     if output is not None and fspath(output) == "-":
         raise SettingsError("output is '-', but pictures are files, one or several; name one, such as figure.png")
     formats, what = (MOVING, "animation") if animated else (FORMATS, "picture")

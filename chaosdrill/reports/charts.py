@@ -10,6 +10,7 @@ from markupsafe import Markup
 from matplotlib.colors import to_hex
 
 from chaosdrill.annotations import Dataset
+from chaosdrill.dataset.outcomes import Outcome, flag_names
 from chaosdrill.reports.html import NOTHING, count, part, render
 from chaosdrill.reports.tables import unit
 
@@ -171,7 +172,6 @@ def _quantity(dataset: Dataset, name: str) -> dict[str, Any]:
 
 
 def _outcomes(dataset: Dataset) -> list[dict[str, Any]]:
-    from chaosdrill.dataset.outcomes import Outcome, flag_names
     from chaosdrill.plots.categories import outcome_category
 
     advice = {outcome.meaning: outcome.advice for outcome in Outcome}

@@ -22,7 +22,6 @@ from chaosdrill.model.grammar import PLAIN_NAME
 from chaosdrill.reports.html import GREEK, NOTHING, Quantity, joined, number, part, render, shown, table
 
 if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
     from chaosdrill.scene import Scene
 
 MOST_SYSTEMS = 10
@@ -81,7 +80,7 @@ def _described(scene: "Scene") -> Markup:
 
 
 def system_part(
-    system: "HybridSystem",
+    system: HybridSystem,
     origin: Mapping[str, str] | None = None,
     simulated: Mapping[str, str] | None = None,
     left_out: Mapping[str, str] | None = None,
@@ -233,14 +232,14 @@ def _words(value: Any) -> str:
     return str(value.tolist() if hasattr(value, "tolist") else value)
 
 
-def system_html(system: "HybridSystem") -> str | None:
+def system_html(system: HybridSystem) -> str | None:
     """The system as HTML with its equations in MathML, which loads nothing; None if it is too large."""
     if _equations(system) > MOST_EQUATIONS:
         return None
     return str(Markup('<div class="chaosdrill-system">{}{}</div>').format(_STYLE, system_part(system)))
 
 
-def system_latex(system: "HybridSystem") -> str | None:
+def system_latex(system: HybridSystem) -> str | None:
     """The equations of the modes and the events in LaTeX, one display; None if it is too large.
 
     An event is its guard, with an arrow for the direction in which it passes zero, the condition of its outcome, and
@@ -271,7 +270,7 @@ def system_latex(system: "HybridSystem") -> str | None:
     return "$$\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}$$"
 
 
-def _equations(system: "HybridSystem") -> int:
+def _equations(system: HybridSystem) -> int:
     fields = len(system.modes) * len(system.state_names)
     return fields + sum(1 + len(event.reset) for event in system.transitions) + len(system.quadratures)
 

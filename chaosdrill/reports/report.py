@@ -11,8 +11,11 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup
 
 from chaosdrill.annotations import Dataset, DataTree
+from chaosdrill.archive import check_writable, writing
+from chaosdrill.archive import open as open_archive
 from chaosdrill.archive.digest import unsealed
 from chaosdrill.dataset.dates import undated
+from chaosdrill.dataset.outcomes import count_outcomes
 from chaosdrill.errors import ArchiveError, ChaosdrillError, SettingsError
 from chaosdrill.files import name_text
 from chaosdrill.reports import charts, tables
@@ -121,9 +124,6 @@ def report(path: str | os.PathLike[str], output: str | os.PathLike[str] | None =
     SettingsError
         If ``output`` does not end with ``.html``, or is ``-``.
     """
-    from chaosdrill.archive import check_writable, writing
-    from chaosdrill.archive import open as open_archive
-
     source = Path(path)
     if output is not None and os.fspath(output) == "-":
         raise SettingsError("output is '-', but a report is a file; name one, such as report.html")
@@ -185,8 +185,6 @@ class _Writer:
         return part("paragraph", told, "fault")
 
     def _summary(self) -> Markup:
-        from chaosdrill.dataset.outcomes import count_outcomes
-
         rows = []
         for place, (name, dataset) in enumerate(self.groups.items()):
             counts = count_outcomes(dataset["outcome"].values) if "outcome" in dataset else {}

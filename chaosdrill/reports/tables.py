@@ -8,7 +8,7 @@ import numpy as np
 from markupsafe import Markup
 
 from chaosdrill.annotations import DataArray, Dataset, Variable
-from chaosdrill.dataset.outcomes import flag_names
+from chaosdrill.dataset.outcomes import Outcome, count_outcomes, flag_names
 from chaosdrill.dataset.references import mapping
 from chaosdrill.reports.html import (
     MISSING,
@@ -98,7 +98,6 @@ def outcomes(dataset: Dataset) -> Markup:
     """Number of runs for each outcome, with advice."""
     if "outcome" not in dataset:
         return NOTHING
-    from chaosdrill.dataset.outcomes import Outcome, count_outcomes
 
     advice = {outcome.meaning: outcome.advice for outcome in Outcome}
     total = dataset["outcome"].size

@@ -8,6 +8,7 @@ from dataclasses import MISSING, fields
 from typing import Any
 
 from chaosdrill.errors import ChaosdrillError, SettingsError
+from chaosdrill.model.tables import UNNAMED
 from chaosdrill.names import remedy
 from chaosdrill.scene.lines import Path
 from chaosdrill.scene.tuning import TUNING
@@ -65,7 +66,6 @@ def filippov_system(table: Mapping[str, Any], parameters: Mapping[str, float], i
     """
     from chaosdrill.model.filippov import filippov
     from chaosdrill.model.parts import TIME
-    from chaosdrill.model.tables import UNNAMED
 
     given: dict[str, Any] = {"name": UNNAMED, **table, "parameters": parameters, "initial": initial}
     if "time" not in given and TIME not in parameters and _names_time(table):

@@ -5,22 +5,24 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path as File
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from chaosdrill import systems
 from chaosdrill.analysis.arguments import Start
 from chaosdrill.analysis.base import Analysis, NumericsSettings
 from chaosdrill.analysis.registry import analyses, function
 from chaosdrill.annotations import Dataset
+from chaosdrill.declared import unfit
 from chaosdrill.errors import ChaosdrillError, ModelError
+from chaosdrill.model import HybridSystem
+from chaosdrill.model.tuning import TUNING
 from chaosdrill.names import remedy
+from chaosdrill.scene import check_made
 from chaosdrill.scene.defined import Made, checked_before, sliding, sliding_before
 from chaosdrill.scene.lines import Path, Problem, problems_of
 from chaosdrill.settings import Known, Number, Settings, TableOf, Text, setting
 from chaosdrill.systems.drill.effects import LIMITS
 from chaosdrill.systems.drill.si import IN_SI, ReadSI, read_si
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
 
 _GROUP = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
 
@@ -72,8 +74,6 @@ class CheckedSystem(Known):
     problems: list[Problem] = field(default_factory=list)
 
     def unused(self, parameter: str) -> str:
-        from chaosdrill import systems
-
         if self.model not in systems.REGISTRY or not systems.REGISTRY[self.model].effects:
             return ""
         return systems.unused(self.model, parameter, self.effects)
@@ -127,9 +127,7 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
                 problems.append(Problem(("system", "drives"), UNDRIVEN))
         else:
             if _slid_before(checked, raw):
-                from chaosdrill.scene.check_made import begun_by
-
-                checked.states = begun_by(raw["filippov"])
+                checked.states = check_made.begun_by(raw["filippov"])
             else:
                 _check_filippov(checked, raw["filippov"], table_in(raw, "drives"))
         if table_in(raw, "effects"):
@@ -180,19 +178,17 @@ def _check_noise(checked: CheckedSystem, noise: Mapping[str, Any]) -> None:
     """Check the noise of a system whose parameters are known, and put those of its distributions in their place."""
     if not noise or checked.known is None:
         return
-    from chaosdrill.scene.check_made import distributions_of, noise_faults, noise_parameters
-
-    if faults := problems_of(noise_faults(noise, checked.known), ("system", "noise")):
+    if faults := problems_of(check_made.noise_faults(noise, checked.known), ("system", "noise")):
         checked.problems += faults
         # what they would be called is not known
         checked.known = checked.states = None
         return
     from chaosdrill.model.noise import added_limits, names_of
 
-    drawn = distributions_of(noise)
+    drawn = check_made.distributions_of(noise)
     checked.limits = {**checked.limits, **added_limits(drawn, checked.limits)}
     known = {name: value for name, value in checked.known.items() if name not in drawn}
-    checked.known = {**known, **noise_parameters(noise)}
+    checked.known = {**known, **check_made.noise_parameters(noise)}
     if checked.states is not None:
         checked.states = (*checked.states, *(state for name in drawn for state in names_of(name)))
         checked.drawn = 2 * len(drawn)
@@ -207,7 +203,6 @@ def check_limits(checked: CheckedSystem, values: Mapping[str, Any], at: tuple[st
 def _check_filippov(checked: CheckedSystem, table: Mapping[str, Any], drives: Mapping[str, Any]) -> None:
     """Check two fields and a surface by the check of definitions."""
     from chaosdrill.model.reading import Reader
-    from chaosdrill.scene import check_made
 
     place = ("system", "filippov")
     checked.definition = check_made.as_definition(table)
@@ -242,14 +237,14 @@ def _make_filippov(checked: CheckedSystem, table: Mapping[str, Any]) -> None:
     checked.initial, checked.states = system.start, system.state_names
 
 
-def _before(checked: CheckedSystem, raw: Mapping[str, Any]) -> "HybridSystem | None":
+def _before(checked: CheckedSystem, raw: Mapping[str, Any]) -> HybridSystem | None:
     """The system of a definition that was run before, and so has no faults."""
     if table_in(raw, "drives") or table_in(raw, "symmetry"):
         return _made_before(checked, raw)
     return checked_before(checked.definition or {}, checked.known or {})
 
 
-def _made_before(checked: CheckedSystem, raw: Mapping[str, Any]) -> "HybridSystem | None":
+def _made_before(checked: CheckedSystem, raw: Mapping[str, Any]) -> HybridSystem | None:
     """The system with drives, or over half of its motion, of a scene that was run before, and so has no faults."""
     drives, symmetry, parameters = (table_in(raw, name) for name in ("drives", "symmetry", "parameters"))
     if not (drives or symmetry) or "noise" in raw or checked.known is None:
@@ -278,8 +273,6 @@ def _slid_before(checked: CheckedSystem, raw: Mapping[str, Any]) -> bool:
 
 def _check_drives(checked: CheckedSystem, drives: Mapping[str, Any]) -> None:
     """Check the drives of a system whose parameters are known."""
-    from chaosdrill.scene.check_made import drive_faults
-
     if not drives or checked.known is None:
         return
     import sympy
@@ -300,7 +293,7 @@ def _check_drives(checked: CheckedSystem, drives: Mapping[str, Any]) -> None:
             told = f"there is no parameter {name!r:.60} to drive; {remedy(name, checked.known)}"
             checked.problems.append(Problem(place, told))
         else:
-            checked.problems += problems_of(drive_faults(name, drive, names, checked.used), place)
+            checked.problems += problems_of(check_made.drive_faults(name, drive, names, checked.used), place)
 
 
 def _check_definition(checked: CheckedSystem, key: str = "definition") -> None:
@@ -308,9 +301,7 @@ def _check_definition(checked: CheckedSystem, key: str = "definition") -> None:
 
     The rules are those of Python; in addition, a parameter on which nothing depends is likely misspelt.
     """
-    from chaosdrill.declared import unfit
     from chaosdrill.model.definition import operations, reader_of
-    from chaosdrill.model.tuning import TUNING
 
     definition, parameters = checked.definition or {}, checked.known or {}
     reader = reader_of(definition, parameters)
@@ -356,8 +347,6 @@ def _check_definition(checked: CheckedSystem, key: str = "definition") -> None:
 
 def _look_up(checked: CheckedSystem, effects: Mapping[str, Any]) -> None:
     """Find the model's parameters and states; with an invalid effect, all that it could have."""
-    from chaosdrill import systems
-
     entry = systems.REGISTRY.get(checked.model)
     if entry is None:
         fault = f"unknown model {checked.model!r:.60}; {remedy(checked.model, systems.REGISTRY)}"
@@ -394,8 +383,6 @@ def _look_up(checked: CheckedSystem, effects: Mapping[str, Any]) -> None:
 
 def _widest(model: str) -> tuple[dict[str, float], tuple[str, ...]]:
     """Every parameter and state that some choice of effects has."""
-    from chaosdrill import systems
-
     known: dict[str, float] = {}
     states: dict[str, None] = {}
     for options in product(*systems.EFFECTS.values()):

@@ -4,18 +4,18 @@ import json
 from collections.abc import Mapping
 from functools import partial
 from hashlib import sha256
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+from chaosdrill import systems
+from chaosdrill.model import HybridSystem
 from chaosdrill.model.tables import finite
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
+from chaosdrill.scene.check_made import driven_system, filippov_system, halved_system
 
 Given = tuple[Mapping[str, Any], Mapping[str, Any]]
 """Parameters, and the initial state."""
 
 
-def checked_before(definition: Mapping[str, Any], parameters: Mapping[str, Any]) -> "HybridSystem | None":
+def checked_before(definition: Mapping[str, Any], parameters: Mapping[str, Any]) -> HybridSystem | None:
     """The system of a definition that was run before, and so has no faults; any initial state is allowed.
 
     ``definition``: the table of the scene. ``parameters``: all parameters, in order.
@@ -26,7 +26,7 @@ def checked_before(definition: Mapping[str, Any], parameters: Mapping[str, Any])
 
 def build(
     definition: Mapping[str, Any], parameters: Mapping[str, float], initial: Mapping[str, Any], *, kept: bool
-) -> "HybridSystem":
+) -> HybridSystem:
     """The system of a definition that has been checked; as `chaosdrill.model.definition.build_defined`.
 
     With ``kept`` the derived parts are kept, but not for a system with drives, which may have parameters that only
@@ -37,18 +37,15 @@ def build(
     return (make() if key is None else _kind(definition).listed(key, make, {})).begun(initial)
 
 
-def sliding_before(table: Mapping[str, Any], given: "Given") -> "HybridSystem | None":
+def sliding_before(table: Mapping[str, Any], given: "Given") -> HybridSystem | None:
     """The system of two fields and a surface that were run before, and so have no faults, with its definition."""
-    from chaosdrill.model import HybridSystem
-    from chaosdrill.scene.check_made import filippov_system
-
     key = _made_key("filippov", table, *given)
     make = partial(filippov_system, table, *given)
     found = None if key is None else HybridSystem.known(key, make, {})
     return found if found is not None and isinstance(found.shared.get("definition"), dict) else None
 
 
-def sliding(table: Mapping[str, Any], given: "Given") -> "tuple[HybridSystem, dict[str, Any]]":
+def sliding(table: Mapping[str, Any], given: "Given") -> tuple[HybridSystem, dict[str, Any]]:
     """The system of two fields and a surface, and its definition; both are kept.
 
     Raises `ChaosdrillError` if they make none.
@@ -83,11 +80,8 @@ class Made(NamedTuple):
         tables = [self.model, self.definition, self.effects, self.drives, self.symmetry]
         return _made_key("made", tables, self.parameters, self.initial)
 
-    def before(self) -> "HybridSystem | None":
+    def before(self) -> HybridSystem | None:
         """The system, if it was run before, and so has no faults."""
-        from chaosdrill import systems
-        from chaosdrill.model import HybridSystem
-
         key = self.key
         if key is None or (self.definition is None and self.model not in systems.REGISTRY):
             return None
@@ -99,10 +93,7 @@ class Made(NamedTuple):
         return found.limited(systems.limits(self.model, effects))
 
 
-def _make(one: Made) -> "HybridSystem":
-    from chaosdrill import systems
-    from chaosdrill.scene.check_made import driven_system, halved_system
-
+def _make(one: Made) -> HybridSystem:
     start = {name: value for name, value in one.initial.items() if name != "mode"}
     if one.definition is not None:
         system = _build(one.definition, one.parameters).begun(start)
@@ -115,13 +106,13 @@ def _make(one: Made) -> "HybridSystem":
     return found
 
 
-def _build(definition: Mapping[str, Any], parameters: Mapping[str, Any]) -> "HybridSystem":
+def _build(definition: Mapping[str, Any], parameters: Mapping[str, Any]) -> HybridSystem:
     from chaosdrill.model.definition import build_defined
 
     return build_defined(definition, parameters)
 
 
-def _kind(definition: Mapping[str, Any]) -> "type[HybridSystem]":
+def _kind(definition: Mapping[str, Any]) -> type[HybridSystem]:
     from chaosdrill.model import HybridSystem, Map
 
     return Map if "images" in definition else HybridSystem

@@ -9,6 +9,8 @@ from chaosdrill.errors import SceneError
 from chaosdrill.scene.check_made import noise_parameters
 from chaosdrill.scene.load import load_scene
 from chaosdrill.scene.scene import Scene
+from chaosdrill.systems import EFFECTS, REGISTRY
+from chaosdrill.systems.drill.effects import ABSENT
 from chaosdrill.systems.drill.si import QUANTITIES
 from chaosdrill.typed import PATH, TABLE, expecting, refuse
 
@@ -114,9 +116,6 @@ def _texts(expressions: Mapping[str, Any]) -> Any:
 
 def _effects(scene: Scene, *, present: bool) -> dict[str, str]:
     """Simulated effects with their option, or those left out with their options."""
-    from chaosdrill.systems import EFFECTS, REGISTRY
-    from chaosdrill.systems.drill.effects import ABSENT
-
     if scene.definition is not None or not REGISTRY[scene.model].effects:
         return {}
     chosen = {effect: option for effect, option in scene.effects.items() if option != ABSENT[effect]}

@@ -3,9 +3,12 @@
 from collections.abc import Mapping
 from typing import Any
 
+from chaosdrill.declared import ANALYSES, METHODS
 from chaosdrill.errors import ModelError, SettingsError
 from chaosdrill.names import remedy
 from chaosdrill.scene.changes import toml_value
+from chaosdrill.systems import EFFECTS, REGISTRY, build
+from chaosdrill.systems.drill.effects import PAPER
 from chaosdrill.typed import TEXT, expecting
 
 TOPICS = ("systems", "effects", "analyses", "methods")
@@ -31,9 +34,6 @@ def list_names(topic: str, name: str | None = None) -> dict[str, Any]:
     SettingsError
         If there is no such topic or analysis, or if a name is given with another topic.
     """
-    from chaosdrill.declared import ANALYSES, METHODS
-    from chaosdrill.systems import EFFECTS, REGISTRY
-
     if topic not in TOPICS:
         raise SettingsError(f"topic: unknown topic {topic!r:.60}; choose from {', '.join(TOPICS)}")
     if name is not None:
@@ -67,9 +67,6 @@ def new_scene(model: str) -> str:
     ModelError
         If there is no such system.
     """
-    from chaosdrill.systems import REGISTRY, build
-    from chaosdrill.systems.drill.effects import PAPER
-
     system = build(model)
     length = "periods = 100" if system.forced else "duration = 200"
     transient = "transient = 100"

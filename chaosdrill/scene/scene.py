@@ -8,6 +8,7 @@ from functools import cached_property
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any
 
+from chaosdrill import systems
 from chaosdrill.errors import ChaosdrillError, SettingsError
 from chaosdrill.files import name_text
 from chaosdrill.names import remedy
@@ -117,8 +118,6 @@ class Scene:
         return system
 
     def _made(self) -> "HybridSystem":
-        from chaosdrill import systems
-
         initial = {name: value for name, value in self.initial.items() if name != "mode"}
         with self._placed():
             if self.definition is not None:

@@ -3,16 +3,14 @@
 import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from chaosdrill.errors import SceneError
 from chaosdrill.files import followed, is_read_only, replacing
+from chaosdrill.model import HybridSystem
 from chaosdrill.scene.changes import bare_or_quoted, toml_value
 from chaosdrill.scene.load import parse_scene
 from chaosdrill.typed import PATH, TABLE, TABLES, TEXT, expecting
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
 
 _HEADERS = {"system": 4, "analysis": 2, "numerics": 1}
 """Depth to which tables have their own header; deeper tables stand on one line."""
@@ -21,7 +19,7 @@ _HEADERS = {"system": 4, "analysis": 2, "numerics": 1}
 @expecting(SceneError, path=PATH, analyses=TABLES, numerics=TABLE, title=TEXT)
 def save_scene(
     path: str | os.PathLike[str],
-    system: "HybridSystem",
+    system: HybridSystem,
     analyses: Mapping[str, Mapping[str, Any]],
     *,
     title: str | None = None,
@@ -57,7 +55,6 @@ def save_scene(
     SettingsError
         If a value cannot be written in TOML.
     """
-    from chaosdrill.model import HybridSystem
     from chaosdrill.model.definition import write_definition
 
     if not isinstance(system, HybridSystem):

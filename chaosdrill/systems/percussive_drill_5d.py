@@ -15,7 +15,8 @@ counts. Digits of x1 - x3 are lost as the bit advances, which the reduced form a
 from typing import Any
 
 from chaosdrill.declared import event
-from chaosdrill.systems.drill import LABELS
+from chaosdrill.systems.drill import LABELS, contact, friction
+from chaosdrill.systems.drill.assemble import BOUNDS
 from chaosdrill.systems.drill.effects import PAPER, limits, parameters
 
 NAME = "percussive-drill-5d"
@@ -36,9 +37,6 @@ LIMITS = limits()
 def equations() -> dict[str, Any]:
     """The drill in five dimensions with the paper's parameters, started at rest."""
     import sympy
-
-    from chaosdrill.systems.drill import contact, friction
-    from chaosdrill.systems.drill.assemble import BOUNDS
 
     x1, x2, x3, x4, x5 = sympy.symbols(tuple(STATES), real=True)
     a, b, xi, eps, eta, phi, r = sympy.symbols("a b xi eps eta phi r", real=True)

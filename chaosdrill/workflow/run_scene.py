@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from chaosdrill.analysis.registry import analyses, function
 from chaosdrill.annotations import Dataset, DataTree
 from chaosdrill.archive.write import check_writable, save
+from chaosdrill.dataset import described_again, provenance
 from chaosdrill.dataset.provenance import DERIVED
 from chaosdrill.errors import ArchiveError, SceneError, SettingsError
 from chaosdrill.typed import COUNT, FUNCTION, PATH, SWITCH, TABLE, expecting, refuse
@@ -163,7 +164,6 @@ def compute(
     """
     import xarray as xr
 
-    from chaosdrill.dataset import described_again, provenance
     from chaosdrill.scene.in_si import in_si, si_table
 
     if not scene.analyses:

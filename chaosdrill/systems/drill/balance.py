@@ -12,6 +12,7 @@ Where bit and rock move together at the stop, y = r, the contact force follows f
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from chaosdrill.model import Transition
 from chaosdrill.systems.drill import contact, drive, friction, rock
 from chaosdrill.systems.drill.friction import STATIC
 
@@ -137,8 +138,6 @@ def stick_slip(
     the threshold itself, its first derivative that does not vanish decides: a guard at zero lies on the side to which
     it moves.
     """
-    from chaosdrill.model import Transition
-
     if not balance.grips:
         return []
     rest, slip, back = (mode + suffix for mode in (REST, "slip", "slip-back"))

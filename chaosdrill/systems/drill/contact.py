@@ -8,6 +8,7 @@ round-off whatever s is. Source: equations (4), (5), (9) of the paper; Hunt and 
 from typing import Any
 
 from chaosdrill.limits import Limit
+from chaosdrill.systems.drill.friction import STATIC
 
 OPTIONS = {
     "none": "no stop: the gap never closes",
@@ -107,8 +108,6 @@ def holds(option: str, approach: Any) -> Any:
 
     The paper uses the peak force of free masses. A Newtonian hit has an infinite force, which no friction holds.
     """
-    from chaosdrill.systems.drill.friction import STATIC
-
     return None if option == "newton" else peak(approach, free=True) <= STATIC
 
 

@@ -14,13 +14,11 @@ lose nine of its digits, and a stiff force would turn the rest into noise: in th
 threshold of friction, where the rock would then stick and slip without end.
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from chaosdrill.model import Transition
 from chaosdrill.systems.drill import contact
 from chaosdrill.systems.drill.balance import CONTACT, REST, Balance, stick_slip
-
-if TYPE_CHECKING:
-    from chaosdrill.model import Transition
 
 HELD = "-held"
 
@@ -34,7 +32,7 @@ def hit_modes(balance: Balance) -> dict[str, dict[Any, Any]]:
     return {mode + CONTACT: still for mode in (REST, "slip") if mode in balance.modes}
 
 
-def hits(balance: Balance, option: str) -> list["Transition"]:
+def hits(balance: Balance, option: str) -> list[Transition]:
     """Transitions of the stop; they act before a release at the same instant, which then follows from the hit."""
     event = {"guard": balance.y - balance.r, "direction": +1, "priority": 1}
     if balance.added is not None:
@@ -42,9 +40,7 @@ def hits(balance: Balance, option: str) -> list["Transition"]:
     return _instant(balance, option, {**event, "kind": "impact"}, event)
 
 
-def _instant(balance: Balance, option: str, impact: Any, event: Any) -> list["Transition"]:
-    from chaosdrill.model import Transition
-
+def _instant(balance: Balance, option: str, impact: Any, event: Any) -> list[Transition]:
     u, w = balance.u, balance.w
     thrown = {u: -contact.exit_speed(option, u)}
     if not balance.moves:
@@ -67,9 +63,7 @@ def _instant(balance: Balance, option: str, impact: Any, event: Any) -> list["Tr
     return found
 
 
-def _timed(balance: Balance, option: str, impact: Any, event: Any) -> list["Transition"]:
-    from chaosdrill.model import Transition
-
+def _timed(balance: Balance, option: str, impact: Any, event: Any) -> list[Transition]:
     u, w, timer = balance.u, balance.w, balance.added
     over: Any = {"guard": timer, "direction": -1, "kind": "rebound"}
     thrown = {u: -contact.exit_speed(option, u), timer: 0, **balance.at_rest(REST)}
@@ -106,11 +100,9 @@ def held_modes(balance: Balance, option: str) -> dict[str, dict[Any, Any]]:
     return {mode + HELD: balance.together(mode) for mode in balance.modes}
 
 
-def hold(balance: Balance, option: str, mode: str, rebound: str, event: Any) -> list["Transition"]:
+def hold(balance: Balance, option: str, mode: str, rebound: str, event: Any) -> list[Transition]:
     """The outcome of a hit in ``mode`` after which the masses stay together, in place of the one named ``rebound``."""
     import sympy
-
-    from chaosdrill.model import Transition
 
     pressing, speed = balance.pressing(mode), balance.common_speed(mode)
     tests = [pressing > 0]
@@ -125,10 +117,8 @@ def hold(balance: Balance, option: str, mode: str, rebound: str, event: Any) -> 
     return [Transition(f"hold-{mode}", condition=sympy.And(*tests, peak <= pressing), **how)]
 
 
-def held(balance: Balance) -> list["Transition"]:
+def held(balance: Balance) -> list[Transition]:
     """Transitions out of and between the modes of a held contact."""
-    from chaosdrill.model import Transition
-
     y, u, w, r = balance.y, balance.u, balance.w, balance.r
     found = [
         Transition(
@@ -165,10 +155,8 @@ def contact_modes(balance: Balance) -> dict[str, dict[Any, Any]]:
     return modes
 
 
-def contacts(balance: Balance) -> list["Transition"]:
+def contacts(balance: Balance) -> list[Transition]:
     """Transitions into, within and out of the contact; the force is zero at both ends, so nothing jumps."""
-    from chaosdrill.model import Transition
-
     y, r, depth = balance.y, balance.r, balance.added
     found = []
     for mode in balance.modes:
