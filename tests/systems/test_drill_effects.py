@@ -1,5 +1,7 @@
 """An effect that is left out leaves no state, no guard, no parameter and no term."""
 
+import inspect
+
 import pytest
 from support.drills import CHOICES, POSSIBLE, built, label
 
@@ -47,6 +49,11 @@ def test_parameters_are_those_of_the_chosen_effects(effects):
     system = built(effects)
     assert set(system.parameters) == expected == set(systems.parameters("percussive-drill", effects))
     assert symbols(system) - set(system.state_names) - {"t"} == expected
+
+
+def test_every_option_stands_in_the_docstring():
+    told = inspect.getdoc(cd.drill)
+    assert all(f'"{option}"' in told for options in systems.EFFECTS.values() for option in options)
 
 
 @pytest.mark.parametrize("effects", POSSIBLE, ids=label)
