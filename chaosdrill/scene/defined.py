@@ -24,19 +24,6 @@ def checked_before(definition: Mapping[str, Any], parameters: Mapping[str, Any])
     return None if key is None else _kind(definition).known(key, partial(_build, definition, parameters), {})
 
 
-def build(
-    definition: Mapping[str, Any], parameters: Mapping[str, float], initial: Mapping[str, Any], *, kept: bool
-) -> HybridSystem:
-    """The system of a definition that has been checked; as `chaosdrill.model.definition.build_defined`.
-
-    With ``kept`` the derived parts are kept, but not for a system with drives, which may have parameters that only
-    these use.
-    """
-    key = _key(definition, parameters) if kept else None
-    make = partial(_build, definition, parameters)
-    return (make() if key is None else _kind(definition).listed(key, make, {})).begun(initial)
-
-
 def sliding_before(table: Mapping[str, Any], given: "Given") -> HybridSystem | None:
     """The system of two fields and a surface that were run before, and so have no faults, with its definition."""
     key = _made_key("filippov", table, *given)
@@ -89,17 +76,27 @@ class Made(NamedTuple):
         found = kind.known(key, partial(_make, self), {})
         if found is None or self.definition is not None:
             return found
-        effects = self.effects if systems.REGISTRY[self.model].effects else None
-        return found.limited(systems.limits(self.model, effects))
+        return found.limited(systems.limits(self.model, self._effects()))
+
+    def undriven(self, *, kept: bool = False) -> HybridSystem:
+        """The system without its drives and its symmetry, in its own first mode.
+
+        With ``kept`` the derived parts of a definition are kept, but not for a system with drives, which may have
+        parameters that only these use.
+        """
+        start = {name: value for name, value in self.initial.items() if name != "mode"}
+        if self.definition is not None:
+            key = _key(self.definition, self.parameters) if kept else None
+            make = partial(_build, self.definition, self.parameters)
+            return (make() if key is None else _kind(self.definition).listed(key, make, {})).begun(start)
+        return systems.build(self.model, parameters=self.parameters, effects=self._effects(), initial=start)
+
+    def _effects(self) -> Mapping[str, str] | None:
+        return self.effects if systems.REGISTRY[self.model].effects else None
 
 
 def _make(one: Made) -> HybridSystem:
-    start = {name: value for name, value in one.initial.items() if name != "mode"}
-    if one.definition is not None:
-        system = _build(one.definition, one.parameters).begun(start)
-    else:
-        effects = one.effects if systems.REGISTRY[one.model].effects else None
-        system = systems.build(one.model, parameters=one.parameters, effects=effects, initial=start)
+    system = one.undriven()
     if "mode" in one.initial:
         system = system.with_initial(mode=one.initial["mode"])
     found: HybridSystem = halved_system(driven_system(system, one.drives), one.symmetry)

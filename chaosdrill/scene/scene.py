@@ -8,12 +8,11 @@ from functools import cached_property
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill import systems
 from chaosdrill.errors import ChaosdrillError, SettingsError
 from chaosdrill.files import name_text
 from chaosdrill.names import remedy
 from chaosdrill.scene.check_made import DriveFault, driven_system, halved_system, noisy_system
-from chaosdrill.scene.defined import Made, build
+from chaosdrill.scene.defined import Made
 from chaosdrill.scene.lines import InvalidSceneError, Path, Problem, problems_of
 from chaosdrill.settings import Known
 from chaosdrill.systems.drill.si import ReadSI
@@ -103,28 +102,22 @@ class Scene:
         SceneError
             If it cannot be built, or if the scene names modes or events that it does not have.
         """
-        one = None
-        if (self.drives or self.symmetry) and not self.noise:
-            tables = (self.definition, self.effects, self.parameters, self.initial, self.drives, self.symmetry)
-            one = Made(self.model, *tables)
-        system = None if one is None else one.before()
+        tables = (self.definition, self.effects, self.parameters, self.initial, self.drives, self.symmetry)
+        one = Made(self.model, *tables)
+        listed = bool(self.drives or self.symmetry) and not self.noise
+        system = one.before() if listed else None
         if system is None:
-            system = self._made()
-            if one is not None and (key := one.key) is not None:
+            system = self._made(one)
+            if listed and (key := one.key) is not None:
                 system = system.enlisted(key)
         checks = (self._check_modes, self._check_reached, self._check_fit, self._check_halved)
         if problems := [one for check in checks for one in check(system)]:
             raise InvalidSceneError(self.name, problems, self.lines)
         return system
 
-    def _made(self) -> "HybridSystem":
-        initial = {name: value for name, value in self.initial.items() if name != "mode"}
+    def _made(self, one: Made) -> "HybridSystem":
         with self._placed():
-            if self.definition is not None:
-                system = build(self.definition, self.parameters, initial, kept=not self.drives)
-            else:
-                effects = self.effects if systems.REGISTRY[self.model].effects else None
-                system = systems.build(self.model, parameters=self.parameters, effects=effects, initial=initial)
+            system = one.undriven(kept=not self.drives)
         if "mode" in self.initial:
             if problems := self._unknown_modes(system, {("system", "initial", "mode"): self.initial["mode"]}):
                 raise InvalidSceneError(self.name, problems, self.lines)
