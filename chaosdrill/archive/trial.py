@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from math import prod
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 from chaosdrill.annotations import Dataset
 from chaosdrill.archive import inside
@@ -67,7 +67,7 @@ os.register_at_fork(after_in_child=_leave_spare)
 
 
 class Reader:
-    """A process that reads files, one after the other; it ends with the block.
+    """A process that reads files, one after the other.
 
     Raises `ArchiveError` if it cannot be started, with the name of the file that is to be read.
     """
@@ -76,12 +76,6 @@ class Reader:
         self._process: subprocess.Popen[bytes] | None = None
         self._ready = self._in_step = False
         self._allowed = self._files = 0
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.end()
 
     def begin(self, file: Path) -> None:
         """Start the process, unless it is at work already."""

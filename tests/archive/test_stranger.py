@@ -297,7 +297,7 @@ def test_one_process_reads_several_files(tmp_path, sound):
     path, wrong = tmp_path / "a.nc", tmp_path / "wrong.nc"
     path.write_bytes(sound)
     wrong.write_bytes(sound[: len(sound) // 2])
-    with trial.Reader() as reader:
+    with trial.borrowed() as reader:
         first = reader.read(path, decoded=True)
         number = reader._process.pid
         with pytest.raises(trial.DamagedError):
@@ -310,7 +310,7 @@ def test_one_process_reads_several_files(tmp_path, sound):
 def test_a_process_that_is_kept_waiting_is_no_damage(tmp_path, sound, monkeypatch):
     path = tmp_path / "a.nc"
     path.write_bytes(sound)
-    with trial.Reader() as reader:
+    with trial.borrowed() as reader:
         reader.read(path, decoded=True)
         os.kill(reader._process.pid, signal.SIGSTOP)
         monkeypatch.setattr(trial, "TUNING", replace(trial.TUNING, patience_s=0.1))
