@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable
-from difflib import get_close_matches
+from difflib import SequenceMatcher, get_close_matches
 
 from chaosdrill.tuning import TUNING
 
@@ -11,11 +11,15 @@ def remedy(word: str, known: Iterable[str]) -> str:
     """The likely fix of an unknown name: the nearest known one, or all of them."""
     known = list(known)
     lowered = {name.lower(): name for name in known}
-    close = get_close_matches(word[: TUNING.letters].lower(), lowered, n=1)
+    given = word[: TUNING.letters].lower()
+    # a name among other words is meant before one that merely resembles them
+    words = [part for part in re.split(r"[^a-z0-9]+", given) if len(part) >= TUNING.least_part and part in lowered]
+    close = get_close_matches(given, lowered, n=1)
+    if words and not (close and SequenceMatcher(None, given, close[0]).ratio() > TUNING.nearly):
+        close = words
     if close:
         return f"did you mean {shortened(lowered[close[0]])!r}?"
-    part = word[: TUNING.letters].lower()
-    longer = [name for name in known if len(word) >= TUNING.least_part and part in name.lower()]
+    longer = [name for name in known if len(word) >= TUNING.least_part and given in name.lower()]
     if 0 < len(longer) <= TUNING.most_meant:
         *others, last = (repr(shortened(name)) for name in longer)
         return f"did you mean {', '.join(others)}{' or ' if others else ''}{last}?"

@@ -12,6 +12,8 @@ class Tuning:
     """Letters of a name that a message shows."""
     names_shown: int = 100
     """Names that a message shows."""
+    nearly: float = 0.85
+    """Ratio of equal letters above which a name is meant, even if another one stands in it as a word."""
     least_part: int = 4
     """Letters of a word that suggests the names which contain it,"""
     most_meant: int = 5

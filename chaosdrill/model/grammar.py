@@ -32,6 +32,7 @@ _LEVELS = {"or": _OR, "and": _AND, "+": _SUM, "-": _SUM, "*": _PRODUCT, "/": _PR
 _LEVELS |= dict.fromkeys(("<", "<=", ">", ">=", "==", "!="), _COMPARE)
 _CASES = "write Piecewise(a, x > 0, b) for cases"
 _PAIRS = re.compile(r"[Pp]iecewise\s*+\(\s*+\(")
+_NAMED = re.compile(r"\b[^\W\d]\w*\s$")
 _INSTEAD = {
     "^": "write ** for a power",
     "%": "write Mod(a, b) for a remainder",
@@ -213,6 +214,8 @@ class _Parser:
             hint = "write a point for a decimal comma"
         elif self.kind == "name" and "')'" in expected:
             hint = "write * for a product, or close the parenthesis before it"
+        elif expected.startswith("an operator") and self.kind != "sign" and _NAMED.search(self.text[: self.start]):
+            hint = "write * for a product, or parentheses for a function, as in sin(x)"
         elif expected.startswith("an operator") and (self.kind != "sign" or self.value == "("):
             hint = "write * for a product"
         place = f"letter {self.start + 1} of {self.text!r:.60}"

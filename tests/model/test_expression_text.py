@@ -199,5 +199,11 @@ def test_pairs_of_sympy_get_the_way_that_works(text):
     assert read_open_text("Piecewise(a, x > 0, b)").has(sympy.Piecewise)
 
 
+@pytest.mark.parametrize("text", ["sin x", "2 + cos v"])
+def test_a_function_without_parentheses(text):
+    with pytest.raises(ExpressionError, match=r"parentheses for a function, as in sin\(x\)"):
+        read_text(text, NAMES)
+
+
 def test_a_parameter_may_be_called_as_such_a_function():
     assert {str(one) for one in read_open_text("mod*abs(y) + piecewise").free_symbols} == {"mod", "y", "piecewise"}

@@ -7,6 +7,7 @@ import sympy
 
 import chaosdrill as cd
 from chaosdrill import systems
+from chaosdrill.errors import ModelError
 
 NAMES = sorted(systems.REGISTRY)
 
@@ -102,3 +103,18 @@ def test_the_piecewise_linear_field_of_chua_is_continuous(number):
         for state in system.states:
             gap = system.modes[transition.target][state] - system.modes[transition.source[0]][state]
             assert sympy.simplify(gap.subs(x, edge)) == 0
+
+
+@pytest.mark.parametrize(
+    ("given", "meant"),
+    [
+        ("duffing oscillator", "duffing"),
+        ("chua circuit", "chua"),
+        ("lorentz", "lorenz"),
+        ("lorenz 96", "lorenz-96"),
+        ("gear", "gear-rattle"),
+    ],
+)
+def test_a_name_that_is_nearly_right(given, meant):
+    with pytest.raises(ModelError, match=f"did you mean '{meant}'"):
+        systems.build(given)
