@@ -152,7 +152,8 @@ def _on_own_section(curve: Curve, point: Point) -> Point:
     problem, shot = curve.problem, curve.problem.shoot(point.orbit, False)
     if point.root is None:
         d, flow, ahead = problem.states, problem.flow_at(point.orbit), point.tangent.change.copy()
-        ahead[:d] -= flow * (flow @ ahead[:d]) / (flow @ flow)
+        normal = problem.plane(point.orbit)[at.NORMAL]
+        ahead[:d] -= flow * (normal @ ahead[:d]) / (normal @ flow)
         direction = problem.direction(point.orbit, shot, point.weights, ahead * point.weights**2)
         return replace(point, tangent=curve.directed(shot, direction, point.weights), section=point.orbit)
     plane = plane_at(problem, point.orbit, shot, point.weights, point.root.plane)
@@ -167,6 +168,8 @@ def _on_own_section(curve: Curve, point: Point) -> Point:
 def _closed(curve: Curve, points: list[Point], home: Point) -> Point | None:
     """The point between the last two at which the curve is back at its start, if it is."""
     before, last = points[-2:]
+    if before.orbit is home.orbit:
+        return None
     step = last.arclength - before.arclength
 
     def ahead(point: Point) -> tuple[Orbit | None, float]:
@@ -180,13 +183,15 @@ def _closed(curve: Curve, points: list[Point], home: Point) -> Point | None:
     if not high <= 0:
         return None
     low = ahead(before)[1]
-    # the start itself, the first time
     if not low > TUNING.meeting * step:
         return None
     part, places = low / (low - high), np.array([p.arclength for p in points])
+    # what a line between two orbits misses a turn of a smooth flow may enlarge beyond return
+    planar = last.orbit.segments[0, at.SEGMENT_END] == at.PLANE
     try:
         for _ in range(TUNING.touch_steps):
-            guess = curve.interpolated([p.orbit for p in points], places, before.arclength + part * step, last.orbit)
+            there = before.arclength + part * step
+            guess = curve.interpolated([p.orbit for p in points], places, there, last.orbit) if planar else None
             point = curve.between(before, last, part, guess=guess)
             start, left = ahead(point)
             if start is None or abs(left) <= TUNING.meeting * step:

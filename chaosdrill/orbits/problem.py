@@ -270,7 +270,7 @@ class Problem:
         # the starts of segments are solutions, as exact as the equations are
         self._slack[:d] = self.solved_to(orbit.starts[:, :d])
         found, room = self._room(len(orbit))
-        plane = self._plane(section or orbit)
+        plane = self.plane(section or orbit)
         if orbit.drift is not None:
             plane[at.DRIFT] = orbit.drift
         outcome, residual = at.shooting_residual(
@@ -526,7 +526,7 @@ class Problem:
         That is on the plane across the flow there, in the same direction; None where it does not meet it.
         """
         d, there = self.states, other.starts[0, : self.states]
-        normal = self._plane(other)[at.NORMAL]
+        normal = self.plane(other)[at.NORMAL]
         whole = float(one.durations[0])
 
         def beside(times: np.ndarray) -> np.ndarray:
@@ -599,7 +599,7 @@ class Problem:
         moved = self.shifts.across(orbit.starts[:half, :d] - orbit.starts[half:, :d]) * weights[:d]
         return np.concatenate([moved.ravel(), (orbit.durations[:half] - orbit.durations[half:]) * weights[d + 1]])
 
-    def _plane(self, orbit: Orbit) -> np.ndarray:
+    def plane(self, orbit: Orbit) -> np.ndarray:
         """What shooting takes an orbit to begin on and to close but for, shape (4 + m, d).
 
         An orbit without events and period starts on a plane across the flow.

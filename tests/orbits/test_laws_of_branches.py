@@ -392,6 +392,29 @@ def test_a_closed_branch_of_a_flow_is_walked_once(loop, side, turn, size, step):
     assert around == pytest.approx(2 * np.pi, abs=1e-5)
 
 
+@pytest.mark.parametrize("size", [1.0, 1 / 64])
+def test_a_branch_of_a_flow_goes_on_through_its_folds_in_any_unit(size):
+    """Cycles with mu = 8 q^3 - h q, q = r^2 - 1, fold twice; planes across the flow move along them on the way."""
+    q0, h, w = -0.3165710539858352, 0.7118216247002567, 1.2883192254392675
+    rate = f"(mu - ((x - 0.8)**2 + (y/{size!r})**2 - 1)**3*8 + ((x - 0.8)**2 + (y/{size!r})**2 - 1)*h)"
+    system = cd.HybridSystem(
+        name="folded", states="y x z", parameters={"mu": 8 * q0**3 - h * q0, "h": h},
+        modes={
+            "on": {
+                "y": f"y*{rate} + {w * size!r}*(x - 0.8)",
+                "x": f"(x - 0.8)*{rate} - {w / size!r}*y",
+                "z": "-z + 0.3*(x - 0.8)",
+            }
+        },
+    )  # fmt: skip
+    start = np.sqrt(1 + q0) * np.exp(2.571j)
+    system = system.with_initial(x=0.8 + start.real, y=size * start.imag, z=(0.3 * start / (1 + 1j * w)).real)
+    branch = cd.continue_orbit(system, {"mu": (-0.147, 0.147)}, start="guess", step=0.003)
+    fold = 2 * h / 3 * np.sqrt(h / 24)
+    assert (branch["mu"].values.min(), branch["mu"].values.max()) == (-0.147, 0.147)
+    np.testing.assert_allclose(np.sort(branch["special_value"]), [-fold, fold], rtol=1e-12)
+
+
 @pytest.mark.parametrize("start", [(1.78575683, 0.09231752), (-1.79026362, -0.0634159)])
 def test_a_branch_ends_at_a_canard_and_says_so_wherever_its_orbits_begin(start):
     """Van der Pol's oscillator explodes at 1 - k/8 - 3 k^2/32 - 173 k^3/1024 - ... (Zvonkin and Shubin 1984,
