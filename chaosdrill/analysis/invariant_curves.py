@@ -73,8 +73,8 @@ def manifolds_dataset(system: HybridSystem, given: Any, job: "Job") -> "xr.Datas
     begin = orbit_start(system, given, job.numerics)
     found = find_orbit(begin.system, begin.period, begin.start, begin.transient, job.numerics, begin.marks)
     if found.outcome != Outcome.PERIODIC:
-        told = begin.told(found.outcome, found.message)
-        return _dataset(system, [], [], _bounds(system, given, job.numerics, None), found.outcome, told)
+        words = begin.told(found.outcome, found.message)
+        return _dataset(system, [], [], _bounds(system, given, job.numerics, None), found.outcome, words)
     where = find_section(system, given, job.numerics, timed=True)
     bounds = _bounds(system, given, job.numerics, found)
     points = _points(where, found, job.numerics, bounds.scale)

@@ -112,7 +112,7 @@ class Curve:
         if np.abs((self.values(one) - self.values(other)) / self.spans).max() > within:
             return None
         if one.segments[0, at.SEGMENT_END] == other.segments[0, at.SEGMENT_END] == at.PLANE:
-            slid = self.problem.opposite(one, other, weights)
+            slid = self.problem.begun_beside(one, other, weights)
             if slid is None:
                 return None
             one = slid

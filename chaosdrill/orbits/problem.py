@@ -520,7 +520,7 @@ class Problem:
         )  # fmt: skip
         return states[:, :, : self.states], modes
 
-    def opposite(self, one: Orbit, other: Orbit, weights: np.ndarray) -> Orbit | None:
+    def begun_beside(self, one: Orbit, other: Orbit, weights: np.ndarray) -> Orbit | None:
         """An orbit without events and period, begun where it comes nearest to the start of another one.
 
         That is on the plane across the flow there, in the same direction; None where it does not meet it.
