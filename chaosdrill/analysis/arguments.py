@@ -64,6 +64,7 @@ class Span:
     transient: float  # units of a forced system, else a time
     periodic: bool  # whether the unit is a forcing period
     outcome: int = 0  # what ended the run that measures how long a number of section points takes; 0: nothing
+    measured: bool = False  # whether it is as long as a number of section points takes
 
     @property
     def length(self) -> float:

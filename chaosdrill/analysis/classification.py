@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, Recurrence, recurrence
+from chaosdrill.analysis.recurrence import CLOSE, FLOOR, ROUND_OFF, Recurrence, recurrence
 from chaosdrill.analysis.resting import lengthens, stirs
 from chaosdrill.analysis.stationarity import SAME, departs, stationarity
 from chaosdrill.analysis.statistics import SINKS, STAYS, block_ends, leading
@@ -230,9 +230,13 @@ def add_record(
     flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
 ) -> None:
     """Add what all points of records say by themselves, as in `evidence_of_records`."""
-    found = recurrence(aside(windows, shifts), shifts.sizes(known), windows.shape[1] // REPEATS)
+    paths, sizes, most = aside(windows, shifts), shifts.sizes(known), windows.shape[1] // REPEATS
+    found = recurrence(paths, sizes, most)
     e.recurs |= found.period > 0
-    e.exact |= (found.period > 0) & closes_exactly(e, found.residual)
+    residual, neutral = found.residual.copy(), np.flatnonzero((found.period > 0) & e.unmoved)
+    # round-off may come from the largest that states have been
+    residual[neutral] = recurrence(paths[neutral], sizes[neutral] / FLOOR, most).residual
+    e.exact |= (found.period > 0) & closes_exactly(e, residual)
     if part < 1.0:
         earlier = stationarity(shifts.quotient(coarse), shifts.sizes(known))
         e.leaving, e.settling = e.leaving | earlier[0], e.settling | earlier[1]

@@ -89,7 +89,7 @@ def measured_span(section: Section, given: Any, numerics: Numerics, units: int) 
     begin = float(after[before - 1]) if before else 0.0
     length = float(after[before + count - 1]) - begin
     if not section.system.forced:
-        return Span(length / units, units, begin, False)
+        return Span(length / units, units, begin, False, measured=True)
     return Span(section.unit, math.ceil(length / section.unit), math.ceil(begin / section.unit), True)
 
 
