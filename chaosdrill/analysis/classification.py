@@ -132,7 +132,7 @@ def evidence_of(
     if exponents.shape[1]:
         found.quarter = growth_of_end(averages, column, QUARTER)
         found.steady = steady(averages.course[one_of[0], :, column])
-        found.steady &= (lead < 0) | (averages.complete & ~_paired(exponents, lead))
+        found.steady &= ~_paired(exponents, lead)
     found.noisy[:] = system.draws
     unforced = not system.forced and structure.autonomous
     with np.errstate(invalid="ignore"):

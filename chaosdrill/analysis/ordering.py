@@ -103,7 +103,8 @@ def ordered(points: np.ndarray) -> tuple[bool, bool]:
     moves = any(_moves_on(points[k::curves], turn, WAVES * parts) for k in range(curves))
     # by the extent of one curve, which may be small beside the way from one to the next
     path = points[::curves]
-    return not moves and not comes_back(path[:, full(path)]), moves
+    back = comes_back(path[:, full(path)]) or (curves > 1 and _returns(points, len(points), 0.0, ROUND_OFF))
+    return not moves and not back, moves
 
 
 def goes_on(points: np.ndarray, others: np.ndarray, steps: np.ndarray) -> bool:
@@ -220,11 +221,11 @@ def comes_back(points: np.ndarray, stays: float = STAYS) -> bool:
     if len(points) <= LAST:
         return False
     nearby = int(BACK * len(points))
-    return _returns(points, nearby, stays) or _returns(points, len(points), 0.0)
+    return _returns(points, nearby, stays, CLOSE) or _returns(points, len(points), 0.0, CLOSE)
 
 
-def _returns(points: np.ndarray, most: int, stays: float) -> bool:
-    """The same for the nearest return after so many points at most."""
+def _returns(points: np.ndarray, most: int, stays: float, close: float) -> bool:
+    """The same for the nearest return after so many points at most, to such a part ``close`` of the extent."""
     windows = np.lib.stride_tricks.sliding_window_view(points, LAST, axis=0)
     earlier = windows[:-1][-most:]
     # no window is nearer than its last point, so that few have to be looked at
@@ -234,7 +235,7 @@ def _returns(points: np.ndarray, most: int, stays: float) -> bool:
     apart = (np.abs(points[lag:] - points[:-lag]) / np.ptp(points, axis=0)).max(axis=1)
     # where a jump lies between two points they are far apart
     before, after = (np.median(part) for part in np.array_split(apart, 2))
-    return bool(after <= max(stays * before, CLOSE))
+    return bool(after <= max(stays * before, close))
 
 
 def _moves_on(points: np.ndarray, turn: float, waves: int) -> bool:

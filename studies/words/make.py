@@ -16,8 +16,9 @@ from collections import Counter
 from pathlib import Path
 from types import SimpleNamespace
 
+import borders
 import numpy as np
-from records import FAMILIES
+import records
 from runs import RUNS
 from runs import called as called_by_spectra
 
@@ -35,11 +36,12 @@ HERE = Path(__file__).resolve().parent
 LENGTHS = (64, 256, 1024, 4096, 16384)
 LENGTHS_OF_RUNS = LENGTHS[:4]
 SEED = 20_261_126
+FAMILIES = records.FAMILIES | borders.FAMILIES
 OPEN_ANSWERS = {"undecided", "transient"}
 MOST_WRONG = 1e-3
 
 
-def averages_of(growth, complete):
+def averages_of(growth):
     """Exponents of growth a step, of shape (P, L, m), as a spectrum makes them of its blocks."""
     length = growth.shape[1]
     ends = block_ends(length, PLAN.blocks)
@@ -52,8 +54,7 @@ def averages_of(growth, complete):
     values, errors, late = (np.take_along_axis(one, order, 1) for one in (values, errors, late))
     points = len(growth)
     course = np.take_along_axis(sums, order[:, np.newaxis], 2)
-    length_of = np.full(points, float(length))
-    return Averages(values, errors, late, course, length_of, np.zeros(points, int), complete), ends
+    return Averages(values, errors, late, course, np.full(points, float(length)), np.zeros(points, int), False), ends
 
 
 def called(states, growth):
@@ -61,14 +62,13 @@ def called(states, growth):
     known = np.abs(states).max(axis=1)
     states = states[:, -growth.shape[1] :]
     points, length, n = states.shape
-    averages, ends = averages_of(growth, growth.shape[2] == n)
+    averages, ends = averages_of(growth)
     jumps = SimpleNamespace(reset=True, marks_only=lambda: False)
     forced = SimpleNamespace(
         forced=True,
         autonomous=False,
         states=range(n),
         free=n,
-        state_names=range(n),
         noise=(),
         draws=False,
         modes={"on": {}},

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 FOLDER = Path(__file__).parents[2] / "studies" / "words"
-OWN = ("make", "records", "runs")
+OWN = ("make", "borders", "records", "runs")
 
 
 @pytest.fixture(scope="module")
