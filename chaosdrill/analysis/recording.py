@@ -88,7 +88,8 @@ def record(
     start, first = run.elapsed, run.strobes
     found = [buffer[:0]]
     filled, outcome = 0, Outcome.OK
-    for part in np.array_split(np.arange(periods), max(1, min(periods, slices))):
+    # a run that has ended before has no periods to go on for, and must not be asked to
+    for part in np.array_split(np.arange(periods), max(1, min(periods, slices))) if periods else ():
         target, full = len(part), True
         while full and outcome == Outcome.OK:
             outcome, full = run.advance(target, rows[filled:], buffer, instants=times is not None)

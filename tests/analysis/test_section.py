@@ -143,3 +143,14 @@ def test_a_section_that_crosses_the_same_cycle_tells_its_period(grip):
     found = cd.poincare_section(grip, at="v < 0", transient=20, periods=40)
     assert float(found["return_time"]) == pytest.approx(2 * np.pi, rel=1e-9)
     assert int(found["period"]) == 1
+
+
+def test_a_run_that_has_left_its_bounds_before_the_record_has_none():
+    """x = 2 sin t leaves |x| <= 1 and comes back into it: what has ended is not taken up again."""
+    system = cd.HybridSystem(
+        name="swing", states="x v", time="t", period="1", modes={"on": {"x": "v", "v": "-x"}},
+        initial={"x": 0.0, "v": 2.0}, bounds={"x": (-1, 1)},
+    )  # fmt: skip
+    found = cd.poincare_section(system, transient=5, periods=3)
+    assert found["outcome"] == cd.Outcome.ESCAPED
+    assert found.sizes["iterate"] == 0
