@@ -302,7 +302,7 @@ def _saddle(
         seen, grown = [], []
         for length in lengths.tolist():
             stay = _still_there(batch, stay, length, ends)
-            grown.append(batch.sums[:, -1].copy())
+            grown.append(batch.sums_by_size(np.arange(len(which)))[:, -1])
             seen.append(batch.x.copy())
         stay = _still_there(batch, stay, margin, ends)
         points.append(np.concatenate([states[stay] for states in seen]))

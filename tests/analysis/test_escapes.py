@@ -81,6 +81,20 @@ def test_the_dimension_of_a_saddle_fills_both_sides_by_its_entropy():
     assert closed[0] == pytest.approx(2.8)
 
 
+def test_exponents_of_a_saddle_do_not_depend_on_units():
+    """Of Henon's map with y in a unit of 1e-9: only the tangents to begin with are others."""
+    images, box = {"x": "1 - 1.5*x**2 + y/u", "y": "0.3*u*x"}, {"count": 2000, "seed": 1, "x": (-1, 1)}
+    found = [
+        cd.transient_chaos(
+            cd.Map("x y", {"u": u}, images, initial={"x": 0.1, "y": 0.1 * u}, bounds={"x": (-5, 5)}),
+            periods=200, random={**box, "y": (-0.3 * u, 0.3 * u)},
+        )["lyapunov_exponent"].values
+        for u in (1.0, 1e-9)
+    ]  # fmt: skip
+    np.testing.assert_allclose(*found, atol=2e-3)
+    assert found[0].sum() == pytest.approx(np.log(0.3), abs=1e-9)
+
+
 def test_the_tent_map_of_slope_three():
     found = cd.transient_chaos(open_tent([1 / 3, 1 / 3]), periods=40, random=STARTS)
     assert abs(found["escape_rate"] - np.log(1.5)) <= 3 * found["escape_rate_error"]
