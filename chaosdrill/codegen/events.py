@@ -13,6 +13,7 @@ from chaosdrill.model.crossings import INCREASING, Crossing, crossings
 from chaosdrill.model.derive import differentiate, guard_gradient, rate
 from chaosdrill.model.held import Trial
 from chaosdrill.model.special import SPECIAL
+from chaosdrill.model.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -110,19 +111,34 @@ def _series(system: "HybridSystem") -> dict[int, dict[Any, int]]:
 def _sense(system: "HybridSystem", trial: Trial, mode: str, surface: Any, other: Any) -> int:
     """Whether a guard vanishes with a surface and grows with it (1) or against it (-1); 0 if it does neither.
 
-    One of them may vanish elsewhere, too, as tan(x) beside x. The last of a series of rebounds are slow: gradients are
-    compared where the other one neither is off zero nor moves in the mode.
+    Either may vanish elsewhere, too, as tan(x) beside x. The last of a series of rebounds are slow: gradients are
+    compared where both are zero and do not move in the mode.
     """
     if other == surface:
         return 1
-    where = surface if trial.zero(other, (surface,)) else other
-    if where == other and not trial.zero(surface, (other,)):
+    if trial.zero(other, (surface,)):
+        where = (surface,)
+    elif trial.zero(surface, (other,)):
+        where = (other,)
+    else:
+        where = (surface, other)
+    _, on = trial.points((*where, rate(system, mode, where[0])))
+    one, two = (_directions([trial.values(differentiate(e, x), on) for x in system.states]) for e in (surface, other))
+    along = (one * two).sum(axis=0)
+    # where they cross each other, as far away as numbers are rounded, both are zero by accident
+    same = along**2 >= 1.0 - TUNING.on_surface
+    if same.sum() < max(TUNING.fewest_samples, len(same) / 2):
         return 0
-    _, on = trial.points((where, rate(system, mode, where)))
-    product = sympy.Add(*(differentiate(surface, x) * differentiate(other, x) for x in system.states))
-    values = trial.values(product, on)
-    signs = {*np.sign(values[np.isfinite(values)]).tolist()}
+    signs = {*np.sign(along[same]).tolist()}
     return int(signs.pop()) if len(signs) == 1 else 0
+
+
+def _directions(gradients: Sequence[np.ndarray]) -> np.ndarray:
+    """Gradients, one a column, as vectors of length 1; NaN where there is none."""
+    found = np.array(gradients)
+    with np.errstate(all="ignore"):
+        found = found / np.abs(found).max(axis=0)
+        return found / np.sqrt((found**2).sum(axis=0))
 
 
 def cancels(image: Any) -> bool:

@@ -48,15 +48,15 @@ def stand(zero, side, order, old, direction, fresh, fired, marks):
         That of its events, 0 for either.
     fresh : int
         What came before the step.
-    fired : bool
-        Whether its own event is what came before, and has left it at zero.
+    fired : int
+        Whether its own event is what came before, and has left it at zero (1, or ``HELD``); else 0.
     marks : int
         What it is.
     """
     ahead = side == direction
     if fired:
-        # a motion that does not leave a wall again with any speed is held by it
-        if ahead and order > 1 and marks & (at.MARKS | at.PASSES) == 0:
+        # a motion that does not leave a wall again with any speed is held by it, and so by those that follow
+        if ahead and (order > 1 or fired == HELD) and marks & (at.MARKS | at.PASSES) == 0:
             return at.FIRE, -HELD * side
     elif old == 0:
         # a root of even order is no crossing; but a wall that is stood upon is met
@@ -168,10 +168,14 @@ def is_zero(functions, tables, state, j, here, slope, old, crossed, t, scratch):
 
 
 @inlined
-def has_fired(tables, state, key, direction):
-    """Whether the last event was that of a guard, or of another one by which its surface was crossed in its direction."""
+def has_fired(state, key, direction):
+    """Whether the last event was that of a guard, or of another one by which its surface was crossed in its direction.
+
+    1, or ``HELD`` where the motion did not leave that one; 0 if it was another event.
+    """
     run = state.run[0]
-    return run.fresh == at.AFTER and (run.fired == key or state.sides[key] * direction == PLACED)
+    own = run.fired == key or state.sides[key] * direction == PLACED
+    return (HELD if run.held == 1 else 1) if run.fresh == at.AFTER and own else 0
 
 
 @inlined
@@ -194,7 +198,7 @@ def look(functions, tables, state, j, here, slope, t, scratch):
         order = 1
         side = 1 if slope > 0.0 else -1
     direction = tables.active[run.mode, 1 + j]
-    fired = zero and has_fired(tables, state, key, direction)
+    fired = has_fired(state, key, direction) if zero else 0
     how, side = stand(zero, side, order, old, direction, run.fresh, fired, tables.marks[run.mode, j])
     return how, side, order
 
@@ -205,7 +209,7 @@ def stand_at_rest(tables, state, j, order, side):
     run = state.run[0]
     old, _ = side_before(tables, state, j)
     direction = tables.active[run.mode, 1 + j]
-    fired = has_fired(tables, state, tables.keys[run.mode, j], direction)
+    fired = has_fired(state, tables.keys[run.mode, j], direction)
     return stand(True, side, order, old, direction, run.fresh, fired, tables.marks[run.mode, j])
 
 
@@ -628,6 +632,7 @@ def cross(tables, state, j):
     state.sides[key] = direction if direction != 0 else -1 if before > 0 else 1
     run.fresh = at.AFTER
     run.fired = key
+    run.held = 1 if abs(before) == HELD else 0
     run.surface = tables.surfaces[run.mode, j] if met else -1
     run.way = state.sides[key] if met else 0
     run.moved_by = -1

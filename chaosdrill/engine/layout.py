@@ -37,7 +37,7 @@ EVENLY, INSTANTS = 1, 2
 RUN = np.dtype(
     [
         *((name, np.int64) for name in ("mode", "strobes", "live", "fresh", "fired", "surface", "way", "moved_by")),
-        ("turning", np.int64),
+        *((name, np.int64) for name in ("held", "turning")),
         *((name, np.int64) for name in ("sample", "sample_rows", "event_rows", "steps", "evaluations")),
         *((name, np.int64) for name in ("ties", "events_in_period", "stalls", "qr_wait", "qr_since", "rank_check")),
         *((name, np.int64) for name in ("blocked", "waiting")),
@@ -51,8 +51,8 @@ RUN = np.dtype(
 The time is ``origin + whole + rest + time``: whole periods as an exact sum of two doubles, then the time since the last
 strobe. ``fired`` and ``surface`` name the guard that has just fired and its surface, ``way`` is the side to which that
 was crossed (0 where a reset has thrown the state across), ``moved_by`` the transition that was then taken, ``residual``
-what the guard's value was at the event. ``turning`` says whether a guard that was passed comes back in the step,
-``blocked`` which of the mode's steep operations has ended the run, -1 for none. Rebounds from the guard
+what the guard's value was at the event. ``held`` says whether the motion did not leave that guard, ``turning`` whether
+a guard that was passed comes back in the step, ``blocked`` which of the mode's steep operations has ended the run, -1 for none. Rebounds from the guard
 ``waiting`` are not over before ``wait_until``, as long as they are faster than ``wait_above``.
 """
 

@@ -5,7 +5,7 @@ step pass unseen. It is here to be compared with.
 """
 
 from chaosdrill.engine import scales
-from chaosdrill.engine.guards import begun_at, is_moved, is_thrown, is_zero, side_before, stand
+from chaosdrill.engine.guards import begun_at, has_fired, is_moved, is_thrown, is_zero, side_before, stand
 from chaosdrill.engine.jit import inner
 from chaosdrill.engine.layout import AFTER, BEGIN, FIRE, INVALID, ONGOING
 from chaosdrill.engine.records import machine_at, state_of
@@ -75,9 +75,10 @@ def _settle(functions, tables, settings, state, j, s, ahead, t, scratch):
         here = begun_at(functions, tables, settings, state, j, here, abs(ahead - here), s, t, scratch)
     zero, old = is_zero(functions, tables, state, j, here, (ahead - here) / s, old, crossed, t, scratch)
     side = 1 if (ahead if zero else here) > 0.0 else -1
-    fired = zero and run.fresh == AFTER and run.fired == key
+    direction = tables.active[mode, 1 + j]
+    fired = has_fired(state, key, direction) if zero else 0
     order = 2 if fired and not _leads(scratch.gradient, scratch.stages[1], s, ahead) else 1
-    return stand(zero, side, order, old, tables.active[mode, 1 + j], run.fresh, fired, tables.marks[mode, j])
+    return stand(zero, side, order, old, direction, run.fresh, fired, tables.marks[mode, j])
 
 
 @offered

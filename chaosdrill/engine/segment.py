@@ -21,6 +21,7 @@ def begin(tables, state, mode, live, last_mode, last_end, last_outcome):
     run.live = live
     run.fresh = at.BEGIN
     run.fired = -1
+    run.held = 0
     run.surface = -1
     run.way = 0
     run.moved_by = -1
