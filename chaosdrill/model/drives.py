@@ -242,7 +242,7 @@ def _spline(name: str, table: Any) -> list[Piece]:
     try:
         if isinstance(table, Mapping):
             where = f"{name}: phase of the table"
-            knots = sorted((read_expression(where, key, ()), float(v)) for key, v in table.items())
+            knots = sorted((read_expression(where, key), float(v)) for key, v in table.items())
         elif isinstance(table, Iterable) and not isinstance(table, str):
             numbers = [float(v) for v in table]
             knots = [(sympy.Rational(k, len(numbers)), v) for k, v in enumerate(numbers)]

@@ -366,7 +366,7 @@ class PartReader:
         return found
 
 
-def read_expression(where: str, value: Any, names: Collection[str]) -> Any:
+def read_expression(where: str, value: Any, names: Collection[str] = ()) -> Any:
     """An expression that is given outside of a definition, and may name anything; errors begin with ``where``.
 
     ``pi`` is the number, unless it is one of the names.

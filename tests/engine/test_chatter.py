@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
+from chaosdrill.engine.batch import Batch
+from chaosdrill.engine.numerics import Numerics
 
 LIMIT = 4.7719691622793349
 """When a ball on a shaker with e = 1/2 and 1.8 times gravity rests, from 84 rebounds in 60 digits."""
@@ -159,17 +161,17 @@ def test_rebounds_that_pass_from_one_mode_to_another(block, r, s, k, method):
         assert off < {"taylor": 1e-14 + 1e-4 * tolerance, "rk4": 1e-8}.get(method, 1e-12 + 0.1 * tolerance)
 
 
-def rests(name, legs, law="{e}"):
+def rests(name, legs, law="{e}", floors=("x",), *, completes=True):
     """A ball that goes from one mode to the next at each rebound; a leg has a restitution and a gravity."""
     modes = {f"fly{i}": {"x": "v", "v": f"-{g}"} for i, (_, g) in enumerate(legs)} | {"held": {"x": "0", "v": "0"}}
-    onto = {"guard": "x", "direction": -1}
     transitions = []
     for i, (e, _) in enumerate(legs):
+        onto = {"guard": floors[i % len(floors)], "direction": -1}
         here, there, speed = f"fly{i}", f"fly{(i + 1) % len(legs)}", law.format(e=e)
-        transitions += [
-            cd.Transition(f"hit{i}", here, there, **onto, reset={"v": f"-({speed})*v"}),
-            cd.Transition(f"rest{i}", here, "held", **onto, reset={"x": "0", "v": "0"}, completes=f"hit{i}"),
-        ]
+        transitions.append(cd.Transition(f"hit{i}", here, there, **onto, reset={"v": f"-({speed})*v"}))
+        if completes:
+            rest = cd.Transition(f"rest{i}", here, "held", **onto, reset={"x": "0", "v": "0"}, completes=f"hit{i}")
+            transitions.append(rest)
     return cd.HybridSystem(name=name, states="x v", modes=modes, transitions=transitions, initial={"x": 0.5})
 
 
@@ -202,6 +204,39 @@ def test_rebounds_through_any_number_of_modes(legs, method):
         assert int(run["outcome"]) == 0
         assert run["mode"][-1] == len(legs)
         assert abs(float(run["event_time"][-1]) - limit) < 1e-13 * limit / (1 - math.prod(e for e, _ in legs))
+
+
+# one floor as the guards of modes write it; some of them vanish elsewhere, too
+FLOORS = {
+    "a factor": (((0.9, 1.0), (0.5, 2.0)), ("x", "x*(40 + v)")),
+    "squares": (((0.9, 2.0), (0.8, 2.0)), ("(x + 1)**2 - 1", "5*x")),
+    "zeros elsewhere": (((0.9, 1.0), (0.5, 2.0), (0.7, 3.0)), ("tan(x)", "(x + 1)**2 - 1", "x")),
+}
+
+
+@pytest.mark.parametrize("method", ["taylor", "dop853"])
+@pytest.mark.parametrize(("legs", "floors"), FLOORS.values(), ids=FLOORS)
+def test_rebounds_off_one_floor_that_each_mode_writes_in_its_own_way(legs, floors, method):
+    """They are completed; a ball that is not told to rest stalls, and does not fall through."""
+    limit = math.fsum(flights(legs, lambda e, speed, time: e))
+    run = cd.trajectory(rests("floors", legs, floors=floors), duration=2 * limit, samples=1, method=method)
+    assert int(run["outcome"]) == cd.Outcome.OK
+    assert run["mode"][-1] == len(legs)
+    assert float(run["event_time"][-1]) == pytest.approx(limit, abs=1e-9)
+    restless = rests("restless", legs, floors=floors, completes=False)
+    run = cd.trajectory(restless, duration=2 * limit, samples=1, method=method)
+    assert int(run["outcome"]) == cd.Outcome.STALLED
+    assert float(run["event_time"][-1]) == pytest.approx(limit, abs=1e-7)
+
+
+def test_no_ball_of_lanes_falls_through_a_floor_of_two_writings():
+    restless = rests("restless", *FLOORS["a factor"][:1], floors=FLOORS["a factor"][1], completes=False)
+    heights = np.linspace(0.1, 0.9, 9)
+    starts = np.column_stack([heights, np.zeros(9)])
+    batch = Batch(restless, {}, starts, np.zeros(9, dtype=int), Numerics(), unit=30.0)
+    batch.run(0, np.array([0, 1]))
+    assert batch.outcome.tolist() == [cd.Outcome.STALLED] * 9
+    assert np.abs(batch.x[:, 0]).max() < 1e-15
 
 
 # a restitution as text in v, which is negative before a rebound, and the same as a function of speed and time

@@ -107,6 +107,18 @@ def test_a_guard_at_a_branch_point_fires(emptied, method):
     assert float(run["states"][-1, 0]) == 0.0
 
 
+@pytest.mark.parametrize("method", ADAPTIVE)
+def test_a_tank_is_filled_again_where_it_is_empty(tank, method):
+    """The steps that end at the branch point say nothing of those after its event."""
+    fill = cd.Transition("fill", "full", "full", "h", -1, reset={"h": "4"})
+    filled = cd.HybridSystem(
+        states="h", parameters=tank.parameters, modes=tank.modes, transitions=[fill], initial=tank.initial
+    )
+    run = cd.trajectory(filled, duration=50.0, samples=1, method=method)
+    assert cd.Outcome(int(run["outcome"])) == cd.Outcome.OK
+    assert run["event_time"].values == pytest.approx([20.0, 40.0], abs=1e-5)
+
+
 def test_a_guard_at_a_branch_point_fires_in_lanes(emptied):
     starts = np.linspace(1.0, 4.0, 9)
     batch = Batch(emptied, {}, starts[:, np.newaxis], np.zeros(9, dtype=int), Numerics(), unit=30.0)

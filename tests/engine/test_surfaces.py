@@ -32,12 +32,12 @@ def events(run, system):
 # Fields that push onto one surface from both sides
 
 
-def relay(up, way):
+def relay(up, way, down=-1):
     return cd.HybridSystem(
         states="x",
         modes={"above": {"x": "-1"}, "below": {"x": "1"}},
         transitions=[
-            cd.Transition("down", "above", "below", "x", -1),
+            cd.Transition("down", "above", "below", "x", down),
             cd.Transition("up", "below", "above", up, way),
         ],
         initial={"mode": "above", "x": 1.0},
@@ -52,6 +52,23 @@ def test_two_modes_that_push_onto_a_surface_stall_there(method, up, way):
     np.testing.assert_allclose(run["event_time"], 1.0, atol=1e-12)
     message = run.attrs["message"]
     assert all(part in message for part in ("'above'", "'below'", "x = 0", "cd.filippov", "time 1,"))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_switches_in_either_direction_push_and_pass_and_bounce(method):
+    """That the fields push onto the surface counts, not that a reset turns the motion back."""
+    run = cd.trajectory(relay("x", 0, 0), duration=3.0, samples=1, method=method)
+    assert cd.Outcome(int(run["outcome"])).meaning == "stalled"
+    ball = cd.HybridSystem(
+        states="x v",
+        modes={mode: {"x": "v", "v": "-1"} for mode in ("odd", "even")},
+        transitions=[
+            cd.Transition(f"{a}-{b}", a, b, "x", 0, reset={"v": "-v/2"}) for a, b in (("odd", "even"), ("even", "odd"))
+        ],
+        initial={"x": 0.5},
+    )
+    run = cd.trajectory(ball, duration=2.2, samples=1, method=method)
+    assert run["event_time"].values == pytest.approx([1.0, 2.0], abs=1e-12)
 
 
 # A mode that is entered on its own guard

@@ -5,6 +5,7 @@ from math import atan2, cos, exp, hypot, pi, sin, sqrt
 
 import numpy as np
 import pytest
+import sympy
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -480,3 +481,18 @@ def test_time_is_called_t_unless_something_else_is(initial):
     }
     runs = [cd.trajectory(cd.filippov(**given, **named), periods=2, samples=10) for named in ({}, {"time": "t"})]
     np.testing.assert_array_equal(runs[0]["states"].values, runs[1]["states"].values)
+
+
+def test_pi_is_the_number_unless_something_is_called_so():
+    drive = {"x": "v", "v": "pi - 2*abs(x) + pi*cos(pi*t)"}
+    number = cd.in_modes(name="drive", states="x v", parameters={}, field=drive, period="2")
+    assert number.time is not None
+    assert not any(one.name == "pi" for rates in number.modes.values() for e in rates.values() for one in e.free_symbols)
+    named = cd.in_modes(name="drive", states="x v", parameters={"pi": 3.0}, field=drive)
+    assert all(sympy.Symbol("pi", real=True) in rates[named.states[1]].free_symbols for rates in named.modes.values())
+    belt = {"name": "belt", "states": "v", "parameters": {}}
+    belt |= {"above": {"v": "-pi"}, "below": {"v": "pi"}, "initial": {"v": 3 * np.pi}}
+    run = cd.trajectory(cd.filippov(**belt, surface="v - pi"), duration=3.0, samples=1)
+    assert run["event_time"].values == pytest.approx([2.0], abs=1e-13)
+    x, pi = sympy.symbols("x pi")
+    assert cd.HybridSystem(states="x", modes={"on": {x: pi * x}}).modes["on"] != {}

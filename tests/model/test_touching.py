@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import chaosdrill as cd
 from chaosdrill.model.parts import read_expression
-from chaosdrill.model.touching import find_fold, unfolded
+from chaosdrill.model.touching import find_fold, unfolded, without_smooth_zeros
 
 X, Y, T, A, N = sympy.symbols("x y t a n", real=True)
 MOVING = (X, Y, T)
@@ -128,6 +128,34 @@ def test_kinks_elsewhere_in_a_flow_are_refused(make):
 def test_resets_and_conditions_may_have_kinks():
     reset = cd.Transition("back", "on", "on", "x - 1", 1, {"x": "sqrt(y**2 - 2*y + 1) - 3"}, "acos(cos(t)) > 1")
     assert flow("y", transitions=[reset]).transitions[0].reset
+
+
+TAKEN_OUT = {
+    "sqrt(x**4)": "x**2",
+    "(x**2)**3": "x**6",
+    "sqrt((x - 1)**4*(1 + y**2))": "(x - 1)**2*sqrt(1 + y**2)",
+    "(x**4 - 4*x**3 + 6*x**2 - 4*x + 1)**1.5": "(x - 1)**6",
+    "sqrt(1 - 2*cos(t)**2 + cos(t)**4)": "sin(t)**2",
+    "sqrt(1 - 2*sin(t) + sin(t)**2)": "1 - sin(t)",
+    "abs(1 - cos(x))": "1 - cos(x)",
+}
+"""Roots of what touches zero so that they are smooth there, and the same without a root."""
+
+
+@pytest.mark.parametrize("text", TAKEN_OUT)
+def test_smooth_zeros_are_taken_out_of_roots(text):
+    found, plain = without_smooth_zeros(read(text), MOVING, NUMBERS), read(TAKEN_OUT[text])
+    assert find_fold(found, MOVING, NUMBERS) is None
+    assert not found.has(sympy.Abs)
+    rng = np.random.default_rng(1)
+    for values in rng.uniform(-3, 3, (20, 3)):
+        put = dict(zip(MOVING, values, strict=True))
+        assert float(found.subs(put)) == pytest.approx(float(plain.subs(put)), rel=1e-11, abs=1e-13)
+    # the slopes are those of the smooth expression where the base is zero as well
+    for zero in ({X: 1.0, Y: 0.3, T: np.pi / 2}, {X: 0.0, Y: 0.3, T: 0.0}):
+        for x in MOVING:
+            slopes = [complex(sympy.diff(e, x).subs(zero)) for e in (found, plain)]
+            assert slopes[0] == pytest.approx(slopes[1], abs=1e-7)
 
 
 LARGE = (
