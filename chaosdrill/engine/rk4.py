@@ -7,7 +7,7 @@ step pass unseen. It is here to be compared with.
 from chaosdrill.engine import scales
 from chaosdrill.engine.guards import begun_at, has_fired, is_moved, is_thrown, is_zero, side_before, stand
 from chaosdrill.engine.jit import inner
-from chaosdrill.engine.layout import AFTER, BEGIN, FIRE, INVALID, ONGOING
+from chaosdrill.engine.layout import BEGIN, FIRE, INVALID, ONGOING
 from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.stepper import offered
 from chaosdrill.engine.tuning import STEPS
