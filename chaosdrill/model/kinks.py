@@ -43,7 +43,8 @@ def in_modes(
 
     ``Abs``, ``sign``, ``Max``, ``Min``, ``Heaviside`` and ``Piecewise`` change at surfaces, which are found in the
     field; so do roots of what touches zero, as ``sqrt(1 - cos(t)**2)``, ``asin`` and ``acos`` of what touches 1 or -1,
-    as ``asin(sin(t))``, and ``atan(tan(t))``. Where the field is continuous at a surface, motions cross it. It may jump
+    as ``asin(sin(t))``, and ``atan(tan(t))``. What is kept between two numbers, ``Max(-1, Min(1, x))``, has two
+    kinks. Where the field is continuous at a surface, motions cross it. It may jump
     at one surface; there they slide as `filippov` says.
 
     Modes are ``flow``, or ``above``, ``below`` and ``sliding`` if there is a jump, with a sign for every surface of a
@@ -133,7 +134,7 @@ class _Broken:
     def __init__(self, written: Written, rates: Field) -> None:
         moving = {*written.states, written.time} - {None}
         self._written = written
-        self._rates = {state: unfolded(rate, moving, written.parameters) for state, rate in rates.items()}
+        self._rates = {state: _unclipped(unfolded(rate, moving, written.parameters)) for state, rate in rates.items()}
         self._parts: dict[Any, tuple[Any, int, Any, Any]] = {}
         for part in self._find():
             g, positive, negative = self._branches(part)
@@ -204,6 +205,22 @@ class _Broken:
         linear = [x for x in self._written.states if x in g.free_symbols and x not in sympy.diff(g, x).free_symbols]
         on = {linear[-1]: sympy.expand(linear[-1] - g / sympy.diff(g, linear[-1]))} if linear else {}
         return not all(vanishes(sympy.simplify((one[x] - other[x]).xreplace(on))) for x in one)
+
+
+def _unclipped(rate: Any) -> Any:
+    """A rate with what is kept between two numbers written by the distances from both, whose kinks stand apart."""
+
+    def apart(part: Any) -> Any:
+        end, inner = sorted(part.args, key=lambda e: isinstance(e, _KINKS)) if len(part.args) == 2 else (None, None)
+        if not isinstance(inner, sympy.Max | sympy.Min) or isinstance(inner, type(part)) or len(inner.args) != 2:
+            return part
+        other, u = sorted(inner.args, key=lambda e: not e.is_number)
+        low, high = (end, other) if isinstance(part, sympy.Max) else (other, end)
+        if not (end.is_number and other.is_number and low <= high):
+            return part
+        return (low + high + sympy.Abs(u - low) - sympy.Abs(u - high)) / 2
+
+    return rate.replace(lambda e: isinstance(e, sympy.Max | sympy.Min), apart)
 
 
 def _tag(sides: Sides) -> str:

@@ -49,6 +49,17 @@ def test_an_oscillator_of_two_stiffnesses_has_their_mean_period(force):
     assert run["states"].values[-1] == pytest.approx([np.sin(2 * after), 2 * np.cos(2 * after)], abs=1e-12)
 
 
+@pytest.mark.parametrize("force", ["-Max(-1, Min(1, 2*x))", "Min(1, Max(-2*x, -1))"])
+def test_a_force_that_saturates_is_taken_apart(force):
+    """x'' = -2 x within 1/2 of zero and -sign(x) beyond: let go at 5/8, it is at 1/2 with the speed 1/2."""
+    system = made(force, initial={"x": 0.625})
+    run = cd.trajectory(system, duration=8.0, samples=1)
+    within = np.arctan(np.sqrt(2)) * np.sqrt(2)
+    expected = 0.5 + np.cumsum([0, within, 1.0, within, 1.0, within])
+    assert run["event_time"].values[: len(expected)] == pytest.approx(expected, abs=1e-12)
+    assert kinds(run)[0] != kinds(run)[1]
+
+
 def test_friction_is_the_filippov_system():
     common = {
         "name": "friction",
