@@ -174,7 +174,7 @@ def _closed(curve: Curve, points: list[Point], home: Point) -> Point | None:
 
     def ahead(point: Point) -> tuple[Orbit | None, float]:
         """The start, begun beside the point, and how far ahead of it along the curve it is."""
-        start = curve.met(home.orbit, point.orbit, last.weights, 3 * step)
+        start = curve.met(home.orbit, point.orbit, last.weights, 2 * step)
         if start is None:
             return None, np.nan
         return start, float(curve.apart(point.orbit, start, before.weights) @ before.tangent.course)
