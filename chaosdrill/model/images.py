@@ -161,6 +161,9 @@ def _pieces(part: Any) -> tuple[tuple[Any, Any], ...]:
     if isinstance(part, sympy.sign):
         (one,) = part.args
         return (sympy.Integer(1), one > 0), (sympy.Integer(-1), one < 0), (sympy.Integer(0), sympy.true)
+    if isinstance(part, sympy.Abs):
+        (one,) = part.args
+        return (one, one >= 0), (-one, sympy.true)
     if isinstance(part, sympy.Max | sympy.Min):
         first, rest = part.args[0], part.func(*part.args[1:])
         return (first, first >= rest if isinstance(part, sympy.Max) else first <= rest), (rest, sympy.true)
