@@ -77,8 +77,8 @@ how far the turn that brings them there may be off, in parts of one over the squ
 points are in one order at many turns."""
 
 SEVERAL = 2
-"""Other states that points repeat at least. Where an angle comes back so closely once, it does so always, which is rarer
-than one in a million."""
+"""Other states that points repeat at least. An angle comes back to round-off within so many points once in a million
+times."""
 
 PARTS = 4
 """Parts of a turn in which a state may repeat itself, at most: the strongest line is then that of the parts."""

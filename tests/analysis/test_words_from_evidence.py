@@ -13,7 +13,7 @@ from chaosdrill.analysis.ordering import LAST, comes_back, goes_on, ordered
 from chaosdrill.analysis.predicting import predicted
 from chaosdrill.analysis.stationarity import departs
 from chaosdrill.analysis.tori import examine, only_grows, stopped
-from chaosdrill.analysis.words import BOUNDED, RULES, Evidence
+from chaosdrill.analysis.words import BOUNDED, RULES, Evidence, steady
 from chaosdrill.analysis.words import words as words_of
 from chaosdrill.engine.shifts import Shifts
 
@@ -282,6 +282,54 @@ def test_few_points_show_no_return_unless_they_repeat(count):
     angle = 2.3 * np.arange(count)
     assert not comes_back(np.column_stack([np.cos(angle), np.sin(angle)]))
     assert comes_back(np.cos(np.pi * np.arange(count))[:, np.newaxis]) == (count >= LAST + 2)
+
+
+@pytest.mark.parametrize("period", [3, 250, 694, 870, 1000])
+def test_points_that_close_before_their_end_are_in_no_order(period):
+    """Along a circle, by as many turns as no curve of fewer points repeats; without its end no such return is seen."""
+    turns = int(GOLDEN * period) + np.flatnonzero(np.gcd(int(GOLDEN * period) + np.arange(50), period) == 1)[0]
+    angle = 2 * np.pi * (np.arange(1024) * turns % period) / period
+    points = np.column_stack([np.cos(angle), np.sin(angle)])
+    assert not ordered(points)[0]
+    assert ordered(points[:period])[0] == (period > 256)
+
+
+def test_a_curve_that_repeats_earlier_states_is_a_cycle():
+    """Of 1,700 points, of which the last 1,024 are known, and every 64th before; another one is on a torus."""
+    k = np.arange(-2048, 1024)
+    for turn, goes in ((1051 / 1700, False), (GOLDEN, True)):
+        angle = 2 * np.pi * (k * turn - np.floor(k * turn))
+        path = np.column_stack([np.cos(angle), np.sin(angle)])
+        assert ordered(path[2048:])[0]
+        assert goes_on(path[2048:], path[:2048:64], k[:2048:64]) == goes
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-2, 1e-4])
+def test_small_curves_are_in_order_beside_a_large_cycle(size):
+    """Two curves in turn, with points 1e-6 of the way between them apart."""
+    k = np.arange(1024)
+    points = np.column_stack([np.cos(0.7 * k), np.sin(0.7 * k + 0.2)]) * size + np.array([[0, 1], [3, 0]])[k % 2]
+    assert ordered(points / np.ptp(points, axis=0)) == (True, False)
+
+
+def test_growth_that_goes_on_evenly_is_seen_however_little():
+    """Straight lines, what comes and goes as on a torus, and shear beside the tangent that shrinks as it grows."""
+    t = np.linspace(0, 1, 33)
+    courses = np.stack([t / 10, -2 * t, 0 * t, np.sin(40 * t) + t / 10, np.log1p(20 * t)])
+    assert steady(courses).tolist() == [True, True, False, False, False]
+
+
+@pytest.mark.parametrize("slope", [1 - 2e-4, 1 + 2e-4])
+def test_a_wheel_that_is_no_rotation_is_on_no_torus(slope):
+    """With slopes below one every motion comes to a cycle; with slopes above one there is only chaos."""
+    wheel = cd.Map("x", {"b": slope, "c": GOLDEN}, ["Mod(b*x + c, 1)"], name="wheel", initial={"x": 0.2})
+    right = "periodic" if slope < 1 else "chaotic"
+    assert set(words(cd.lyapunov_spectrum(wheel, periods=1024, transient=200))) <= {"undecided", "transient", right}
+    at = {"b": [slope]}
+    diagram = cd.bifurcation_diagram(wheel, at, periods=1024, transient=200, max_extension=0)
+    assert set(words(diagram)) <= {"undecided", "transient", right}
+    turning = cd.lyapunov_spectrum(wheel.with_parameters(b=1.0), periods=1024, transient=200)
+    assert words(turning) == ["quasiperiodic"]
 
 
 def test_a_slow_focus_of_a_map_is_no_torus():

@@ -80,3 +80,14 @@ def test_turns_of_a_cycle_come_back():
     found = lengthens(paths)
     assert found.tolist() == [False, False, True]
     assert [bool(lengthens(path[None])[0]) for path in paths] == found.tolist()
+
+
+def test_spikes_between_two_samples_are_no_longer_turns():
+    """A relaxation oscillation of 37.3 samples a turn, whose speed has them, and a motion of 3.1 samples a turn."""
+    k = np.arange(2048)
+    phase = k / 37.3 % 1
+    slow = np.where(phase < 0.5, 1 - phase, phase - 1.5)
+    fast = np.exp(-np.minimum(phase, 1 - phase) / 0.01)
+    quick = np.cos(2 * np.pi * k / 3.1) ** 5
+    paths = np.stack([np.stack([slow, fast], axis=-1), np.stack([quick, np.roll(quick, 1)], axis=-1)])
+    assert not lengthens(paths).any()
