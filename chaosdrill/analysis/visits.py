@@ -86,15 +86,16 @@ def _follow(plan: Plan, which: np.ndarray, runs: Batch, told: dict[str, np.ndarr
     told["outcome"][cycles], told["period"][cycles] = Outcome.PERIODIC, period[rows]
     told["moments"][cycles], _ = moments(points[rows], known[rows], period[rows], shifts)
     rests = []
-    stopped = (Outcome.EQUILIBRIUM, Outcome.NO_RETURN) if plan.system.autonomous else ()
-    for row in np.flatnonzero(np.isin(runs.outcome, stopped)).tolist():
+    # points of a section come to none, states at instants stand still
+    still = (Outcome.EQUILIBRIUM, Outcome.NO_RETURN, *(() if plan.maps else (Outcome.OK,)))
+    for row in np.flatnonzero(np.isin(runs.outcome, still if plan.system.autonomous else ())).tolist():
         rest = runs.rest(row)
         if (np.abs(runs.x[row] - rest) <= CLOSE * sizes(rest[np.newaxis, np.newaxis], runs.sizes[[row]])[0]).all():
             place = int(which[row])
             told["outcome"][place], told["moments"][place, :3] = Outcome.EQUILIBRIUM, 0.0
             told["moments"][place, 0] = shifts.quotient(rest)
             rests.append(place)
-    on = np.setdiff1d(np.arange(len(there)), rows)
+    on = np.flatnonzero(~np.isin(which[there], [*cycles.tolist(), *rests]))
     return Followed(which[there[on]], points[on], known[on], shifts), [*cycles.tolist(), *rests]
 
 
