@@ -8,7 +8,7 @@ with a strobe or a sample comes after it.
 
 from chaosdrill.engine import guards
 from chaosdrill.engine import layout as at
-from chaosdrill.engine.jit import compiled, inlined
+from chaosdrill.engine.jit import by_value, compiled, inlined
 from chaosdrill.engine.records import FLOW_SIGNATURE, machine_at, state_of, state_outcome, time_of
 from chaosdrill.engine.step import (
     advance,
@@ -46,7 +46,7 @@ def flow(place, p, samples, events):
 
     ``place`` is the address of the `chaosdrill.engine.layout.Machine`.
     """
-    machine = machine_at(place)
+    machine = by_value(machine_at(place))
     functions, settings, tables, scratch = machine.functions, machine.settings[0], machine.tables, machine.scratch
     method = at.Method(machine.stepper, machine.search, place, place, p)
     state = state_of(machine.states, p)

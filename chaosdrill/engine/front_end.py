@@ -121,6 +121,16 @@ def at_address(kind: Any) -> Any:
     return value_at
 
 
+@intrinsic
+def by_value(typingctx: Any, record: Any) -> Any:
+    """A record in memory as a named tuple, whose words are all loaded at once."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return _load(builder, arguments[0], 0, context.get_value_type(record.kind))[0]
+
+    return record.kind(record), code
+
+
 def _entries(name: str, result: Any, kinds: list[Any], call: Callable[..., Any]) -> str:
     """LLVM code of a function by the name that others call it by: with values, and from words in memory."""
     module = ir.Module("entries")
