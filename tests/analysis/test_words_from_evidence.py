@@ -1,5 +1,6 @@
 """Slow departures, followed sweeps, laminar phases, runs to infinity: systems whose motion is known in closed form."""
 
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -516,6 +517,24 @@ def test_a_torus_is_reached_by_growth_or_decay(early, word):
     """An exchange of intervals follows one angle for a while, and then another one; no tangent changes meanwhile."""
     known = {"lead": np.array([early / 1000]), "length": np.array([1000.0]), "torus_reached": np.array([True])}
     assert cd.Outcome(int(words_of(Evidence.of(1, margin=np.ones(1), **known))[0])).meaning == word
+
+
+def test_no_word_needs_a_torus_that_is_not_asked_for():
+    """Of records whose tangents grow too far it is not asked whether their points are those of a torus."""
+    rng, count = np.random.default_rng(5), 20_000
+    numbers = {
+        name: rng.choice([-1, 1], count) * 10 ** rng.uniform(-5, 0, count) for name in ("lead", "late", "quarter")
+    }
+    given = numbers | {"margin": 10 ** rng.uniform(-5, 0, count), "length": np.full(count, 1000.0)}
+    names = [one.name for one in fields(Evidence) if one.name not in (*given, "ended")]
+    given |= {name: rng.random(count) < (0.9 if name in ("measured", "flows") else 0.2) for name in names}
+    found = Evidence.of(count, **given)
+    asked, reached = found.may_be_torus, found.may_have_reached_torus
+    torus = found.torus & asked & (found.settled | found.converges)
+    some = {"torus": torus, "ordered": found.ordered & asked, "returns": found.returns & asked}
+    less = replace(found, **some, torus_reached=found.torus_reached & reached)
+    np.testing.assert_array_equal(words_of(less), words_of(found))
+    assert len(np.unique(words_of(found))) >= 8
 
 
 @pytest.mark.parametrize("rate", [2.1e-3, 3.2e-3, 8e-3])
