@@ -22,6 +22,26 @@ def test_two_rotators_without_a_common_period_are_on_a_torus(ratio):
     assert word(ratio, 6_144.0) == "quasiperiodic"
 
 
+@pytest.mark.parametrize("points", [512, 1024])
+def test_a_torus_is_one_over_any_number_of_turns(points):
+    """Instants that are so many parts of a turn would be at two or four phases of it only."""
+    third = {"a": "a - 2*b - a*(a**2 + b**2)", "b": "2*a + b - b*(a**2 + b**2)"}
+    three = cd.HybridSystem(
+        name="three", states="x y u v a b", parameters={"w": 2**0.5}, modes={"on": ONE | OTHER | third},
+        initial={"x": 0.5, "u": 0.5, "a": 0.5},
+    )  # fmt: skip
+    assert cd.lyapunov_spectrum(three, at="y > 0", periods=points, transient=50).cd.outcome == "quasiperiodic"
+
+
+def test_a_cycle_of_phases_comes_back_to_the_rounding_of_what_it_was():
+    """At the strobe half of its states are zero but for rounding."""
+    strobed = cd.HybridSystem(
+        name="strobed", states="x y u v", parameters={"w": 2.0}, modes={"on": ONE | OTHER}, period="2*pi",
+        initial={"x": 1.0, "u": 0.5},
+    )  # fmt: skip
+    assert cd.lyapunov_spectrum(strobed, periods=256, transient=50).cd.outcome == "periodic"
+
+
 @pytest.mark.parametrize("ratio", [30 / 43, 309 / 500])
 def test_no_cycle_of_many_turns_is_a_torus(ratio):
     """Its period is up to 3,142, an eighth of the record."""

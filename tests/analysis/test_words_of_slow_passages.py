@@ -1,4 +1,4 @@
-"""What seems to rest, or to repeat, and moves again: heteroclinic cycles, whose stays grow by a known factor."""
+"""What seems to rest, or to repeat, and moves again: heteroclinic cycles, departures and falls of known ends."""
 
 import numpy as np
 import pytest
@@ -91,3 +91,57 @@ def test_spikes_between_two_samples_are_no_longer_turns():
     quick = np.cos(2 * np.pi * k / 3.1) ** 5
     paths = np.stack([np.stack([slow, fast], axis=-1), np.stack([quick, np.roll(quick, 1)], axis=-1)])
     assert not lengthens(paths).any()
+
+
+DELAYED = cd.Map("x y", {"a": 2.01, "u": 0.0}, {"x": "a*x*(1 - y)", "y": "x"}, name="delayed-logistic")
+"""Beyond a = 2 its fixed point is left at the rate log(a - 1)/2 for a torus (Maynard Smith 1968)."""
+
+
+@pytest.mark.parametrize(
+    ("beside", "transient", "periods"), [(1e-8, 0, 256), (1e-8, 100, 256), (1e-12, 300, 1024), (1e-12, 100, 256)]
+)
+def test_what_leaves_a_fixed_point_slowly_is_not_chaotic(beside, transient, periods):
+    rest = 1 - 1 / 2.01
+    one, length = DELAYED.with_initial(x=rest + beside, y=rest), {"transient": transient, "periods": periods}
+    assert words(cd.bifurcation_diagram(one, {"u": [0.0]}, **length)) <= {"transient", "quasiperiodic"}
+    assert words(cd.bifurcation_diagram(one, {"u": [0.0]}, max_extension=0, **length)) == {"transient"}
+    assert words(cd.lyapunov_spectrum(one, **length)) == {"transient"}
+
+
+REPELLING = cd.Map("x", {"s": 1.0, "m": 0.03}, {"x": "1 + s*((1 + m)*(x - 1) - (x - 1)**3)"}, name="repelling")
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("beside", [0.0, 1e-13, 1e-11, 1e-9])
+def test_a_fixed_point_is_periodic_if_met_exactly_and_left_if_not(sign, beside):
+    word, grid = "transient" if beside else "periodic", {"m": [0.01, 0.03, 0.1]}
+    given = {"transient": 0, "periods": 64, "max_extension": 0}
+    one = REPELLING.with_parameters(s=sign).with_initial(x=1 + beside)
+    found = cd.bifurcation_diagram(one, grid, **given)["outcome"].values.ravel()
+    # within the record, distances grow by less than half for the first
+    told = [cd.Outcome(code).meaning for code in found[1 if beside else 0 :]]
+    assert set(told) == {word}
+    longer = cd.bifurcation_diagram(one, {"m": [0.03]}, transient=0, periods=64)
+    assert words(longer) <= {"transient", "undecided", "periodic"}
+
+
+def test_one_small_growth_is_not_that_of_chaos_and_of_the_flow():
+    """Three competitors leave where they coexist, in three turns; a slow focus comes closer to rest."""
+    slow = ring(1).with_parameters(b=1.5).with_initial(x=0.401, y=0.4, z=0.4)
+    assert words(cd.lyapunov_spectrum(slow, duration=100)) == {"transient"}
+    well = cd.HybridSystem(
+        name="well", states="x v", parameters={"k": 0.02}, modes={"on": {"x": "v", "v": "x - x**3 - k*v"}},
+        initial={"x": 1e-3, "v": 0.0},
+    )  # fmt: skip
+    assert words(cd.basins(well, {"x": [1e-3], "v": [0.0]}, duration=100, transient=0)) <= {"transient", "equilibrium"}
+
+
+@pytest.mark.parametrize(("drag", "word"), [(0.0, "open"), (0.01, "periodic")])
+def test_a_fall_goes_on_or_comes_to_one_speed(drag, word):
+    fall = cd.HybridSystem(
+        name="fall", states="x v", parameters={"k": 0.0}, modes={"on": {"x": "v", "v": "-9.81 - k*v"}}
+    )
+    found = cd.basins(
+        fall.with_parameters(k=drag), {"x": [0.0], "v": [0.0]}, duration=4000, transient=1000 * (drag > 0)
+    )
+    assert words(found) == {word}

@@ -104,6 +104,18 @@ def test_nothing_of_a_fold_depends_on_the_step_the_start_or_the_unit(step, turns
     assert branch["special_multiplicity"].values.tolist() == [1, 1]
 
 
+def test_a_fold_sharper_than_the_range_is_not_missed():
+    """Of a period of 7 in a window 1e-4 wide, beside which orbits that close to 3e-11 are none."""
+    near, points = 3.88604, [0.5]
+    for _ in range(20_000):
+        points.append(near * points[-1] * (1 - points[-1]))
+    start = min(points[-7:], key=lambda one: abs(one - 0.5))
+    window = cd.Map("x", {"r": near}, {"x": "r*x*(1 - x)"}, name="window", initial={"x": start})
+    found = cd.continue_orbit(window, {"r": (3.8859605921, 3.8860902275275087)}, period=7, start="guess")
+    assert found["special_value"].values == pytest.approx([fold_of_window(7, near, start)], abs=1e-11)
+    assert found["r"].values.min() == pytest.approx(found["special_value"].item(), abs=1e-11)
+
+
 def test_steps_beside_a_doubling_grow_with_the_way_along_the_branch():
     """They do not shrink with the distance of the parameter, which goes with the square of that of the states."""
     branch = cd.continue_orbit(LOGISTIC.with_parameters(r=2.95), {"r": (2.9, 300.0)}, doublings=2, max_points=500)
@@ -576,13 +588,17 @@ def test_a_test_function_that_fails_stops_nothing(monkeypatch):
     assert branch.attrs["message"].count("the test function of a level failed: ZeroDivisionError('no value')") == 1
 
 
+PIECES = (sympy.Piecewise((0.4 * x + mu, x <= 0), (-0.7 * x + mu, True)), mu - 0.15 * x - 0.55 * sympy.Abs(x))
+
+
+@pytest.mark.parametrize("image", PIECES, ids=["pieces", "abs"])
 @pytest.mark.parametrize("side", [-1, 1])
-def test_a_map_of_pieces_goes_on_through_its_border(side):
+def test_a_map_of_pieces_goes_on_through_its_border(side, image):
     """x -> a x + mu for x <= 0, b x + mu else: the fixed point mu / (1 - slope) passes 0 where both slopes are < 1."""
-    one = cd.Map((x,), {"mu": 0.2 * side}, {x: sympy.Piecewise((0.4 * x + mu, x <= 0), (-0.7 * x + mu, True))},
-                 initial={x: 0.2 * side / (0.6 if side < 0 else 1.7)})  # fmt: skip
+    start = 0.2 * side / (0.6 if side < 0 else 1.7)
+    one = cd.Map((x,), {"mu": 0.2 * side}, {x: image}, initial={x: start})
     found = cd.continue_orbit(one, {"mu": (-1.0, 1.0)}, start="guess")
-    names = ("branch 1", "branch 2")[::-side]
+    names = ("branch 1", "branch 2")[:: -side if image is PIECES[0] else side]
     assert found["special_text"].item().startswith(" becomes ".join(names))
     assert found["special_value"].item() == pytest.approx(0, abs=1e-10)
     values, states = found["mu"].values, found["orbit_state"].values[:, 0]
