@@ -29,9 +29,9 @@ class Map(HybridSystem):
     and exponents are per iterate. Analyses that have no meaning for a map refuse it with the reason. The derivative of
     the map is derived from the images.
 
-    Expressions are text, numbers or sympy, as for `HybridSystem`. Images may hold ``Piecewise``, ``Max``, ``Min``, ``Abs``
-    and ``sign``, beside all that resets may hold: each of their branches becomes an outcome of its own, with its own
-    derivative.
+    Expressions are text, numbers or sympy, as for `HybridSystem`. Images may hold ``Piecewise``, ``Max``, ``Min``,
+    ``Abs`` and ``sign``, beside all that resets may hold: each of their branches becomes an outcome of its own, with
+    its own derivative.
 
     Parameters
     ----------
