@@ -138,12 +138,12 @@ def goes_on(points: np.ndarray, others: np.ndarray, steps: np.ndarray) -> bool:
 
 
 def _repeat(points: np.ndarray, others: np.ndarray, steps: np.ndarray) -> bool:
-    """Whether points are the same as other states, several of them, all after one and the same number of steps."""
+    """Whether points are the same as other states, several of them, all after multiples of one number of steps."""
     extent = np.ptp(points, axis=0)
     nearest = np.array([(np.abs(points - other) / extent).max(axis=1).argmin() for other in others])
     same = (np.abs(points[nearest] - others) <= ROUND_OFF * extent).all(axis=1)
     lags = (nearest - steps)[same]
-    return len(lags) >= SEVERAL and bool((lags == lags[0]).all())
+    return len(lags) >= SEVERAL and bool((lags % lags.min() == 0).all())
 
 
 def _beside(points: np.ndarray, turn: float, others: np.ndarray, later: np.ndarray) -> np.ndarray:

@@ -307,8 +307,11 @@ def walks(rng, P, L):
 
 
 def rings(rng, P, L):
-    """Three competitors, in steps: ever longer stays at one after the other, with the tangents of the map."""
-    a, b, e = rng.uniform(0.2, 0.9, P), rng.uniform(0.05, 0.6, P), 10 ** rng.uniform(-1.5, -0.3, P)
+    """Three competitors, in steps: ever longer stays at one after the other, with the tangents of the map.
+
+    In so many steps of such a size no number becomes too small for a double.
+    """
+    a, b, e = rng.uniform(0.2, 0.9, P), rng.uniform(0.05, 0.6, P), np.minimum(10 ** rng.uniform(1.2, 2.6, P) / L, 0.5)
     first = np.stack([np.ones(P), 1 + a + b, 1 - a], axis=-1)
     matrix = np.stack([np.roll(first, k, axis=1) for k in range(3)], axis=1)
     frame = np.tile(np.linalg.qr(rng.normal(size=(3, 3)))[0], (P, 1, 1))

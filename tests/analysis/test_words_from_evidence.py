@@ -297,12 +297,12 @@ def test_points_that_close_before_their_end_are_in_no_order(period):
 
 def test_a_curve_that_repeats_earlier_states_is_a_cycle():
     """Of 1,700 points, of which the last 1,024 are known, and every 64th before; another one is on a torus."""
-    k = np.arange(-2048, 1024)
+    early, k = 4096, np.arange(-4096, 1024)
     for turn, goes in ((1051 / 1700, False), (GOLDEN, True)):
         angle = 2 * np.pi * (k * turn - np.floor(k * turn))
         path = np.column_stack([np.cos(angle), np.sin(angle)])
-        assert ordered(path[2048:])[0]
-        assert goes_on(path[2048:], path[:2048:64], k[:2048:64]) == goes
+        assert ordered(path[early:])[0]
+        assert goes_on(path[early:], path[:early:64], k[:early:64]) == goes
 
 
 @pytest.mark.parametrize("size", [1.0, 1e-2, 1e-4])
