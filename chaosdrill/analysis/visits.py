@@ -16,6 +16,7 @@ from chaosdrill.analysis.classification import undrawn
 from chaosdrill.analysis.matching import KNOWN_BY, alike_first, moments
 from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.recurrence import CLOSE, recurrence, sizes
+from chaosdrill.analysis.resting import rests
 from chaosdrill.analysis.tori import aside
 from chaosdrill.analysis.tuning import ATTRACTORS
 from chaosdrill.dataset import Outcome
@@ -61,10 +62,10 @@ def merge(
     while len(todo) and room:
         # those that settle leave their place to others
         which, todo = todo[:room], todo[room:]
-        followed, rests = _follow(plan, which, begin(which), told)
-        settled += rests
+        followed, ended = _follow(plan, which, begin(which), told)
+        settled += ended
         left.append(followed)
-        room -= len(which) - len(rests)
+        room -= len(which) - len(ended)
     same = [(one, other) for one in settled for other in np.flatnonzero(alike_first(_only(told, one), told)).tolist()]
     for one, other in (*_pairs(left), *same):
         part_of[part_of == part_of[other]] = part_of[one]
@@ -85,18 +86,17 @@ def _follow(plan: Plan, which: np.ndarray, runs: Batch, told: dict[str, np.ndarr
     cycles = which[there[rows]]
     told["outcome"][cycles], told["period"][cycles] = Outcome.PERIODIC, period[rows]
     told["moments"][cycles], _ = moments(points[rows], known[rows], period[rows], shifts)
-    rests = []
     # points of a section come to none, states at instants stand still
     still = (Outcome.EQUILIBRIUM, Outcome.NO_RETURN, *(() if plan.maps else (Outcome.OK,)))
-    for row in np.flatnonzero(np.isin(runs.outcome, still if plan.system.autonomous else ())).tolist():
-        rest = runs.rest(row)
-        if (np.abs(runs.x[row] - rest) <= CLOSE * sizes(rest[np.newaxis, np.newaxis], runs.sizes[[row]])[0]).all():
-            place = int(which[row])
-            told["outcome"][place], told["moments"][place, :3] = Outcome.EQUILIBRIUM, 0.0
-            told["moments"][place, 0] = shifts.quotient(rest)
-            rests.append(place)
-    on = np.flatnonzero(~np.isin(which[there], [*cycles.tolist(), *rests]))
-    return Followed(which[there[on]], points[on], known[on], shifts), [*cycles.tolist(), *rests]
+    found = np.flatnonzero(np.isin(runs.outcome, still if plan.system.autonomous else ()))
+    found = found[rests(runs.x[found], runs.sizes[found], runs.flow(found), plan.where.unit, runs.rounding(found))]
+    told["outcome"][which[found]] = Outcome.EQUILIBRIUM
+    for row in found.tolist():
+        told["moments"][which[row], :3] = 0.0
+        told["moments"][which[row], 0] = shifts.quotient(runs.rest(row))
+    ended = np.concatenate([cycles, which[found]])
+    on = np.flatnonzero(~np.isin(which[there], ended))
+    return Followed(which[there[on]], points[on], known[on], shifts), ended.tolist()
 
 
 def _pairs(followed: list[Followed]) -> list[tuple[int, int]]:
