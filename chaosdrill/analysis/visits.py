@@ -95,7 +95,12 @@ def _follow(plan: Plan, which: np.ndarray, runs: Batch, told: dict[str, np.ndarr
         told["moments"][which[row], :3] = 0.0
         told["moments"][which[row], 0] = shifts.quotient(runs.rest(row))
     ended = np.concatenate([cycles, which[found]])
-    on = np.flatnonzero(~np.isin(which[there], ended))
+    # one record of each rest stays, with which those are compared that have not quite come to it
+    firsts: list[int] = []
+    for place in which[found].tolist():
+        if not any(alike_first(_only(told, first), _only(told, place))[0] for first in firsts):
+            firsts.append(place)
+    on = np.flatnonzero(~np.isin(which[there], np.setdiff1d(ended, firsts)))
     return Followed(which[there[on]], points[on], known[on], shifts), ended.tolist()
 
 
