@@ -77,6 +77,8 @@ def _modes_instead(name: str, part: Any) -> str:
     if name in ("Abs", "sign", "Heaviside", "Max", "Min"):
         branches = {"Abs": (one, -one), "sign": (1, -1), "Heaviside": (1, 0)}.get(name, part.args)
         modes = ", ".join(f"{'a mode' if i == 0 else 'one'} with {branch} for it" for i, branch in enumerate(branches))
+        if name in ("Max", "Min") and len(others) > 1:
+            return f"write {modes}, and guards between them, the differences of each two, such as {one - others[0]}"
         guard = one - others[0] if name in ("Max", "Min") else one
         return f"write {modes}, and a guard {guard} between them; {_TAKEN_APART}"
     if name in ("floor", "ceiling", "Mod"):
@@ -91,4 +93,10 @@ def _modes_instead(name: str, part: Any) -> str:
         return (
             f"write its branches as modes with a guard between them, such as {' or '.join(edges[:3])}; {_TAKEN_APART}"
         )
+    if name == "acosh":
+        return f"write {sympy.log(one + sympy.sqrt(one**2 - 1))} for it"
+    if name == "atan2":
+        (x,) = others
+        angle = 2 * sympy.atan(one / (x + sympy.sqrt(x**2 + one**2)))
+        return f"write {angle} for it, which jumps where {one} is zero and {x} negative"
     return f"rates, guards and quadratures may hold {', '.join(SMOOTH)} and powers"

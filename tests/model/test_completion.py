@@ -84,7 +84,7 @@ REFUSED = {
     "lossless": (lambda: ball(reset="-v"), "loses no speed, .*e < 1"),
     "lossless on a lift": (lambda: ball(reset="-v - 2*g", guard="x + g*t"), "loses no speed"),
     "passed": (lambda: ball(reset="v"), "throws nothing back"),
-    "passed slower": (lambda: ball(reset="e*v**3/(1 + v**2)", rate="-1"), "does not come back"),
+    "passed slower": (lambda: ball(reset="v**3/(1 + v**2)", rate="-1"), "does not come back"),
     "thrown away": (lambda: ball(reset="-v/2", rate="1 + v**2"), "does not come back"),
     "unaccelerated": (lambda: ball(rate="0"), "has no acceleration"),
     "unaccelerated on the guard": (lambda: ball(rate="-x - x*v**2"), "has no acceleration"),

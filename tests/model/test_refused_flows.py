@@ -3,6 +3,8 @@
 The message tells the modes to write instead. It is the same for text, for sympy, and in a scene.
 """
 
+import math
+
 import pytest
 import sympy
 
@@ -78,10 +80,27 @@ def test_a_function_that_there_is_not_is_refused(function):
         flow(-X + function)
 
 
-@pytest.mark.parametrize("function", [sympy.gamma(X + 2), sympy.erf(X), sympy.acosh(X), sympy.gamma(K)])
+@pytest.mark.parametrize("function", [sympy.gamma(X + 2), sympy.erf(X), sympy.gamma(K)])
 def test_a_function_without_a_series_is_refused_and_what_there_is_is_told(function):
     with pytest.raises(cd.ModelError, match=r"has no Taylor series, .* only; .*exp, log, .*acos, .*powers"):
         flow(-X + function)
+
+
+@pytest.mark.parametrize(
+    ("written", "value"), [("acosh(x)", math.acosh(1.7)), ("atan2(x, t + 1)", math.atan2(1.7, 1.4))]
+)
+def test_a_function_that_others_make_is_refused_with_what_to_write(written, value):
+    with pytest.raises(cd.ModelError, match=r"has no Taylor series, .*; write ") as caught:
+        flow(written)
+    instead = str(caught.value).split("; write ")[1].split(" for it")[0]
+    (rate,) = flow(instead).modes["on"].values()
+    assert float(rate.subs({X: 1.7, T: 0.4})) == pytest.approx(value, rel=1e-14)
+
+
+def test_no_way_is_promised_for_three_branches():
+    with pytest.raises(cd.ModelError, match="guards between them") as caught:
+        flow(sympy.Max(X, T, 0))
+    assert "in_modes" not in str(caught.value)
 
 
 @pytest.mark.parametrize("at", ["guard", "quadrature"])
