@@ -93,6 +93,17 @@ def _completed(functions, tables, settings, j, transition, with_tangents, t, sta
     return transition, rest, unsure, flight
 
 
+@rare
+def _leads_back(functions, state, target, t, scratch):
+    """Whether a mode leads back over the surface that has just been crossed, from the state before the reset."""
+    n = state.x.size
+    functions.field(target, t, state.c, state.x, scratch.doubt)
+    ahead = state.normal[n]
+    for i in range(n):
+        ahead += state.normal[i] * scratch.doubt[i]
+    return ahead * state.run[0].way < 0.0
+
+
 @inlined
 def take(functions, tables, settings, j, t, state, buffer, scratch):
     """Take the event of guard j at the present state; returns the largest entry of the tangents after it.
@@ -147,14 +158,9 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
     if tables.transitions[transition, at.MARKS_ONLY] == 0:
         target = tables.transitions[transition, at.TO_MODE]
         run.moved_by = transition
-        if target != mode and tables.active[mode, 1 + j] == 0:
-            # not the reset turns back what the new mode leads back from any state: it is met there anew
-            functions.field(target, t, state.c, x, scratch.doubt)
-            ahead = state.normal[n]
-            for i in range(n):
-                ahead += state.normal[i] * scratch.doubt[i]
-            if ahead * run.way < 0.0:
-                run.fired = -1
+        if target != mode and tables.active[mode, 1 + j] == 0 and _leads_back(functions, state, target, t, scratch):
+            # it is not the reset that turns the motion: the guard is met anew
+            run.fired = -1
         if tables.moves[transition, key] == 1:
             run.residual = abs(functions.guard(mode, j, t, state.c, x, scratch.gradient))
         away = error = 0.0

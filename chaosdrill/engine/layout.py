@@ -37,12 +37,13 @@ EVENLY, INSTANTS = 1, 2
 RUN = np.dtype(
     [
         *((name, np.int64) for name in ("mode", "strobes", "live", "fresh", "fired", "surface", "way", "moved_by")),
-        *((name, np.int64) for name in ("held", "turning")),
+        ("turning", np.int64),
         *((name, np.int64) for name in ("sample", "sample_rows", "event_rows", "steps", "evaluations")),
         *((name, np.int64) for name in ("ties", "events_in_period", "stalls", "qr_wait", "qr_since", "rank_check")),
         *((name, np.int64) for name in ("blocked", "waiting")),
         *((name, np.float64) for name in ("time", "origin", "whole", "rest", "period", "fixed_step", "longest")),
         *((name, np.float64) for name in ("next_step", "tried", "strength", "residual", "wait_until", "wait_above")),
+        ("held", np.int64),
     ],
     align=True,
 )
