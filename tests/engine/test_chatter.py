@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
-from chaosdrill.engine.batch import Batch
-from chaosdrill.engine.numerics import Numerics
 
 LIMIT = 4.7719691622793349
 """When a ball on a shaker with e = 1/2 and 1.8 times gravity rests, from 84 rebounds in 60 digits."""
@@ -227,16 +225,6 @@ def test_rebounds_off_one_floor_that_each_mode_writes_in_its_own_way(legs, floor
     run = cd.trajectory(restless, duration=2 * limit, samples=1, method=method)
     assert int(run["outcome"]) == cd.Outcome.STALLED
     assert float(run["event_time"][-1]) == pytest.approx(limit, abs=1e-7)
-
-
-def test_no_ball_of_lanes_falls_through_a_floor_of_two_writings():
-    restless = rests("restless", *FLOORS["a factor"][:1], floors=FLOORS["a factor"][1], completes=False)
-    heights = np.linspace(0.1, 0.9, 9)
-    starts = np.column_stack([heights, np.zeros(9)])
-    batch = Batch(restless, {}, starts, np.zeros(9, dtype=int), Numerics(), unit=30.0)
-    batch.run(0, np.array([0, 1]))
-    assert batch.outcome.tolist() == [cd.Outcome.STALLED] * 9
-    assert np.abs(batch.x[:, 0]).max() < 1e-15
 
 
 # a restitution as text in v, which is negative before a rebound, and the same as a function of speed and time
