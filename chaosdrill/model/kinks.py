@@ -211,8 +211,9 @@ def _unclipped(rate: Any) -> Any:
     """A rate with what is kept between two numbers written by the distances from both, whose kinks stand apart."""
 
     def apart(part: Any) -> Any:
-        end, inner = sorted(part.args, key=lambda e: isinstance(e, _KINKS)) if len(part.args) == 2 else (None, None)
-        if not isinstance(inner, sympy.Max | sympy.Min) or isinstance(inner, type(part)) or len(inner.args) != 2:
+        end, *others = sorted(part.args, key=lambda e: isinstance(e, _KINKS))
+        inner: Any = others[0]
+        if len(others) > 1 or not isinstance(inner, sympy.Max | sympy.Min) or len(inner.args) != 2:
             return part
         other, u = sorted(inner.args, key=lambda e: not e.is_number)
         low, high = (end, other) if isinstance(part, sympy.Max) else (other, end)
