@@ -53,8 +53,9 @@ The time is ``origin + whole + rest + time``: whole periods as an exact sum of t
 strobe. ``fired`` and ``surface`` name the guard that has just fired and its surface, ``way`` is the side to which that
 was crossed (0 where a reset has thrown the state across), ``moved_by`` the transition that was then taken, ``residual``
 what the guard's value was at the event. ``held`` says whether the motion did not leave that guard, ``turning`` whether
-a guard that was passed comes back in the step, ``blocked`` which of the mode's steep operations has ended the run, -1 for none. Rebounds from the guard
-``waiting`` are not over before ``wait_until``, as long as they are faster than ``wait_above``.
+a guard that was passed comes back in the step, ``blocked`` which of the mode's steep operations has ended the run, -1
+for none. Rebounds from the guard ``waiting`` are not over before ``wait_until``, as long as they are faster than
+``wait_above``.
 """
 
 Runs = Annotated[Any, Array(RecordOf(RUN), 1)]

@@ -43,9 +43,9 @@ def in_modes(
 
     ``Abs``, ``sign``, ``Max``, ``Min``, ``Heaviside`` and ``Piecewise`` change at surfaces, which are found in the
     field; so do roots of what touches zero, as ``sqrt(1 - cos(t)**2)``, ``asin`` and ``acos`` of what touches 1 or -1,
-    as ``asin(sin(t))``, and ``atan(tan(t))``. What is kept between two numbers, ``Max(-1, Min(1, x))``, has two
-    kinks. Where the field is continuous at a surface, motions cross it. It may jump
-    at one surface; there they slide as `filippov` says.
+    as ``asin(sin(t))``, and ``atan(tan(t))``. What is kept between two numbers, ``Max(-1, Min(1, x))``, has two kinks.
+    Where the field is continuous at a surface, motions cross it. It may jump at one surface; there they slide as
+    `filippov` says.
 
     Modes are ``flow``, or ``above``, ``below`` and ``sliding`` if there is a jump, with a sign for every surface of a
     kink, ``+`` where its expression is positive: ``flow+-``. Surfaces stand in the order in which the states name them.
@@ -211,9 +211,10 @@ def _unclipped(rate: Any) -> Any:
     """A rate with what is kept between two numbers written by the distances from both, whose kinks stand apart."""
 
     def apart(part: Any) -> Any:
-        end, *others = sorted(part.args, key=lambda e: isinstance(e, _KINKS))
-        inner: Any = others[0]
-        if len(others) > 1 or not isinstance(inner, sympy.Max | sympy.Min) or len(inner.args) != 2:
+        if len(part.args) != 2:
+            return part
+        end, inner = sorted(part.args, key=lambda e: isinstance(e, _KINKS))
+        if not isinstance(inner, sympy.Max | sympy.Min) or isinstance(inner, type(part)) or len(inner.args) != 2:
             return part
         other, u = sorted(inner.args, key=lambda e: not e.is_number)
         low, high = (end, other) if isinstance(part, sympy.Max) else (other, end)

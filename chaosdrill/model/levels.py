@@ -111,7 +111,8 @@ def _read(system: "HybridSystem", conserved: Any) -> dict[str, Any]:
         if missing := [mode for mode in system.modes if mode not in given]:
             raise ModelError(f"{where}: mode {missing[0]!r:.60} is missing; give the quantity in every mode")
     known = {*system.states, *map(parameter, system.parameters)}
-    found = {mode: sympy.sympify(read_expression(f"{where}: {mode}", one)) for mode, one in given.items()}
+    names = {symbol.name for symbol in known}
+    found = {mode: sympy.sympify(read_expression(f"{where}: {mode}", one, names)) for mode, one in given.items()}
     for mode, one in found.items():
         if strange_ones := sorted(symbol.name for symbol in one.free_symbols - known):
             raise ModelError(f"{where} = {one!s:.60} holds {strange_ones[0]!r:.60}; give states and parameters")

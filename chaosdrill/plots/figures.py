@@ -113,8 +113,6 @@ def make_room_for_legends(figure: Figure, lines: int) -> None:
     """Make a narrow figure higher by the lines of its legends beyond a number of them."""
     if not is_narrow():
         return
-    from chaosdrill.plots._layout import entries
-
     legends = [legend for ax in figure.axes if (legend := ax.get_legend()) is not None]
     found = sum(-(-len(entries[legend].labels) // entries[legend].columns) for legend in legends)
     width, height = figure.get_size_inches()

@@ -18,8 +18,8 @@ FORCED = {
     **{name: partial(getattr(cd, name), **given) for name, given in SHORT.items()},
     "dop853": lambda system: cd.trajectory(system, periods=20, method="dop853"),
     "rk4": lambda system: cd.trajectory(system, periods=20, method="rk4"),
-    "strobe": lambda system: cd.poincare_section(system, periods=20, at="zero"),
-    "orbit": lambda system: cd.periodic_orbit(system, start="attractor"),
+    "section": lambda system: cd.poincare_section(system, periods=20, at="zero"),
+    "attracted": lambda system: cd.periodic_orbit(system, start="attractor"),
 }
 FREE = {
     "trajectory": lambda system: cd.trajectory(system, duration=60.0),
@@ -64,4 +64,4 @@ def test_a_reset_without_a_value_is_an_outcome(reset, forced, calls):
         outcomes = set(found["outcome"].values.ravel().tolist())
         # a start above the guard may never come to it, and a search then finds no orbit
         assert outcomes <= {Outcome.NONFINITE, Outcome.ESCAPED}, name
-        assert outcomes or name in ("search", "periodic_orbit")
+        assert outcomes or name == "periodic_orbit"

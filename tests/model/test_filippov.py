@@ -487,12 +487,15 @@ def test_pi_is_the_number_unless_something_is_called_so():
     drive = {"x": "v", "v": "pi - 2*abs(x) + pi*cos(pi*t)"}
     number = cd.in_modes(name="drive", states="x v", parameters={}, field=drive, period="2")
     assert number.time is not None
-    assert not any(one.name == "pi" for rates in number.modes.values() for e in rates.values() for one in e.free_symbols)
+    assert not any(
+        one.name == "pi" for rates in number.modes.values() for e in rates.values() for one in e.free_symbols
+    )
     named = cd.in_modes(name="drive", states="x v", parameters={"pi": 3.0}, field=drive)
     assert all(sympy.Symbol("pi", real=True) in rates[named.states[1]].free_symbols for rates in named.modes.values())
     belt = {"name": "belt", "states": "v", "parameters": {}}
     belt |= {"above": {"v": "-pi"}, "below": {"v": "pi"}, "initial": {"v": 3 * np.pi}}
     run = cd.trajectory(cd.filippov(**belt, surface="v - pi"), duration=3.0, samples=1)
     assert run["event_time"].values == pytest.approx([2.0], abs=1e-13)
-    x, pi = sympy.symbols("x pi")
-    assert cd.HybridSystem(states="x", modes={"on": {x: pi * x}}).modes["on"] != {}
+    x, symbol = sympy.symbols("x pi")
+    grown = cd.HybridSystem(states="x", modes={"on": {x: symbol * x}})
+    assert grown.modes["on"][grown.states[0]] == sympy.pi * grown.states[0]
