@@ -1,5 +1,6 @@
 """A conservative system whose conserved quantity is a parameter: families of orbits become branches over it."""
 
+import math
 import random
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -7,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from chaosdrill.errors import ModelError
+from chaosdrill.model.crossings import crossings
 from chaosdrill.model.halved import value_at
 from chaosdrill.model.parts import is_name, read_expression, read_table
 from chaosdrill.model.places import parameter
@@ -16,7 +18,6 @@ from chaosdrill.typed import NUMBER, TEXT, expecting
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
-    from chaosdrill.model.transition import Transition
 
 
 @expecting(ModelError, name=TEXT, rate=NUMBER)
@@ -72,8 +73,8 @@ def on_level(system: "HybridSystem", conserved: Any, *, name: str = "level", rat
     taken = {*system.parameters, *system.state_names, *system.quadratures}
     if not is_name(name) or name in taken:
         raise ModelError(f"name is {shown(name):.60}; give a name that nothing in {system.name} has")
-    if not rate > 0:
-        raise ModelError(f"rate is {rate!r}; it must be positive")
+    if not 0 < rate < math.inf:
+        raise ModelError(f"rate is {rate!r}; it must be positive and finite")
     given = _read(system, conserved)
     _check(system, given)
     level, modes = parameter(name), {}
@@ -84,6 +85,9 @@ def on_level(system: "HybridSystem", conserved: Any, *, name: str = "level", rat
     start = {x: system.initial[x.name] for x in system.states}
     values = {parameter(key): value for key, value in system.parameters.items()}
     begun = value_at(given[system.initial["mode"]], {**start, **values})
+    if begun.imag or not math.isfinite(begun.real):
+        told = f"in the initial state it is {begun:.6g}, not a number; begin where it has a value"
+        raise ModelError(f"{system.name}: conserved: {told}")
     return HybridSystem(
         name=f"{system.name} on a level",
         states=system.states,
@@ -135,12 +139,18 @@ def _check(system: "HybridSystem", given: Mapping[str, Any]) -> None:
         terms = [sympy.diff(given[mode], x) * rates[x] for x in system.states]
         if not all(_balanced(terms, point) for point in points):
             raise ModelError(f"{system.name}: conserved: mode {mode!r:.60} changes it; it is no conserved quantity")
-    for t in system.transitions:
+    surfaces = [surface for surface, _ in crossings(system.transitions)]
+    for t, surface in zip(system.transitions, surfaces, strict=True):
+        if t.marks_only():
+            continue
         after = {x: t.reset.get(x, x) for x in system.states}
-        for source in t.source if not t.marks_only() else ():
+        reached = [on for point in points if (on := _onto(surface, system.states, point)) is not None]
+        if not reached:
+            told = f"no state on the guard of {t.name!r:.60} was found, where it is to be the same after the reset"
+            raise ModelError(f"{system.name}: conserved: {told}; write the guard so that it is near a straight line")
+        for source in t.source:
             terms = [given[t.target].xreplace(after), -given[source]]
-            on_guard = (_on_guard(t, system.states, point) for point in points)
-            if not all(_balanced(terms, point) for point in on_guard if point is not None):
+            if not all(_balanced(terms, point) for point in reached):
                 raise ModelError(f"{system.name}: conserved: transition {t.name!r:.60} changes it; its reset must not")
 
 
@@ -151,12 +161,12 @@ def _balanced(terms: list[Any], point: Mapping[Any, Any]) -> bool:
     return not abs(sum(values)) > TUNING.symmetric * size
 
 
-def _on_guard(t: "Transition", states: tuple[Any, ...], point: Mapping[Any, Any]) -> dict[Any, Any] | None:
-    """A place near another one where the guard vanishes, by Newton's method; None where it finds none."""
-    slopes = {x: sympy.diff(t.guard, x) for x in states}
+def _onto(surface: Any, states: tuple[Any, ...], point: Mapping[Any, Any]) -> dict[Any, Any] | None:
+    """A place near another one where a surface vanishes, by Newton's method; None where it finds none."""
+    slopes = {x: sympy.diff(surface, x) for x in states}
     found = dict(point)
     for _ in range(TUNING.guard_steps):
-        height, steep = value_at(t.guard, found), {x: value_at(one, found) for x, one in slopes.items()}
+        height, steep = value_at(surface, found), {x: value_at(one, found) for x, one in slopes.items()}
         square = sum(abs(one) ** 2 for one in steep.values())
         if not square > 0:
             return None

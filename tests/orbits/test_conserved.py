@@ -15,11 +15,11 @@ def pendulum(unit=1.0, order="x v"):
     )  # fmt: skip
 
 
-def walled(**reset):
+def walled(guard="x - 0.5", **reset):
     """An oscillator that hardens, with an elastic wall."""
     return HybridSystem(
         name="walled", states="x v", parameters={"k": 1.0}, modes={"f": {"x": "v", "v": "-k*x - x**3"}},
-        transitions=[Transition("hit", "f", "f", guard="x - 0.5", direction=1, reset={"v": "-v", **reset})],
+        transitions=[Transition("hit", "f", "f", guard, direction=1, reset={"v": "-v", **reset})],
         initial={"x": -1.0, "v": 0.0},
     )  # fmt: skip
 
@@ -103,6 +103,9 @@ ENERGY = "v**2/2 + k*x**2/2 + x**4/4"
     [
         (walled(), ENERGY.replace("k", "2"), "mode 'f' changes it"),
         (walled(v="-0.9*v"), ENERGY, "transition 'hit' changes it"),
+        (walled("(x - 0.5)**3", v="-0.9*v"), ENERGY, "transition 'hit' changes it"),
+        (walled("exp(-x**2) - 2"), ENERGY, "no state on the guard of 'hit' was found"),
+        (walled(), f"log({ENERGY} - 1)", "in the initial state it is .*, not a number"),
         (walled(), {"g": ENERGY}, "unknown mode 'g'"),
         (walled(), "v**2/2 + w", "holds 'w'"),
         (walled(), "k", "holds no state"),
@@ -113,6 +116,13 @@ ENERGY = "v**2/2 + k*x**2/2 + x**4/4"
 def test_what_is_not_conserved_has_no_level(system, conserved, told):
     with pytest.raises(ModelError, match=told):
         on_level(system, conserved)
+
+
+def test_a_parameter_pi_is_no_number():
+    system = HybridSystem(
+        name="spring", states="x v", parameters={"pi": 2.0}, modes={"f": {"x": "v", "v": "-pi*x"}}, initial={"x": 1.0}
+    )  # fmt: skip
+    assert on_level(system, "v**2/2 + pi*x**2/2").parameters["level"] == pytest.approx(1.0, rel=1e-15)
 
 
 def test_an_elastic_wall_keeps_the_energy():
