@@ -64,4 +64,4 @@ def test_a_reset_without_a_value_is_an_outcome(reset, forced, calls):
         outcomes = set(found["outcome"].values.ravel().tolist())
         # a start above the guard may never come to it, and a search then finds no orbit
         assert outcomes <= {Outcome.NONFINITE, Outcome.ESCAPED}, name
-        assert outcomes or name == "periodic_orbit"
+        assert outcomes or name in ("search", "periodic_orbit")
