@@ -134,7 +134,9 @@ class _Broken:
     def __init__(self, written: Written, rates: Field) -> None:
         moving = {*written.states, written.time} - {None}
         self._written = written
-        self._rates = {state: _unclipped(unfolded(rate, moving, written.parameters)) for state, rate in rates.items()}
+        self._rates = {
+            state: _unclipped(unfolded(rate, moving, written.parameters), moving) for state, rate in rates.items()
+        }
         self._parts: dict[Any, tuple[Any, int, Any, Any]] = {}
         for part in self._find():
             g, positive, negative = self._branches(part)
@@ -152,7 +154,7 @@ class _Broken:
                 part = placed.xreplace(names) if isinstance(placed, (*_KINKS, *_JUMPS)) else None
                 if part is None or not part.free_symbols & moving:
                     continue
-                if any(inner.has(*_KINKS, *_JUMPS) for inner in part.args):
+                if _is_nested(part):
                     raise ModelError(
                         f"{self._written.name}: {part} has a kink within a kink; write the modes of it yourself"
                     )
@@ -207,8 +209,11 @@ class _Broken:
         return not all(vanishes(sympy.simplify((one[x] - other[x]).xreplace(on))) for x in one)
 
 
-def _unclipped(rate: Any) -> Any:
-    """A rate with what is kept between two numbers written by the distances from both, whose kinks stand apart."""
+def _unclipped(rate: Any, moving: set[Any]) -> Any:
+    """A rate with what is kept between two numbers written by the distances from both, whose kinks stand apart.
+
+    Where kinks are left within kinks it stays as it was written.
+    """
 
     def apart(part: Any) -> Any:
         if len(part.args) != 2:
@@ -222,7 +227,13 @@ def _unclipped(rate: Any) -> Any:
             return part
         return (low + high + sympy.Abs(u - low) - sympy.Abs(u - high)) / 2
 
-    return rate.replace(lambda e: isinstance(e, sympy.Max | sympy.Min), apart)
+    found = rate.replace(lambda e: isinstance(e, sympy.Max | sympy.Min), apart)
+    parts = (part for part in found.atoms(*_KINKS, *_JUMPS) if part.free_symbols & moving)
+    return rate if any(map(_is_nested, parts)) else found
+
+
+def _is_nested(part: Any) -> bool:
+    return any(inner.has(*_KINKS, *_JUMPS) for inner in part.args)
 
 
 def _tag(sides: Sides) -> str:

@@ -165,6 +165,7 @@ def test_a_start_has_the_mode_of_its_sides(initial, mode):
     [
         ("-sign(x) - sign(v)", {}, "jumps at x and at v; one surface is possible"),
         ("-Abs(x - Abs(v))", {}, "a kink within a kink"),
+        ("-Abs(Max(-1, Min(1, x)))", {}, r"Abs\(Max\(-1, Min\(1, x\)\)\) has a kink within a kink"),
         ("-Max(x, v, 1)", {}, "more than two branches"),
         (sympy.Piecewise((1, sympy.Eq(X, 0)), (2, True)), {}, "no inequality between them"),
         ("+".join(f"Abs(x - {k})" for k in range(6)), {}, "kinks at 6 surfaces; at most 5"),
