@@ -52,6 +52,9 @@ NONE_SEEN = 1.5
 FEWEST = 20
 """Escapes in each half without which these are not compared."""
 
+STEP = 1e-6
+"""Step of a difference of dimensions, in parts of the largest exponent: they have kinks at whole numbers only."""
+
 
 class _Lives(NamedTuple):
     """What became of runs, one entry each."""
@@ -335,7 +338,8 @@ def dimension_of_saddle(rates: np.ndarray, moved: np.ndarray, rate: Rate, *, flo
     """
     exponents = rates.mean(axis=0)
     found = _information_dimension(exponents, rate.value, flows=flows)
-    known, step = np.flatnonzero(np.isfinite(exponents)), 1e-6 * max(float(np.abs(exponents[0])), rate.value)
+    known = np.flatnonzero(np.isfinite(exponents))
+    step = STEP * max(float(np.abs(exponents[known]).max(initial=0.0)), rate.value)
     if math.isnan(found) or not step > 0:
         return found, math.nan
 

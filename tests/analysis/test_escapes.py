@@ -77,6 +77,8 @@ def test_the_dimension_of_a_saddle_fills_both_sides_by_its_entropy():
     assert dimension_of_saddle(flow, np.zeros(3), rate, flows=True)[0] == pytest.approx(found + 1)
     lost = np.column_stack([rates, np.full(2, -np.inf)])
     assert dimension_of_saddle(lost, np.zeros(3), rate, flows=False)[0] == pytest.approx(found)
+    point = dimension_of_saddle(np.full((2, 2), -np.inf), none, Rate(0.0, 0.0, 0), flows=False)
+    assert point[0] == 0
     closed = dimension_of_saddle(np.array([[0.5, 0.3, -1.0]] * 2), np.zeros(3), Rate(0.0, 0.0, 0), flows=False)
     assert closed[0] == pytest.approx(2.8)
 
