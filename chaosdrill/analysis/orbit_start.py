@@ -31,7 +31,7 @@ class OrbitStart:
 
     def told(self, outcome: Outcome, message: str) -> str:
         """What a search from there says, with the remark where it found no orbit."""
-        return "; ".join(filter(None, [message, self.remark])) if outcome != Outcome.PERIODIC else message
+        return "; ".join(filter(None, [self.remark, message])) if outcome != Outcome.PERIODIC else message
 
 
 def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitStart:

@@ -128,7 +128,7 @@ def understood(problem: Problem, place: Place, period: int, failure: NoOrbitErro
         return NoOrbitError(failure.outcome, f"{words}: give period={after}", failure.residuals)
     each = "a period" if problem.forced else "a unit of time"
     net = (points[-1] - points[0]) / (TUNING.watched_units if problem.forced else TUNING.watched_units * unit)
-    told = ", ".join(f"{system.state_names[i]} by {net[i]:.3g}" for i in np.flatnonzero(growing))
+    told = ", ".join(f"{system.state_names[i]} changes by {net[i]:.3g}" for i in np.flatnonzero(growing))
     return NoOrbitError(
         Outcome.OPEN,
         f"the motion cannot close: {told} {each} on average and never returns; leave a state that only grows out and "

@@ -565,7 +565,7 @@ def test_an_angle_that_only_grows():
         modes={"on": {angle: rate, rate: 1 + sympy.cos(angle) / (1 + angle**2) - rate}},
         initial={"mode": "on", angle: 0.0, rate: 1.0},
     )
-    nothing(turning, Outcome.OPEN, "angle by", start="attractor")
+    nothing(turning, Outcome.OPEN, "angle changes by", start="attractor")
 
 
 def test_a_period_that_no_orbit_has():
