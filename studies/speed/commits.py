@@ -3,11 +3,12 @@
     python studies/speed/commits.py BASE HEAD [--rounds N] [--periods N] [--yardstick PROGRAM]
 
 BASE and HEAD are commits of this repository; each is unpacked into ``studies/speed/out/`` and compiles its own kernels
-there, once, which takes minutes. Cases are single runs of the drill at three frequencies without and with two tangents,
-at the tolerance 1e-12, and charts of 64 points with two tangents at 1e-10. The table has the least time of each and the
-ratio of the two: what else the machine does only adds. ``--yardstick`` names a program that takes ``ETA PERIODS
-TOLERANCE [--lyap]`` and prints a line of JSON with ``us_per_period``; it runs in the same rounds. The table goes to
-``studies/speed/out/commits.md``, too.
+there, once, which takes minutes. Every round starts new processes, since those of one commit differ by a twentieth.
+Cases are single runs of the drill at three frequencies without and with two tangents, at the tolerance 1e-12, and
+charts of 64 points with two tangents at 1e-10. The table has the least time of each and the ratio of the two: what else
+the machine does only adds. ``--yardstick`` names a program that takes ``ETA PERIODS TOLERANCE [--lyap]`` and prints a
+line of JSON with ``us_per_period``; it runs in the same rounds. The table goes to ``studies/speed/out/commits.md``,
+too.
 """
 
 import argparse
@@ -46,7 +47,7 @@ def cases(periods: int) -> dict[str, Case]:
 
 
 class Commit:
-    """The package of one commit, in a process of its own.
+    """The package of one commit, in processes of its own.
 
     Parameters
     ----------
@@ -60,6 +61,13 @@ class Commit:
         if not folder.is_dir():
             with tarfile.open(fileobj=BytesIO(git("archive", self.number, "chaosdrill"))) as packed:
                 packed.extractall(folder, filter="data")
+        self._folder = folder
+        self._worker: subprocess.Popen[str] | None = None
+
+    def renew(self) -> None:
+        """Start another process, and let it load or compile all that is measured: where code comes to lie matters."""
+        self.end()
+        folder = self._folder
         environment = dict(os.environ, PYTHONPATH=str(folder), XDG_CACHE_HOME=str(folder / "cache"))
         self._worker = subprocess.Popen(
             [sys.executable, str(HERE / "worker.py")],
@@ -69,9 +77,12 @@ class Commit:
             env=environment,
             text=True,
         )
+        for case in cases(1).values():
+            self.measure(dict(case))
 
     def measure(self, case: Case) -> float:
         """Microseconds of processor time a forcing period."""
+        assert self._worker is not None
         assert self._worker.stdin is not None
         assert self._worker.stdout is not None
         self._worker.stdin.write(json.dumps(case) + "\n")
@@ -82,8 +93,9 @@ class Commit:
         return float(answer)
 
     def end(self) -> None:
-        """Let the process end."""
-        self._worker.communicate()
+        """Let the process end, if there is one."""
+        if self._worker is not None:
+            self._worker.communicate()
 
 
 class Yardstick:
@@ -91,6 +103,9 @@ class Yardstick:
 
     def __init__(self, program: str) -> None:
         self._program = program
+
+    def renew(self) -> None:
+        """Nothing: every measurement is a process."""
 
     def measure(self, case: Case) -> float | None:
         """Microseconds a forcing period; None for what it does not do."""
@@ -108,17 +123,19 @@ def git(*arguments: str) -> bytes:
 
 
 def measure(columns: dict[str, Any], wanted: dict[str, Case], rounds: int) -> dict[str, dict[str, list[float]]]:
-    """Times of every column by case; a first round, in which kernels are compiled, does not count."""
+    """Times of every column by case."""
     times: dict[str, dict[str, list[float]]] = {case: {name: [] for name in columns} for case in wanted}
-    for i in range(rounds + 1):
+    for i in range(rounds):
         # who comes first meets another state of the machine
         order = list(columns) if i % 2 else list(columns)[::-1]
+        for name in order:
+            columns[name].renew()
         for case, numbers in wanted.items():
             for name in order:
                 found = columns[name].measure(dict(numbers))
-                if i and found is not None:
+                if found is not None:
                     times[case][name].append(found)
-        print(f"round {i} of {rounds}", file=sys.stderr, flush=True)
+        print(f"round {i + 1} of {rounds}", file=sys.stderr, flush=True)
     return times
 
 
