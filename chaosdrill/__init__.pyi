@@ -25,6 +25,7 @@ from chaosdrill.model.filippov import equivalent_control as equivalent_control
 from chaosdrill.model.filippov import filippov as filippov
 from chaosdrill.model.halved import halved as halved
 from chaosdrill.model.kinks import in_modes as in_modes
+from chaosdrill.model.levels import on_level as on_level
 from chaosdrill.model.noise import Choice as Choice
 from chaosdrill.model.noise import Exponential as Exponential
 from chaosdrill.model.noise import LogNormal as LogNormal

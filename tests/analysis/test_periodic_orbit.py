@@ -159,7 +159,7 @@ def test_a_state_that_only_grows_is_told(start):
     ds = cd.periodic_orbit(system, start=start)
     assert outcome(ds) == Outcome.OPEN
     assert has_no_numbers(ds)
-    assert "x by" in ds.attrs["message"]
+    assert "x changes by" in ds.attrs["message"]
 
 
 @pytest.mark.parametrize("period", [1, 3])

@@ -99,7 +99,7 @@ def test_names_that_are_no_identifiers():
         (sympy.Float("0.1", 30) * X, "would be read as"),
         (sympy.Add(1, 2, evaluate=False) * X, "would be read as"),
         (X**1001, "exponents up to 1000"),
-        (sympy.Rational(1, 10**400) * X - 1, "larger than any double"),
+        (sympy.Rational(1, 10**400) * X + 1, "larger than any double"),
         (sympy.Symbol("`", real=True) * X, "cannot stand"),
         (sympy.pi * sympy.Symbol("pi", real=True) * X, "would be read as"),
         (sympy.exp(sympy.Add(*(sympy.sin((10**15 + i) * X) for i in range(450)))), "letters long"),
