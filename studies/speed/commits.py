@@ -28,6 +28,8 @@ OUT = HERE / "out"
 TOLERANCES = {"run": 1e-12, "chart": 1e-10}
 ETAS = (0.448, 0.63, 0.8)
 SIDE = 8
+SHORT = 200
+"""Forcing periods by which a new process loads what it needs."""
 
 Case = dict[str, Any]
 
@@ -77,7 +79,7 @@ class Commit:
             env=environment,
             text=True,
         )
-        for case in cases(1).values():
+        for case in cases(SHORT).values():
             self.measure(dict(case))
 
     def measure(self, case: Case) -> float:
