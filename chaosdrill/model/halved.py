@@ -138,14 +138,7 @@ class _Symmetry:
     @classmethod
     def of(cls, system: "HybridSystem", images: Mapping[Any, Any], fixed: set[str]) -> "_Symmetry":
         """The symmetry by its images of the states."""
-        rng = random.Random(20261127)
-        points = []
-        for _ in range(TUNING.symmetry_places):
-            point = {x: rng.uniform(*TUNING.drawn_below_one) for x in (*system.states, system.time) if x is not None}
-            for name, value in system.parameters.items():
-                drawn = rng.uniform(*(TUNING.near_values if value else TUNING.drawn_below_one))
-                point[parameter(name)] = drawn * value if value else drawn
-            points.append({x: sympy.Float(value, TUNING.symmetry_digits) for x, value in point.items()})
+        points = drawn_places(system)
         put = {parameter(name): sympy.Integer(0) for name in fixed}
         bare = cls(system, {x: image.xreplace(put) for x, image in images.items()}, {}, points, put)
         for x, image in bare.images.items():
@@ -321,6 +314,19 @@ class _Symmetry:
             for name, rates in self.system.quadratures.items()
             if all(self.same(self.seen(rates[self.modes[mode]]), rate) for mode, rate in rates.items())
         }
+
+
+def drawn_places(system: "HybridSystem") -> list[dict[Any, Any]]:
+    """Values of states, time and parameters, drawn at random: places where two expressions that differ do so."""
+    rng = random.Random(20261127)
+    points = []
+    for _ in range(TUNING.symmetry_places):
+        point = {x: rng.uniform(*TUNING.drawn_below_one) for x in (*system.states, system.time) if x is not None}
+        for name, value in system.parameters.items():
+            drawn = rng.uniform(*(TUNING.near_values if value else TUNING.drawn_below_one))
+            point[parameter(name)] = drawn * value if value else drawn
+        points.append({x: sympy.Float(value, TUNING.symmetry_digits) for x, value in point.items()})
+    return points
 
 
 def value_at(expression: Any, point: Mapping[Any, Any]) -> complex:

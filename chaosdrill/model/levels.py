@@ -1,7 +1,6 @@
 """A conservative system whose conserved quantity is a parameter: families of orbits become branches over it."""
 
 import math
-import random
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -9,7 +8,7 @@ import sympy
 
 from chaosdrill.errors import ModelError
 from chaosdrill.model.crossings import crossings
-from chaosdrill.model.halved import value_at
+from chaosdrill.model.halved import drawn_places, value_at
 from chaosdrill.model.parts import is_name, read_expression, read_table
 from chaosdrill.model.places import parameter
 from chaosdrill.model.tuning import TUNING
@@ -127,14 +126,7 @@ def _read(system: "HybridSystem", conserved: Any) -> dict[str, Any]:
 
 def _check(system: "HybridSystem", given: Mapping[str, Any]) -> None:
     """Refuse a quantity that a mode or a transition changes, as numbers at random places tell."""
-    rng = random.Random(20261128)
-    points = []
-    for _ in range(TUNING.symmetry_places):
-        point = {x: rng.uniform(*TUNING.drawn_below_one) for x in system.states}
-        for key, value in system.parameters.items():
-            drawn = rng.uniform(*(TUNING.near_values if value else TUNING.drawn_below_one))
-            point[parameter(key)] = drawn * value if value else drawn
-        points.append({x: sympy.Float(value, TUNING.symmetry_digits) for x, value in point.items()})
+    points = drawn_places(system)
     for mode, rates in system.modes.items():
         terms = [sympy.diff(given[mode], x) * rates[x] for x in system.states]
         if not all(_balanced(terms, point) for point in points):
