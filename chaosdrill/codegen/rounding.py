@@ -2,7 +2,8 @@
 
 A bound in units of the rounding unit, itself an expression: every operation adds its own rounding to what those of its
 operands become in it (running error analysis: Wilkinson 1963; Higham, Accuracy and Stability of Numerical Algorithms,
-2nd ed. 2002, section 3.3, doi:10.1137/1.9780898718027). Terms of higher order are left out.
+2nd ed. 2002, section 3.3, doi:10.1137/1.9780898718027). What a symbol is off by enters a sum through the derivative of
+the whole sum: ``sin(x)**2 + cos(x)**2`` does not depend on x. Terms of higher order are left out.
 """
 
 import math
@@ -10,7 +11,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import sympy
-from sympy.core.function import ArgumentIndexError
+from sympy.core.function import Application, ArgumentIndexError
 
 from chaosdrill.codegen.layout import UNIT
 from chaosdrill.codegen.tape import inverse_of
@@ -34,12 +35,35 @@ def rounding_bound(expression: Any, doubts: Mapping[Any, Any] | None = None) -> 
     """
     known: dict[Any, Any] = {symbol: sympy.Abs(symbol) + more for symbol, more in (doubts or {}).items()}
 
+    operations: dict[Any, Any] = {}
+
     def bound(e: Any) -> Any:
         if e not in known:
-            known[e] = _bound(e, bound)
+            slopes = _slopes_of_sum(e)
+            known[e] = (
+                sympy.Add(of_operations(e), *(sympy.Abs(slope) * bound(x) for x, slope in slopes.items()))
+                if slopes
+                else _bound(e, bound)
+            )
         return known[e]
 
+    def of_operations(e: Any) -> Any:
+        if e not in operations:
+            operations[e] = sympy.Integer(0) if e.is_Symbol else _bound(e, of_operations)
+        return operations[e]
+
     return bound(sympy.sympify(expression))
+
+
+def _slopes_of_sum(e: Any) -> dict[Any, Any]:
+    """Derivatives of a sum by its symbols, if some of its terms share one and no derivative has a pole or overflows."""
+    if not e.is_Add or any(not isinstance(f, (sympy.sin, sympy.cos)) for f in e.atoms(Application)):
+        return {}
+    if len(e.free_symbols) == sum(len(a.free_symbols) for a in e.args):
+        return {}
+    found = {x: sympy.diff(e, x) for x in sorted(e.free_symbols, key=str)}
+    poles = (p for slope in found.values() for p in slope.atoms(sympy.Pow) if p.exp.could_extract_minus_sign())
+    return {} if any(p.base.free_symbols for p in poles) else found
 
 
 def _bound(e: Any, bound: Any) -> Any:

@@ -126,3 +126,21 @@ def test_a_sweep_says_which_terms_have_ended_its_runs(method):
     windows = {"windows": [1.0, 2.0], "duration": 10.0, "transient": 0.0, "method": method}
     measured = cd.finite_time_exponents(tank, {"k": [0.01, 0.5]}, **windows)
     assert measured.attrs["message"] == "sqrt(h) ends where h = 0, in mode 'full': 1 of 2 runs, first k = 0.5"
+
+
+def test_a_reset_that_cancels_beside_a_state_in_a_tiny_unit():
+    """What w is off by, 1e12 in its unit, cancels in the reset: no guard may count as zero for it."""
+    one = "sin(w)**2 + cos(w)**2"
+    system = cd.HybridSystem(
+        name="tiny-unit",
+        states="x w z",
+        modes={"run": {"x": "1", "w": "-w/3", "z": "-z"}},
+        transitions=[
+            cd.Transition("turn", "run", "run", "x - 1", +1, {"x": "x - 1", "z": "z + 5", "w": f"w + 2**40*({one})"}),
+            cd.Transition("half", "run", "run", "z - 3", +1, {"z": f"z/2 + {one} - 1"}),
+        ],
+        initial={"z": 0.5},
+        bounds={"w": (-1e14, 1e14)},
+    )
+    found = cd.trajectory(system, duration=4.5, samples=1)
+    assert found["event_kind"].values.tolist() == [0, 1] * 4
