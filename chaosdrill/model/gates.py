@@ -13,7 +13,16 @@ from typing import Any
 
 import sympy
 
-from chaosdrill.model.logarithms import EXPONENTIAL, comparison, exponential, exponentials, logarithm, power, with_parts
+from chaosdrill.model.logarithms import (
+    EXPONENTIAL,
+    area_sine,
+    comparison,
+    exponential,
+    exponentials,
+    logarithm,
+    power,
+    with_parts,
+)
 from chaosdrill.model.quotients import Divisor, quotient
 from chaosdrill.model.removable import without_removable
 from chaosdrill.model.special import gate, log_cosh, log_sum
@@ -21,14 +30,20 @@ from chaosdrill.model.tuning import TUNING
 
 
 def without_overflow(expression: Any) -> Any:
-    """An expression without quotients of exponentials that overflow, and without sums that leave a tail to rounding."""
-    made = _once(expression)
+    """An expression without quotients of exponentials that overflow, and without sums that leave a tail to rounding.
+
+    One in which each quotient leads to another stays as it is.
+    """
+    try:
+        made = _once(expression)
+    except RecursionError:
+        return expression
     # what has been made may be what more can be made of
     for _ in range(TUNING.passes):
         if made is expression or (more := _once(made)) == made:
             break
         made = more
-    return without_removable(made)
+    return without_removable(_bounded(made, {}) if made.has(*EXPONENTIAL) else made)
 
 
 def _once(expression: Any) -> Any:
@@ -47,32 +62,43 @@ def _rewritten(e: Any, known: dict[Any, Any]) -> Any:
             made = made if divided == made else _once(divided)
         elif isinstance(made, sympy.log):
             made = logarithm(made)
-        elif isinstance(made, _SATURATED):
-            made = _bounded(made)
+        elif isinstance(made, sympy.asinh):
+            made = area_sine(made)
         elif made.is_Relational:
             made = comparison(made)
         known[e] = _tail(made) if made.is_Add else made
     return known[e]
 
 
-_SATURATED = (sympy.exp, sympy.atan)
+_SATURATED = (sympy.exp, sympy.atan, sympy.tanh)
 """Functions that end, or are larger than any double, long before an exponential that they are applied to is none."""
 
 
-def _bounded(e: Any) -> Any:
-    """A function of exponentials, each of which ends where the whole does.
+def _bounded(e: Any, known: dict[Any, Any]) -> Any:
+    """An expression whose exponentials within a function end where the whole function does.
 
     What is left of its slope, of that of ``exp(-exp(-x))`` say, would be zero times infinity there.
     """
-    terms = []
-    for term in sympy.Add.make_args(e.args[0]):
-        factors = sympy.Mul.make_args(term)
-        grown = [f for f in factors if isinstance(f, sympy.exp) and f.free_symbols]
-        most = sympy.Integer(TUNING.bounded)
-        ended = [sympy.Float(math.exp(most)) / (1 + exponential(most - f.args[0])) for f in grown]
-        terms.append(sympy.Mul(*ended, *(f for f in factors if f not in grown)) if grown else term)
-    made = sympy.Add(*terms)
-    return e if made == e.args[0] else e.func(made)
+    if not e.args:
+        return e
+    if e not in known:
+        made = with_parts(e, [_bounded(a, known) for a in e.args])
+        if isinstance(made, _SATURATED):
+            terms = map(sympy.Mul.make_args, sympy.Add.make_args(made.args[0]))
+            made = with_parts(made, [sympy.Add(*(sympy.Mul(*map(_ended, factors)) for factors in terms))])
+        known[e] = made
+    return known[e]
+
+
+def _ended(f: Any) -> Any:
+    """An exponential, or a hyperbolic function with its digits near zero, ended at a double; other factors as is."""
+    if not (isinstance(f, EXPONENTIAL) and f.free_symbols):
+        return f
+    (a,), most = f.args, sympy.Integer(TUNING.bounded)
+    up, down = (sympy.Float(math.exp(most)) / (1 + exponential(most - exponent)) for exponent in (a, -a))
+    if isinstance(f, sympy.exp):
+        return up
+    return (up + down) / 2 if isinstance(f, sympy.cosh) else sympy.tanh(a) * (up + down) / 2
 
 
 def _divisor_or_part(whole: Any, part: Any, known: dict[Any, Any]) -> Any:

@@ -17,7 +17,12 @@ EXPONENTIAL = (sympy.exp, sympy.cosh, sympy.sinh)
 
 
 def exponential(exponent: Any) -> Any:
-    return sympy.exp(undivided(sympy.expand(exponent)))
+    return sympy.exp(undivided(multiplied_out(exponent)))
+
+
+def multiplied_out(exponent: Any) -> Any:
+    """An exponent as a sum; exponentials in it stay whole, as quotients leave them."""
+    return sympy.expand(exponent, power_exp=False)
 
 
 def exponentials(expression: Any) -> dict[Any, Any]:
@@ -72,11 +77,11 @@ def is_positive_number(m: Any) -> bool:
 
 def log_of_two(m: Any, a: Any, n: Any, b: Any) -> Any:
     """log(m exp(a) + n exp(b))."""
-    if m == n and sympy.expand(a + b) == 0 and is_positive_number(m):
+    if m == n and multiplied_out(a + b) == 0 and is_positive_number(m):
         return sympy.log(2 * m) + log_cosh(a if a.could_extract_minus_sign() is False else b)
     if a == 0:
         (m, a), (n, b) = (n, b), (m, a)
-    return b + log_sum(n, m, undivided(sympy.expand(a - b)))
+    return b + log_sum(n, m, undivided(multiplied_out(a - b)))
 
 
 def power(e: Any) -> Any:
@@ -124,6 +129,16 @@ def logarithm(e: Any) -> Any:
     if not found or left.is_nonpositive:
         return e
     return sympy.Add(*found, sympy.log(left) if left != 1 else 0)
+
+
+def area_sine(e: Any) -> Any:
+    """asinh(w) of a sum of exponentials with positive numbers, as log(w + sqrt(1 + w**2))."""
+    if not _is_positive(e.args[0]):
+        return e
+    found, one = exponentials(e.args[0]), sympy.S.One
+    (a, m), *others = found.items() if len(found) == 1 else two_of(found)
+    w = log_of_two(m, a, others[0][1], others[0][0]) if others else a + sympy.log(m)
+    return log_of_two(one, w, one, log_of_two(one, 2 * w, one, sympy.S.Zero) / 2)
 
 
 def _is_positive(base: Any) -> bool:

@@ -16,6 +16,7 @@ from chaosdrill.model.logarithms import (
     exponential,
     exponentials,
     is_positive_number,
+    multiplied_out,
     two_of,
 )
 from chaosdrill.model.special import bernoulli_ratio, exact_logarithm, gate
@@ -44,7 +45,7 @@ class Divisor:
         if a == 0:
             (m, a), (n, b) = (n, b), (m, a)
         self.m, self.n, self.b = m, n, b
-        self.apart = sympy.expand(a - b)
+        self.apart = multiplied_out(a - b)
         self.numbers = is_positive_number(m) and is_positive_number(n)
         self.u = self.apart + (exact_logarithm(m, n) if self.numbers else 0)
 
@@ -73,7 +74,7 @@ class Divisor:
     def steps(self, exponent: Any) -> tuple[Any, Any]:
         """How many times the difference of the two exponents an exponent is, None if no number of times, but for a
         number that it is larger by."""
-        (offset, moving), (own, apart) = (sympy.expand(e).as_coeff_Add() for e in (exponent, self.apart))
+        (offset, moving), (own, apart) = (multiplied_out(e).as_coeff_Add() for e in (exponent, self.apart))
         ratio = sympy.cancel(moving / apart)
         if ratio.is_Float:
             ratio = sympy.nsimplify(ratio, rational=True, tolerance=1e-15)
@@ -103,14 +104,14 @@ class Divisor:
 
     def part(self, exponent: Any) -> Any:
         """The exponential of an exponent over the sum."""
-        return gate(self.n, self.m, undivided(self.apart), undivided(sympy.expand(exponent - self.b)))
+        return gate(self.n, self.m, undivided(self.apart), undivided(multiplied_out(exponent - self.b)))
 
     def removable(self, zero: Any, exponent: Any) -> Any:
         """An exponential of an exponent times that which is zero where the sum is, over the sum."""
         r, _ = self.steps(exponent - self.b)
         s = sympy.S.Zero if r is None else min(max(sympy.floor(2 * r) / sympy.Integer(2), 0), 1)
         # of m exp(a) + n exp(b) with n = -m exp(...), exp(b) is -1/n times one over exp(zero) - 1
-        left = sympy.expand(exponent - self.b - s * zero)
+        left = multiplied_out(exponent - self.b - s * zero)
         return -exponential(left) * bernoulli_ratio(undivided(zero), s, sympy.S.Zero) / self.n
 
     def under(self, sum_: Any) -> Any:
@@ -138,7 +139,7 @@ class Divisor:
         if len(found) == 2 and sympy.expand(sympy.Add(*found.values())) == 0:
             # the difference, exact where it is small
             (a, f), (b, _) = found.items()
-            return f * sympy.tanh(sympy.expand(a - b) / 2) * (self.part(a) + self.part(b))
+            return f * sympy.tanh(multiplied_out(a - b) / 2) * (self.part(a) + self.part(b))
         return sympy.Add(*(f * self.part(a) for a, f in found.items()))
 
 
@@ -186,9 +187,9 @@ def _squared(factor: Any) -> Any:
         return factor
     (_, alone), *others = sorted(found.items(), key=lambda one: one[0] != 0)
     (a, m), (b, n) = others
-    if m != n or alone + 2 * m != 0 or sympy.expand(a + b) != 0 or 0 not in found:
+    if m != n or alone + 2 * m != 0 or multiplied_out(a + b) != 0 or 0 not in found:
         return factor
-    return (4 * m * sympy.sinh(sympy.expand(a / 2 if b.could_extract_minus_sign() else b / 2)) ** 2) ** power
+    return (4 * m * sympy.sinh(multiplied_out(a / 2 if b.could_extract_minus_sign() else b / 2)) ** 2) ** power
 
 
 def _removed(base: Any, power: int, rest: list[Any]) -> Any:

@@ -85,6 +85,8 @@ LAWS = {
         "1/(exp(u/5) + k*exp(-u/3))",
         "exp(u/3)/(k + exp(8*u/15))",
     ),
+    lambda u: 1 - mpmath.tanh(mpmath.exp(-u)): ("1 - tanh(exp(-u))",),
+    over_one(lambda u: mpmath.asinh(mpmath.exp(u))): ("asinh(exp(u))/(1 + u**2)",),
     lambda u: 1 / mpmath.sqrt(1 + mpmath.exp(-2 * u)): ("exp(u)/sqrt(1 + exp(2*u))", "1/sqrt(1 + exp(-2*u))"),
     over_one(channel): (
         "u/(exp(u) - 1)/(1 + u**2)",
