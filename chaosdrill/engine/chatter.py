@@ -13,17 +13,8 @@ from chaosdrill.codegen.signatures import event_places
 from chaosdrill.engine import guards
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.jit import inlined, inner, rare
+from chaosdrill.engine.passages import normal_speed
 from chaosdrill.engine.tuning import REBOUNDS, STEPS
-
-
-@inlined
-def normal_speed(event, n):
-    """Rate at which the guard is crossed: n.F- + dh/dt."""
-    place = event_places(n)
-    speed = event[place.gradient + n]
-    for i in range(n):
-        speed += event[place.gradient + i] * event[place.before + i]
-    return speed
 
 
 @inlined

@@ -5,8 +5,9 @@ import math
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.engine import guards
 from chaosdrill.engine import layout as at
-from chaosdrill.engine.chatter import interpolated, may_be_over, normal_speed, time_left
+from chaosdrill.engine.chatter import interpolated, may_be_over, time_left
 from chaosdrill.engine.jit import inlined, rare
+from chaosdrill.engine.passages import normal_speed
 from chaosdrill.engine.tuning import GUARDS
 
 

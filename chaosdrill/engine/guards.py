@@ -14,12 +14,13 @@ import numpy as np
 from chaosdrill.codegen.kinds import uint64
 from chaosdrill.codegen.layout import EPSILON, ROUNDING
 from chaosdrill.engine import layout as at
-from chaosdrill.engine.dop853_tables import NODES, TO_CHEBYSHEV
+from chaosdrill.engine.dop853_tables import DEGREE, NODES, TO_CHEBYSHEV
 from chaosdrill.engine.jit import inlined, inner, rare, series
-from chaosdrill.engine.lanes import exponent, power_of_two
+from chaosdrill.engine.lanes import exponent, magnitude, power_of_two
+from chaosdrill.engine.passages import marks_at
 from chaosdrill.engine.polynomial import derivative, keeps_side, size, value
 from chaosdrill.engine.roots import first_crossing, recrossing
-from chaosdrill.engine.tuning import GUARDS
+from chaosdrill.engine.tuning import GUARDS, STEPS
 
 INTERPOLATION_NOISE = 4 * EPSILON * float((np.abs(TO_CHEBYSHEV[-2:]) / NODES**2).sum())
 """Rounding units by which the interpolation moves a polynomial, and its last two coefficients."""
@@ -199,18 +200,22 @@ def look(functions, tables, state, j, here, slope, t, scratch):
         side = 1 if slope > 0.0 else -1
     direction = tables.active[run.mode, 1 + j]
     fired = has_fired(state, key, direction) if zero else 0
-    how, side = stand(zero, side, order, old, direction, run.fresh, fired, tables.marks[run.mode, j])
+    marks = tables.marks[run.mode, j]
+    if fired == HELD or (old == 0 and not zero):
+        marks = marks_at(functions, tables, state, j, side, t, scratch)
+    how, side = stand(zero, side, order, old, direction, run.fresh, fired, marks)
     return how, side, order
 
 
 @inlined
-def stand_at_rest(tables, state, j, order, side):
+def stand_at_rest(functions, tables, state, j, order, side, t, scratch):
     """How guard j stands, (how, side), where its value and slope vanish and a later derivative leads to a side."""
     run = state.run[0]
     old, _ = side_before(tables, state, j)
     direction = tables.active[run.mode, 1 + j]
     fired = has_fired(state, tables.keys[run.mode, j], direction)
-    return stand(True, side, order, old, direction, run.fresh, fired, tables.marks[run.mode, j])
+    marks = marks_at(functions, tables, state, j, side, t, scratch)
+    return stand(True, side, order, old, direction, run.fresh, fired, marks)
 
 
 @inner
@@ -322,13 +327,14 @@ def settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch):
     if hidden:
         ahead = _clear_side(ws, i, h, off + left)
         if ahead != 0:
-            how, side = stand_at_rest(tables, state, j, max(order, 2), ahead)
+            how, side = stand_at_rest(functions, tables, state, j, max(order, 2), ahead, t, scratch)
             g[0] = side * off
             return how, side, 0
     if order == 0:
         return at.NOWHERE, side, 0
     if order > 1:
-        how, side = stand_at_rest(tables, state, j, order, 1 if g[order] > 0.0 else -1)
+        side = 1 if g[order] > 0.0 else -1
+        how, side = stand_at_rest(functions, tables, state, j, order, side, t, scratch)
         lower = 0.0
         for k in range(order - 1, 0, -1):
             lower = (lower + abs(g[k])) * h
@@ -356,6 +362,35 @@ def _slope_and_bend(g, n, s):
         d = d * s + f
         f = f * s + g[uint64(n - m)]
     return d, 2.0 * b
+
+
+@inlined
+def is_told(last, before, way):
+    """Whether a polynomial tells where it has a root: its last two terms there are small beside the rate times the way.
+
+    Else they alone may make it, where the motion comes to rest on the guard.
+    """
+    return magnitude(last) + magnitude(before) <= GUARDS.told * magnitude(way)
+
+
+@series
+def _last_terms(g, n, s):
+    """The last two terms of a polynomial at s."""
+    power = 1.0
+    for _ in range(n - 1):
+        power *= s
+    return g[uint64(n)] * (power * s), g[uint64(n - 1)] * power
+
+
+@inlined
+def _told_length(ws, i, degree, h):
+    """Up to where the last two terms of a polynomial are small beside the others; beyond it tells of no side."""
+    for _ in range(STEPS.halvings):
+        last, before = _last_terms(ws[i], degree, h)
+        if is_told(last, before, size(ws, uint64(i), h)):
+            break
+        h *= 0.5
+    return h
 
 
 @series
@@ -541,7 +576,9 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
         order = 0
         how = at.ARMED if is_armed(side, direction) else at.PASSED
         scratch.backs[j] = -1.0
+        degree = n if settings.stepping == at.BY_SERIES or tables.marks[mode, j] & at.AFFINE == 0 else DEGREE
         if fresh != at.ONGOING or not is_on(side, g[0]):
+            h = _told_length(ws, i, degree, h)
             how, side, order = settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch)
             if how == at.INVALID:
                 return -2.0, j, 0, h
@@ -569,6 +606,11 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
                     h = min(h, clear)
                     root = -1.0
             side = -side
+        if root > 0.0:
+            last, before = _last_terms(g, degree, root)
+            if not is_told(last, before, root * derivative(ws, uint64(i), root)):
+                h = min(h, 0.5 * root)
+                root = -1.0
         if root > 0.0:
             clear, root = _multiple(functions, tables, settings, state, ws, i, j, root, side, h, t, scratch)
             if clear >= 0.0 and root < 0.0:

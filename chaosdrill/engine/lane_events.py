@@ -102,7 +102,8 @@ def _plan_anew(functions, tables, state, first, lane, block, scratch):
             if order == 0:
                 return False
         if order == 2:
-            how, side = guards.stand_at_rest(tables, state, j, 2, 1 if block.ws[first + j, 2, lane] > 0.0 else -1)
+            side = 1 if block.ws[first + j, 2, lane] > 0.0 else -1
+            how, side = guards.stand_at_rest(functions, tables, state, j, 2, side, block.t[lane], scratch)
         if how != at.ARMED and not (how == at.FIRE and order == 0):
             return False
         block.times[j, lane] = 0.0 if how == at.FIRE else -1.0
@@ -319,7 +320,13 @@ def _search(count, order, block):
             searched = searched & (~returns | present)
         if some(searched):
             u, unsettled = _polish(a, order, searched, _first_sign(block))
-            alone[0] = chosen(searched & (unsettled | ~((u >= 0.0) & (u <= bound))), 1.0, alone[0])
+            _, slope = _value_and_slope(a, order, u)
+            power = u
+            for _ in range(order - 2):
+                power = power * u
+            told = guards.is_told(a[order] * (power * u), a[order - 1] * power, u * slope)
+            plain = (u >= 0.0) & (u <= bound) & told
+            alone[0] = chosen(searched & (unsettled | ~plain), 1.0, alone[0])
             times[j] = chosen(searched, u * row_of(block.h)[0], times[j])
 
 

@@ -16,9 +16,10 @@ import math
 
 from chaosdrill.codegen.kinds import Tuple, float64, int64
 from chaosdrill.codegen.signatures import cube, event_places, integer_matrix, integers, matrix, vector
-from chaosdrill.engine.events import normal_speed, saltation_jump
+from chaosdrill.engine.events import saltation_jump
 from chaosdrill.engine.jit import compiled, inner
 from chaosdrill.engine.layout import COMPLETES, DONE, FAILED, Method
+from chaosdrill.engine.passages import normal_speed
 from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.segment import begin, follow
 from chaosdrill.engine.tangents import normals_of

@@ -17,8 +17,9 @@ import numpy as np
 from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.kinds import float64, int64, void
 from chaosdrill.codegen.signatures import event_places, integer_matrix, matrix, vector
-from chaosdrill.engine.events import normal_speed, saltate, saltation_jump
-from chaosdrill.engine.jit import compiled, inner
+from chaosdrill.engine.events import saltate, saltation_jump
+from chaosdrill.engine.jit import compiled
+from chaosdrill.engine.passages import brought_onto, leads_beyond, normal_speed
 from chaosdrill.engine.records import functions_type
 from chaosdrill.engine.tuning import STRUCTURE, TANGENTS
 from chaosdrill.engine.uncompiled import in_python
@@ -130,6 +131,8 @@ def _where_motions_change(system: "HybridSystem", x: np.ndarray, at_rest: list[i
     """
     here, found = _eigenvalues(system, x), np.zeros(len(x))
     fastest = np.abs(here).max(axis=1, initial=0.0)
+    if not (fastest > 0).any():
+        return found
     for i in at_rest:
 
         def changes(power: float, i: int = i) -> bool:
@@ -202,29 +205,10 @@ def _unit_of_time(system: "HybridSystem", sizes: np.ndarray, rates: list[tuple[n
     return 1.0 / fastest if 0 < fastest < math.inf else 1.0
 
 
-@inner
-def _brought_onto(functions, mode, j, t, c, sizes, x, gradient):
-    """Bring a state onto a guard by Newton's method, the shortest way in sizes of states; whether it arrives."""
-    n = x.size
-    for _ in range(50):
-        value = functions.guard(mode, j, t, c, x, gradient)
-        square = size = 0.0
-        for i in range(n):
-            square += (gradient[i] * sizes[i]) ** 2
-            size += abs(gradient[i] * x[i])
-        if not math.isfinite(value + square) or square == 0.0:
-            return False
-        if abs(value) <= STRUCTURE.on * size:
-            return True
-        for i in range(n):
-            x[i] -= value / square * gradient[i] * sizes[i] * sizes[i]
-    return False
-
-
 @compiled(int64(functions_type, int64, int64, float64, vector, vector, vector, vector))
 def _onto_guard(functions, mode, j, t, c, sizes, x, gradient):
-    """As `_brought_onto`, for who is not compiled."""
-    return 1 if _brought_onto(functions, mode, j, t, c, sizes, x, gradient) else 0
+    """As `brought_onto`, for who is not compiled."""
+    return 1 if brought_onto(functions, mode, j, t, c, sizes, x, gradient) else 0
 
 
 def passes(system: "HybridSystem") -> frozenset[tuple[int, int]]:
@@ -312,7 +296,6 @@ def _goes_beyond(functions, mode, j, direction, c, sizes, trials, transitions, e
     ``transitions`` is a table of target mode and whether an event only marks; ``event`` and ``scratch`` are room.
     """
     n = trials.shape[1] - 1
-    place = event_places(n)
     x, gradient, rates, ones = scratch[0][:n], scratch[1][: n + 1], scratch[2], scratch[3][:n]
     for i in range(n):
         ones[i] = 1.0
@@ -320,27 +303,9 @@ def _goes_beyond(functions, mode, j, direction, c, sizes, trials, transitions, e
         t = trials[trial, n]
         for i in range(n):
             x[i] = trials[trial, i]
-        if not _brought_onto(functions, mode, j, t, c, sizes, x, gradient):
+        if not brought_onto(functions, mode, j, t, c, sizes, x, gradient):
             continue
-        event[:] = 0.0
-        transition = functions.event_map(mode, j, t, c, x, 1, ones, 0.0, event)
-        if not normal_speed(event, n) * direction > 0.0:
-            continue
-        target = mode
-        if transition >= 0 and transitions[transition, 1] == 0:
-            target = transitions[transition, 0]
-            for i in range(n):
-                x[i] = event[place.image + i]
-        value = functions.guard(mode, j, t, c, x, gradient)
-        functions.field(target, t, c, x, rates)
-        size = abs(value)
-        ahead = gradient[n]
-        for i in range(n):
-            size += abs(gradient[i] * x[i])
-            ahead += gradient[i] * rates[i]
-        if not abs(value) <= STRUCTURE.on * size:
-            ahead = value
-        if ahead * direction > 0.0:
+        if leads_beyond(functions, transitions, mode, j, direction, t, c, x, event, gradient, rates, ones) == 1:
             return 1
     return 0
 

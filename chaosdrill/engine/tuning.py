@@ -168,6 +168,9 @@ class Guards(NamedTuple):
     place are on one surface: the angle counts as zero up to 1e-6."""
     late: float = 100.0
     """Tolerances by which a run may begin beyond a guard and be on it: no run that is right ends farther off."""
+    told: float = 1e-2
+    """Part of the way to a root by which the last terms of a polynomial may move it: of what decays onto a guard they
+    alone make a root, at which they move it by 0.1."""
     near: float = 1e-6
     """Part of the step within which two roots, or a root and a strobe, are looked at for whether they coincide."""
     far: float = 1e15
@@ -305,6 +308,10 @@ class Structures(NamedTuple):
     that one state in thirty shows."""
     on: float = 1e-13
     """Part of the sizes of its terms, some hundred roundings, below which a guard counts as zero."""
+    about: float = 2.0**-10
+    """Part of the sizes of states by which one is moved at first to meet a guard, and"""
+    farther: int = 12
+    """how often four times as far, if it does not: a motion that comes back is no faster than some thousand sizes."""
     most: float = 1e6
     """Growth, in units of the sizes of states, up to which a saltation matrix tells its rank."""
     kept: int = 64

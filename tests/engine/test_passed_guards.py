@@ -1,5 +1,7 @@
 """Beyond which guards the motion may go on is a matter of each guard alone."""
 
+import math
+
 import pytest
 
 import chaosdrill as cd
@@ -32,3 +34,33 @@ def test_guards_that_mirror_each_other_are_passed_alike():
 def test_walls_are_no_passages_and_brakes_are():
     assert passes(kicked("-v/2", 1)) == frozenset()
     assert passes(kicked("v/2", 1)) == {(0, 0)}
+
+
+@pytest.mark.parametrize("guard", ["x", "x*(1 + u)", "x + x*u", "x*(1 + v)"])
+def test_a_wall_is_one_where_the_motion_is_whatever_its_guard_is_elsewhere(guard):
+    """Where u or v is -1 some guards are zero, too, and there the kick changes nothing; at x = 0 all are a wall."""
+    ball = cd.HybridSystem(
+        states="x v u",
+        modes={"fly": {"x": "v", "v": "-1", "u": "1"}},
+        transitions=[cd.Transition("hit", "fly", "fly", guard, -1, {"v": "-v/2"})],
+        initial={"u": 1.0},
+    )
+    assert cd.trajectory(ball, duration=1.0, samples=1, max_stalls=4)["outcome"] == cd.Outcome.STALLED
+    with pytest.warns(cd.StartWarning):
+        beyond = cd.trajectory(ball.with_initial(x=-1e-3), duration=1.0, samples=1)
+    assert beyond["outcome"] == cd.Outcome.INVALID_START
+
+
+@pytest.mark.parametrize("method", ["taylor", "radau"])
+def test_what_decays_onto_a_guard_does_not_cross_it(method):
+    """A neuron that is driven up to its threshold and no farther: beyond it is only what ends the polynomials."""
+    neuron = cd.HybridSystem(
+        states="v",
+        parameters={"I": 1.0},
+        modes={"on": {"v": "I - v"}},
+        transitions=[cd.Transition("spike", "on", "on", "v - 1", 1, {"v": "0"})],
+        initial={"v": 0.0},
+    )
+    assert not cd.trajectory(neuron, duration=300.0, samples=1, method=method).sizes["event"]
+    driven = cd.trajectory(neuron.with_parameters(I=1.0 + 1e-6), duration=20.0, samples=1, method=method)
+    assert driven["event_time"].values == pytest.approx([math.log((1 + 1e-6) / 1e-6)], abs=1e-5)

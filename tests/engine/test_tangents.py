@@ -16,7 +16,7 @@ from chaosdrill.codegen.kinds import float64, int64, void
 from chaosdrill.codegen.signatures import event_places, matrix, vector
 from chaosdrill.dataset import Outcome
 from chaosdrill.declared import METHODS
-from chaosdrill.engine import events
+from chaosdrill.engine import events, passages
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
@@ -266,7 +266,7 @@ def test_tangents_are_the_derivative_of_the_flow(augmented, name, event, source)
 
 @compiled(float64(vector, int64))
 def normal_speed(event, n):
-    return events.normal_speed(event, n)
+    return passages.normal_speed(event, n)
 
 
 @compiled(void(vector, vector))
