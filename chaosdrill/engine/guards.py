@@ -14,11 +14,12 @@ import numpy as np
 from chaosdrill.codegen.kinds import uint64
 from chaosdrill.codegen.layout import EPSILON, ROUNDING
 from chaosdrill.engine import layout as at
-from chaosdrill.engine.dop853_tables import DEGREE, NODES, TO_CHEBYSHEV
+from chaosdrill.engine.dop853_tables import NODES, TO_CHEBYSHEV
 from chaosdrill.engine.jit import inlined, inner, rare, series
 from chaosdrill.engine.lanes import exponent, magnitude, power_of_two
 from chaosdrill.engine.passages import marks_at
 from chaosdrill.engine.polynomial import derivative, keeps_side, size, value
+from chaosdrill.engine.radau_tables import DEGREE
 from chaosdrill.engine.roots import first_crossing, recrossing
 from chaosdrill.engine.tuning import GUARDS, STEPS
 
@@ -576,9 +577,11 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
         order = 0
         how = at.ARMED if is_armed(side, direction) else at.PASSED
         scratch.backs[j] = -1.0
-        degree = n if settings.stepping == at.BY_SERIES or tables.marks[mode, j] & at.AFFINE == 0 else DEGREE
+        # the last terms of what is interpolated are those of its rounding
+        degree = n if settings.stepping == at.BY_SERIES else DEGREE if tables.marks[mode, j] & at.AFFINE else 0
         if fresh != at.ONGOING or not is_on(side, g[0]):
-            h = _told_length(ws, i, degree, h)
+            if degree > 0:
+                h = _told_length(ws, i, degree, h)
             how, side, order = settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch)
             if how == at.INVALID:
                 return -2.0, j, 0, h
@@ -606,7 +609,7 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
                     h = min(h, clear)
                     root = -1.0
             side = -side
-        if root > 0.0:
+        if root > 0.0 and degree > 0:
             last, before = _last_terms(g, degree, root)
             if not is_told(last, before, root * derivative(ws, uint64(i), root)):
                 h = min(h, 0.5 * root)
