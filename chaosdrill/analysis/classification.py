@@ -424,11 +424,13 @@ def add_regularity(
 def _add_seen(e: Evidence, which: np.ndarray, seen: Regularity, strobed: bool) -> None:
     """Add what was found of some points, at strobes or at instants of any kind."""
     e.drifts[which], e.long_cycle[which] = seen.drifts, seen.long_cycle
-    e.torus[which], e.converges[which], e.agrees[which] = seen.torus, seen.converges, seen.agrees
+    # pieces of an exchange of intervals, in which tangents do not move, follow one angle for a while
+    whole = ~(seen.cut & e.unmoved[which])
+    e.torus[which], e.converges[which], e.agrees[which] = seen.torus & whole, seen.converges, seen.agrees
     e.curve[which], e.line[which], e.ordered[which], e.returns[which] = (
         seen.curve,
         seen.line,
-        seen.ordered,
+        seen.ordered & whole,
         seen.returns,
     )
     if not strobed:

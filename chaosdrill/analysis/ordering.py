@@ -41,7 +41,7 @@ JUMP, APART, RARE = 0.1, 8.0, 300
 those on one side of it, which a curve that is steep for a while is not, and points that each jump but one takes at
 least. A rotation, cut once, has one. An exchange of more intervals follows an angle until it comes to one that is
 shorter than one over the number of points, and jumps at the ends of the others: so many points do with so few jumps as
-often as by chance one is so short."""
+often as by chance one is so short. Where no tangent moves, as in exchanges, at most one jump makes a torus."""
 
 LAST, BACK, STAYS = 16, 0.75, 0.5
 """Last points of which the nearest return is looked for, within such a part of all, and part of its distance that is
@@ -84,8 +84,8 @@ PARTS = 4
 """Parts of a turn in which a state may repeat itself, at most: the strongest line is then that of the parts."""
 
 
-def ordered(points: np.ndarray) -> tuple[bool, bool]:
-    """Whether points that are visited in turn lie on curves, in the order of one angle, and whether on a spiral.
+def ordered(points: np.ndarray) -> tuple[bool, bool, bool]:
+    """Whether points that are visited in turn lie on curves, in the order of one angle, or on a spiral, and with cuts.
 
     Parameters
     ----------
@@ -94,17 +94,17 @@ def ordered(points: np.ndarray) -> tuple[bool, bool]:
 
     Returns
     -------
-    on_curves, on_a_spiral : bool
-        On curves that stay where they are and are no cycle; on curves that move evenly.
+    on_curves, on_a_spiral, cut : bool
+        On curves that stay where they are and are no cycle; on curves that move evenly; on curves with several jumps.
     """
     curves, turn, parts = _order(points)
     if not curves:
-        return False, False
+        return False, False, False
     moves = any(_moves_on(points[k::curves], turn, WAVES * parts) for k in range(curves))
     # by the extent of one curve, which may be small beside the way from one to the next
     path = points[::curves]
     back = comes_back(path[:, full(path)]) or (curves > 1 and _returns(points, len(points), 0.0, ROUND_OFF))
-    return not moves and not back, moves
+    return not moves and not back, moves, _cuts([points[k::curves] for k in range(curves)], turn) > 1
 
 
 def goes_on(points: np.ndarray, others: np.ndarray, steps: np.ndarray) -> bool:
@@ -173,8 +173,13 @@ def _order(points: np.ndarray) -> tuple[int, float, int]:
                 continue
             nearby = turn + NEARBY / len(path) ** 2
             best = nearby[np.argmin([way, *(_way(told, one)[0] for one in nearby[1:])])]
-            if _follow([points[k::curves] for k in range(curves)], best):
+            paths = [points[k::curves] for k in range(curves)]
+            if _follow(paths, best):
                 return curves, float(best), parts
+            # jumps move the shortest way, but not what is between them
+            refined = _refined(path[:, fills] / np.ptp(path[:, fills], axis=0), best, *_halves(path))[0]
+            if _follow(paths, refined):
+                return curves, refined, parts
     return 0, 0.0, 0
 
 
@@ -190,7 +195,15 @@ def _follow(paths: list[np.ndarray], turn: float) -> bool:
     """Whether points run along curves in the order of their angle, with few jumps."""
     if not all(_follows(path, turn) for path in paths):
         return False
-    return (sum(_jumps(path, turn) for path in paths) - 1) * RARE <= sum(map(len, paths))
+    return (_cuts(paths, turn) - 1) * RARE <= sum(map(len, paths))
+
+
+def _cuts(paths: list[np.ndarray], turn: float) -> int:
+    """Number of jumps of the curves along which points run, which are one if they lie in the same place."""
+    jumps = [_jumps(path, turn) for path in paths]
+    ends = np.array([[path.min(axis=0), path.max(axis=0)] for path in paths])
+    extent = ends[:, 1].max(axis=0) - ends[:, 0].min(axis=0)
+    return max(jumps) if (np.ptp(ends, axis=0) <= LEFT * extent).all() else sum(jumps)
 
 
 def _jumps(points: np.ndarray, turn: float) -> int:
@@ -241,8 +254,7 @@ def _returns(points: np.ndarray, most: int, stays: float, close: float) -> bool:
 def _moves_on(points: np.ndarray, turn: float, waves: int) -> bool:
     """Whether the curve along which points run moves evenly, as along a spiral, and will not have settled soon."""
     points = points / np.ptp(points, axis=0)
-    middle, quarter = len(points) // 2, len(points) // 4
-    halves = slice(middle), slice(middle, None)
+    middle, quarter, halves = len(points) // 2, len(points) // 4, _halves(points)
     turn, missed = _refined(points, turn, *halves)
     # less than of a curve that moves enough
     if missed <= MOVES / 4:
@@ -259,6 +271,11 @@ def _moves_on(points: np.ndarray, turn: float, waves: int) -> bool:
     # quarters of fewer points do not tell a pace so well
     settles = quarter >= FEWEST and last <= SLOWER * first
     return not (settles and last * middle / np.log(first / last) <= LEFT)
+
+
+def _halves(points: np.ndarray) -> tuple[slice, slice]:
+    """The earlier and the later half of some points."""
+    return slice(len(points) // 2), slice(len(points) // 2, None)
 
 
 def _refined(points: np.ndarray, turn: float, some: slice, others: slice) -> tuple[float, float]:

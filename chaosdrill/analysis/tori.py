@@ -261,6 +261,7 @@ class Regularity:
     curve: np.ndarray  # instants lie on a closed curve along the flow
     line: np.ndarray  # even closely so
     ordered: np.ndarray  # in the order of an angle the points run along a curve
+    cut: np.ndarray  # with several jumps, as they may for a while along pieces of an exchange of intervals
     returns: np.ndarray  # they return later than a shorter record shows, or run along a spiral
 
 
@@ -296,7 +297,9 @@ def examine(
     states = paths[:, :, :-1]
     drifts = np.asarray(only_grows(states, known, bounded=shifts.bounded).any(axis=1))
     cycle = np.asarray(~drifts & _comes_back(paths, known))
-    smooth, converges, agrees, parting, torus, curve, line, in_order, returns = np.zeros((9, len(windows)), dtype=bool)
+    smooth, converges, agrees, parting, torus, curve, line, in_order, cut, returns = np.zeros(
+        (10, len(windows)), dtype=bool
+    )
     if windows.shape[1] >= LEAST:
         smooth, converges, agrees, parting = agreement(states, known)
     weight = _one_over_extent(states, known)
@@ -304,7 +307,7 @@ def examine(
     for k in np.flatnonzero(~drifts & ~cycle & (True if flow is not None else asked)):
         moving = states[k][:, weight[k] > 0] * weight[k, weight[k] > 0]
         if flow is None:
-            in_order[k], winds_up = ordered(moving)
+            in_order[k], winds_up, cut[k] = ordered(moving)
             # what is in order does not come back
             returns[k] = winds_up or (not in_order[k] and moving.size > 0 and comes_back(moving, 0.0))
             # on a torus that settles averages part for a while, but its points are in order
@@ -313,7 +316,7 @@ def examine(
                 torus[k] = predicted(moving) if not in_order[k] else smooth[k]
         elif smooth[k] and not parting[k]:
             curve[k], line[k], torus[k] = _by_neighbours(windows[k], paths[k], known[k], flow, shifts)
-    return Regularity(drifts, cycle, torus, converges, agrees, curve, line, in_order, returns)
+    return Regularity(drifts, cycle, torus, converges, agrees, curve, line, in_order, cut, returns)
 
 
 def goes_on(
@@ -502,7 +505,7 @@ def _by_neighbours(
     paces = np.abs(rates) / np.maximum(np.ptp(path[:, :-1], axis=0), sizes(path[np.newaxis, :, :-1], known)[0])
     if (weight == 0).any() and paces[:, weight == 0].max() > CLOSE * paces[:, weight > 0].max():
         # instants a whole number of turns apart are strobes
-        in_order, winds_up = ordered(points[:, weight > 0])
+        in_order, winds_up, _ = ordered(points[:, weight > 0])
         return False, False, in_order and not winds_up
     for k, (point, mode) in enumerate(zip(points, path[:, -1].astype(int), strict=True)):
         apart = points - point

@@ -9,7 +9,7 @@ import sympy
 from maps import map_system
 
 import chaosdrill as cd
-from chaosdrill.analysis.classification import Averages, add_ends, contracts
+from chaosdrill.analysis.classification import Averages, add_ends, add_regularity, contracts
 from chaosdrill.analysis.ordering import LAST, comes_back, goes_on, ordered
 from chaosdrill.analysis.predicting import predicted
 from chaosdrill.analysis.stationarity import departs
@@ -264,9 +264,9 @@ def test_a_spiral_is_in_no_order(rate, turn):
     size = np.exp(rate * k) if rate else 1 / np.sqrt(1 + k / 1e5)
     points = size[:, np.newaxis] * np.column_stack([np.cos(turn * k), np.sin(turn * k)])
     points[:, 0] += 0.3 * np.tanh(points[:, 1])
-    assert ordered(points) == (False, True)
+    assert ordered(points)[:2] == (False, True)
     still = points / size[:, np.newaxis]
-    assert ordered(still) == (True, False)
+    assert ordered(still)[:2] == (True, False)
 
 
 @pytest.mark.parametrize("turns", [1, 2, 3, 5])
@@ -275,7 +275,7 @@ def test_a_spiral_whose_turns_nearly_close_is_in_no_order(turns):
     k = np.arange(1024)
     turn = 2 * np.pi * turns / 83 + 1e-6
     points = np.exp(-1e-7 * k)[:, np.newaxis] * np.column_stack([np.cos(turn * k), np.sin(turn * k)])
-    assert ordered(points) == (False, True)
+    assert ordered(points)[:2] == (False, True)
 
 
 @pytest.mark.parametrize("count", [1, 2, LAST, LAST + 1, LAST + 2])
@@ -310,7 +310,7 @@ def test_small_curves_are_in_order_beside_a_large_cycle(size):
     """Two curves in turn, with points 1e-6 of the way between them apart."""
     k = np.arange(1024)
     points = np.column_stack([np.cos(0.7 * k), np.sin(0.7 * k + 0.2)]) * size + np.array([[0, 1], [3, 0]])[k % 2]
-    assert ordered(points / np.ptp(points, axis=0)) == (True, False)
+    assert ordered(points / np.ptp(points, axis=0))[:2] == (True, False)
 
 
 def test_growth_that_goes_on_evenly_is_seen_however_little():
@@ -461,7 +461,7 @@ def test_a_graph_with_dips_of_all_widths_is_no_curve(sigma, angle):
     for _ in range(1524):
         x, angle = 2 * sigma * abs(np.cos(np.pi * angle)) * np.tanh(x), (angle + np.sqrt(2) - 1) % 1
         points.append((x, np.cos(2 * np.pi * angle), np.sin(2 * np.pi * angle)))
-    assert ordered(np.array(points[500:])) == (False, False)
+    assert ordered(np.array(points[500:]))[:2] == (False, False)
 
 
 @pytest.mark.parametrize(("pieces", "in_order"), [(1, True), (3, True), (8, False)])
@@ -470,6 +470,21 @@ def test_a_torus_takes_many_points_a_jump(pieces, in_order):
     angle = (0.3 + GOLDEN * np.arange(1024)) % 1
     place = (pieces - 1 - np.floor(pieces * angle) + pieces * angle % 1) / pieces
     assert ordered(place[:, np.newaxis])[0] == in_order
+
+
+@pytest.mark.parametrize(("growth", "word"), [(0.0, "undecided"), (1e-5, "quasiperiodic")])
+def test_a_part_of_an_exchange_of_intervals_is_no_torus(growth, word):
+    """In 1,024 steps four of them in reversed order turn two curves that are cut; what else does so moves tangents."""
+    lengths = np.array([0.341, 0.1554, 0.4684, 0.0352])
+    begins, places = np.cumsum(lengths) - lengths, 1 - np.cumsum(lengths)
+    path = np.full(1025, 0.65)
+    for k in range(1024):
+        one = np.searchsorted(begins, path[k], side="right") - 1
+        path[k + 1] = path[k] + places[one] - begins[one]
+    windows = np.stack([path[1:], path[:-1], np.zeros(1024)], axis=1)[np.newaxis]
+    found = Evidence.of(1, lead=np.array([growth]), margin=np.ones(1), length=np.array([1024.0]))
+    add_regularity(found, np.array([0]), windows, np.ones((1, 2)), Shifts.none(2))
+    assert cd.Outcome(int(words_of(found)[0])).meaning == word
 
 
 @pytest.mark.parametrize("turn", [GOLDEN, 7 / 85 + 2e-6])
@@ -483,7 +498,7 @@ def test_earlier_states_of_a_torus_are_on_its_curve(turn, slip):
     place = (0.3 + turn * count + slip * (count > 9000)) % 1.0
     path = np.column_stack([place, np.exp(-place) + 0.2 * np.cos(2 * np.pi * place)])
     begin, earlier = 16384 - 2048, np.arange(63, 16384 - 2048, 64)
-    assert ordered(path[begin:]) == (True, False)
+    assert ordered(path[begin:])[:2] == (True, False)
     assert goes_on(path[begin:], path[earlier], earlier - begin) == (slip == 0.0)
 
 
