@@ -259,6 +259,11 @@ def closes_exactly(e: Evidence, residual: np.ndarray) -> np.ndarray:
     return residual <= np.where(e.even & e.bounded, SAME, ROUND_OFF)
 
 
+def is_own_period(found: Recurrence) -> np.ndarray:
+    """Whether points come back, and so closely that they do not settle on a cycle with a part of the period."""
+    return (found.period > 0) & (found.splitting > SPLIT) & (found.residual <= DECAY * found.splitting)
+
+
 def add_returns(e: Evidence, found: Recurrence, lasts: np.ndarray, whole: np.ndarray) -> np.ndarray:
     """Add whether the last points come back, and whether nearby motions come closer meanwhile.
 
@@ -279,7 +284,7 @@ def add_returns(e: Evidence, found: Recurrence, lasts: np.ndarray, whole: np.nda
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         multiplier = e.lead * lasts
         distance = found.residual / -np.expm1(np.minimum(multiplier, -1e-300))
-        e.recurs = (found.period > 0) & (found.splitting > SPLIT) & (found.residual <= DECAY * found.splitting)
+        e.recurs = is_own_period(found)
         attracting = np.where(whole, multiplier < -HYPERBOLIC, e.negative)
         e.attracts = attracting & (distance <= CLOSE) & (found.splitting > 10 * distance)
     return np.asarray(whole & (np.abs(multiplier) <= NEUTRAL))

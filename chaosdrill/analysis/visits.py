@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chaosdrill.analysis.classification import undrawn
+from chaosdrill.analysis.classification import is_own_period, undrawn
 from chaosdrill.analysis.matching import KNOWN_BY, alike_first, moments
 from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.recurrence import CLOSE, recurrence, sizes
@@ -81,7 +81,8 @@ def _follow(plan: Plan, which: np.ndarray, runs: Batch, told: dict[str, np.ndarr
     runs.run(plan.transient, np.array([0, ATTRACTORS.length]))
     there = np.flatnonzero(runs.outcome == Outcome.OK)
     points, known, shifts = undrawn(plan.system, runs.window[there]), runs.sizes[there], plan.shifts
-    period = recurrence(aside(points, shifts), shifts.sizes(known), plan.max_period, 2 * plan.max_period).period
+    seen = recurrence(aside(points, shifts), shifts.sizes(known), plan.max_period, 2 * plan.max_period)
+    period = np.where(is_own_period(seen), seen.period, 0)
     rows = np.flatnonzero(period) if plan.maps else np.zeros(0, dtype=np.int64)
     cycles = which[there[rows]]
     told["outcome"][cycles], told["period"][cycles] = Outcome.PERIODIC, period[rows]

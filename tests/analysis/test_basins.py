@@ -166,3 +166,11 @@ def test_a_state_that_the_mode_holds_spans_no_grid():
 def test_grids_that_cannot_be_used(bistable, grid, words):
     with pytest.raises(cd.SettingsError, match=words):
         cd.basins(bistable, grid, **LENGTHS)
+
+
+@pytest.mark.parametrize("unsettled", [{"exponents": 0}, {"max_extension": 0}])
+def test_a_cycle_that_is_approached_slowly_counts_once(logistic, unsettled):
+    """The fixed point at r = 2.999 has the multiplier -0.999: some runs nearly come back after two steps."""
+    starts = {"x": np.linspace(0.05, 0.95, 40), "clock": np.array([0.5])}
+    found = cd.basins(logistic.with_parameters(r=2.999), starts, transient=40, periods=64, **unsettled)
+    assert found.sizes["attractor_number"] == 1
