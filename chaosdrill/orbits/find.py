@@ -107,27 +107,31 @@ def understood(problem: Problem, place: Place, period: int, failure: NoOrbitErro
     """Why there is no orbit: the motion ends, comes to rest, repeats after other periods, or a state only grows."""
     system = place.system
     unit = unit_of(problem, place)
-    run = place.run(unit, problem.numerics)
-    points = [run.x.copy()]
-    for _ in range(TUNING.watched_units):
-        outcome = run.advance(1)[0]
-        if outcome == failure.outcome:
-            return failure
-        if outcome != Outcome.OK:
-            words = f"{failure.message}; and the motion from the start ends: {outcome.advice}"
-            return NoOrbitError(outcome, words, failure.residuals)
-        points.append(run.x.copy())
+    count, parts = TUNING.watched_units, 1 if system.discrete else TUNING.watched_samples
+    run = place.run(unit, problem.numerics, samples=parts)
+    begun, d = run.x.copy(), len(system.state_names)
+    rows = np.zeros(((count + 1) * parts + 1, d + len(system.quadratures) + 1))
+    outcome = run.advance(count, rows)[0]
+    if outcome == failure.outcome:
+        return failure
+    if outcome != Outcome.OK:
+        words = f"{failure.message}; and the motion from the start ends: {outcome.advice}"
+        return NoOrbitError(outcome, words, failure.residuals)
+    paths = rows[: count * parts, :d].reshape(count, parts, d)
+    points = np.vstack([begun, paths[:, -1]])
     if not problem.forced and _rests(problem, run):
         return NoOrbitError(Outcome.EQUILIBRIUM, "the motion from the start comes to rest", failure.residuals)
-    growing = _growing(np.array(points), problem.sizes) & ~problem.shifts.moves
+    # one that returns is never farther from its start than it goes within a turn, however it is sampled
+    growing = _growing(points, problem.sizes) & (np.abs(points[-1] - begun) > np.ptp(paths, axis=1).max(axis=0))
+    growing &= ~problem.shifts.moves
     if not growing.any():
-        after = _repeats(np.array(points), problem)
+        after = _repeats(points, problem)
         if not problem.forced or after in (0, period):
             return failure
         words = f"{failure.message}; the motion from the start repeats after {after} period{'s' * (after > 1)}"
         return NoOrbitError(failure.outcome, f"{words}: give period={after}", failure.residuals)
     each = "a period" if problem.forced else "a unit of time"
-    net = (points[-1] - points[0]) / (TUNING.watched_units if problem.forced else TUNING.watched_units * unit)
+    net = (points[-1] - begun) / (count if problem.forced else count * unit)
     told = ", ".join(f"{system.state_names[i]} changes by {net[i]:.3g}" for i in np.flatnonzero(growing))
     return NoOrbitError(
         Outcome.OPEN,

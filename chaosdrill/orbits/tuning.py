@@ -113,6 +113,8 @@ class Tuning:
     """Phases of the forcing at which the Jacobian about a rest is compared: harmonics up to half of them are seen."""
     watched_units: int = 64
     """Periods, or characteristic times, over which a state that only grows is distinguished from one that returns."""
+    watched_samples: int = 16
+    """Samples in each of them: with a wrong period a motion to and fro is seen later and later on its way."""
     repeats: float = 1e-6
     """Part of its size by which a state differs at most after a number of periods after which the motion repeats."""
     path_parts: int = 8

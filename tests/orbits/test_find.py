@@ -568,6 +568,16 @@ def test_an_angle_that_only_grows():
     nothing(turning, Outcome.OPEN, "angle changes by", start="attractor")
 
 
+def test_a_wrong_period_makes_no_motion_grow():
+    """To and fro in 2, looked at every 2.01: each time it is a little farther on its way."""
+    to_and_fro = cd.HybridSystem(
+        name="to and fro", states="x", parameters={}, period="2.01", initial={"x": 0.0, "mode": "up"},
+        modes={"up": {"x": "1"}, "down": {"x": "-1"}},
+        transitions=[cd.Transition("top", "up", "down", "x - 1", 1), cd.Transition("bottom", "down", "up", "x", -1)],
+    )  # fmt: skip
+    nothing(to_and_fro, Outcome.NO_ORBIT, "Newton's method")
+
+
 def test_a_period_that_no_orbit_has():
     # counted by another program: no orbit of period 3 or 5
     for period in (3, 5):
