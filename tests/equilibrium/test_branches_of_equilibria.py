@@ -170,6 +170,33 @@ def test_adaptive_control_has_the_published_coefficient_and_cycles():
     assert abs(by_kind["hopf"] - 1.0) < 1e-12
 
 
+def test_the_catalytic_oscillator_has_the_published_points():
+    """MatCont manual (version 6.11), Bykov's model: l1 there is times the frequency, and by differences."""
+    z = "(1 - x - y - s)"
+    rates = {
+        "x": f"2*q1*{z}**2 - 2*q5*x**2 - q3*x*y",
+        "y": f"q2*{z} - q6*y - q3*x*y",
+        "s": f"q4*{z} - k*q4*s",
+    }
+    given = {"q1": 2.5, "q2": 2.204678, "q3": 10.0, "q4": 0.0675, "q5": 1.0, "q6": 0.1, "k": 0.4}
+    system = flow("catalytic", rates, given, x=0.001137, y=0.891483, s=0.062345)
+    found = cd.equilibria(system, {"q2": (0.8, 2.5)}, region=dict.fromkeys("xys", (0, 1)))
+    at = found["special_index"].values
+    ours = dict(zip(specials(found), found["equilibrium_state"].values[at].tolist(), strict=True))
+    printed = {
+        ("hopf", 1.051558): (0.016357, 0.523973, 0.328336),
+        ("fold", 1.042049): (0.024717, 0.450257, 0.375018),
+        ("fold", 1.052200): (0.054030, 0.302241, 0.459807),
+        ("hopf", 1.040991): (0.077929, 0.233063, 0.492149),
+    }
+    assert [kind for kind, _ in sorted(ours)] == [kind for kind, _ in sorted(printed)]
+    for (one, state), (other, known) in zip(sorted(ours.items()), sorted(printed.items()), strict=True):
+        assert [one[1], *state] == pytest.approx([other[1], *known], abs=5e-6)
+    hopf = np.argsort(found["special_value"].values[found.cd.words("special_kind").values == "hopf"])
+    l1 = (found["special_coefficient"] * found["special_frequency"]).dropna("special").values
+    assert l1[hopf] == pytest.approx([4.332247, 10.70259], rel=3e-4)
+
+
 def planar(second, third, bend=0.0, scale=1.0):
     """x' = m x - w y + f, y' = w x + m y + g in the states u = x and v = scale (y + bend x^2), w = 1.4."""
     (fxx, fxy, fyy, gxx, gxy, gyy), (fxxx, fxyy, gxxy, gyyy) = second, third
