@@ -19,8 +19,12 @@ from chaosdrill.orbits.roots import bracketed
 x, y, z, w, r, mu, a, b, unit = sympy.symbols("x y z w r mu a b unit", real=True)
 
 
+def mapped(images, parameters, initial):
+    return cd.Map(tuple(images), parameters, images, name="map", initial=dict(zip(images, initial, strict=True)))
+
+
 def stepped(images, parameters, initial, condition=None):
-    """A map, applied once a period; with a condition, one of two maps."""
+    """A map, applied once a period by an event; with a condition, one of two maps."""
     clock = sympy.Symbol("clock", real=True)
     choices = [images] if condition is None else images
     steps = [
@@ -126,7 +130,7 @@ def test_steps_beside_a_doubling_grow_with_the_way_along_the_branch():
 def test_a_doubled_orbit_outside_the_limits_is_none():
     """All happens within 1e-6 of the parameter, less than the way to the first doubled orbit."""
     rate = 3 + 0.46 * r / (1e-6 + r) + r / 10
-    system = stepped({x: rate * x * (1 - x)}, {"r": 0.004}, [0.4])
+    system = mapped({x: rate * x * (1 - x)}, {"r": 0.004}, [0.4])
     branch = cd.continue_orbit(system, {"r": (-5e-7, 1.0)}, doublings=1)
     assert branch["branch_parent"].values.tolist() in ([-1], [-1, 0])
 
@@ -150,7 +154,7 @@ def test_a_ring_of_three_doubles_in_phase_and_twice_across(tenths):
     """Across the ring the multiplier is -2 x (1 - 3 e), twice; x is the root of x = mu - x^2."""
     e = sympy.Rational(tenths, 10)
     start = (np.sqrt(3) - 1) / 2
-    branch = cd.continue_orbit(stepped(ring(e), {"mu": 0.5}, [start] * 3), {"mu": (0.3, 3.0)}, start="guess")
+    branch = cd.continue_orbit(mapped(ring(e), {"mu": 0.5}, [start] * 3), {"mu": (0.3, 3.0)}, start="guess")
     across = 1 / (2 * (1 - 3 * tenths / 10))
     expected = sorted([(0.75, 1), (across**2 + across, 2)])
     assert kinds(branch) == [Special.PERIOD_DOUBLING] * 2
@@ -175,7 +179,7 @@ def turn(u, v):
     ],
 )
 def test_what_crosses_together_at_rest_is_one_point(images, kind, multiplicity):
-    branch = cd.continue_orbit(cd.Map(tuple(images), {"mu": -0.31}, images), {"mu": (-0.5, 0.45)}, start="guess")
+    branch = cd.continue_orbit(mapped(images, {"mu": -0.31}, [0.0] * len(images)), {"mu": (-0.5, 0.45)}, start="guess")
     assert kinds(branch) == [kind]
     assert abs(branch["special_value"].values[0]) < 1e-7
     assert branch["special_multiplicity"].values.tolist() == [multiplicity]
@@ -187,7 +191,7 @@ def test_multipliers_of_several_kinds_that_cross_together_are_told_apart(step):
     """(x, y, z) := (y, z, mu - x^2): the multipliers are the cube roots of -2 x, at mu = 0.75 those of -1."""
     images = {x: y, y: z, z: quadratic(x)}
     branch = cd.continue_orbit(
-        stepped(images, {"mu": 0.5}, [(np.sqrt(3) - 1) / 2] * 3), {"mu": (0.3, 2.0)}, start="guess", step=step
+        mapped(images, {"mu": 0.5}, [(np.sqrt(3) - 1) / 2] * 3), {"mu": (0.3, 2.0)}, start="guess", step=step
     )
     found = dict(zip(kinds(branch), branch["special_multiplicity"].values.tolist(), strict=True))
     assert found == {Special.PERIOD_DOUBLING: 1, Special.NEIMARK_SACKER: 2}
@@ -210,7 +214,7 @@ def test_a_multiplier_and_its_inverse_are_at_a_fold_together(area, count):
     Fixed points are x = (-(1 + j) +- sqrt((1 + j)^2 + 4 a))/2. Where areas are preserved those of period 3 are 1 - q,
     q, q with q = +- sqrt(a - 1), and the trace is 2 + 2 q - 8 q^2 + 8 q^3: -2 at q = -1/2.
     """
-    system = stepped({x: a - x**2 - b * y, y: x}, {"a": 0.0, "b": area}, [0.0, 0.0])
+    system = mapped({x: a - x**2 - b * y, y: x}, {"a": 0.0, "b": area}, [0.0, 0.0])
     branch = cd.continue_orbit(system, {"a": (-1.2, 0.3)}, start="guess", step=0.05)
     assert (kinds(branch), branch["special_multiplicity"].values.tolist()) == ([Special.FOLD], [count])
     assert abs(branch["special_value"].item() + (1 + area) ** 2 / 4) <= branch["special_error"].item() < 1e-12
@@ -304,7 +308,7 @@ def reversal(amplitude):
     return brentq(speed, 0.5, 1.0, xtol=1e-15)
 
 
-@settings(max_examples=8)
+@settings(max_examples=5)
 @example(step=5e-4, side=0.05, amplitude=3.0)
 @given(step=st.floats(3e-4, 5e-3), side=st.sampled_from([-0.05, 0.05]), amplitude=st.floats(2.0, 5.0))
 def test_a_reversal_begins_at_one_place_whatever_the_step(step, side, amplitude):
@@ -352,7 +356,7 @@ def test_a_branch_ends_where_beyond_every_orbit_is_one_of_a_family():
 @pytest.mark.parametrize("slow", [1e-6, 1e-8])
 def test_a_special_point_is_no_better_known_than_its_orbit(slow):
     """x := x + slow (0.3 - x), known to round-off over slow, and y := -(r + x) y, which doubles at r = 0.7."""
-    system = stepped({x: x + slow * (0.3 - x), y: -(r + x) * y - y**3}, {"r": 0.5}, [0.3, 0.0])
+    system = mapped({x: x + slow * (0.3 - x), y: -(r + x) * y - y**3}, {"r": 0.5}, [0.3, 0.0])
     branch = cd.continue_orbit(system, {"r": (0.4, 0.93)}, start="guess")
     assert kinds(branch) == [Special.PERIOD_DOUBLING]
     off, error = abs(float(branch["special_value"][0]) - 0.7), float(branch["special_error"][0])
@@ -449,7 +453,7 @@ def test_a_branch_ends_at_a_canard_and_says_so_wherever_its_orbits_begin(start):
 @pytest.mark.parametrize(("begin", "start"), [(0.5, 0.0), (1.5, np.sqrt(0.5))])
 def test_a_pitchfork_gives_both_partners_and_their_cascades(begin, start):
     """y := k y - y^3: partners y^2 = k - 1 from k = 1, their periods doubling at 2 and sqrt(5)."""
-    system = stepped({x: r * x - x**3}, {"r": begin}, [start])
+    system = mapped({x: r * x - x**3}, {"r": begin}, [start])
     branch = cd.continue_orbit(system, {"r": (0.2, 2.4)}, start="guess", doublings=2)
     points, states = branch["r"].values, branch["orbit_state"].values[:, 0]
     simple = branch["period"].values == 1
@@ -466,7 +470,7 @@ def test_a_pitchfork_gives_both_partners_and_their_cascades(begin, start):
 
 def test_partners_that_meet_again_are_walked_once():
     """y^2 = (1 - k^2) / 4 is a closed curve through both branch points."""
-    system = stepped({x: x + x * (1 - r**2) / 4 - x**3}, {"r": -1.3}, [0.0])
+    system = mapped({x: x + x * (1 - r**2) / 4 - x**3}, {"r": -1.3}, [0.0])
     branch = cd.continue_orbit(system, {"r": (-2.0, 2.0)}, start="guess", doublings=1)
     assert branch["branch_end"].values.tolist() == [BranchEnd.LIMIT, BranchEnd.CLOSED]
     loop = branch["branch"].values == 1
@@ -497,10 +501,10 @@ def test_a_branch_that_crosses_itself_is_walked_once_and_the_crossing_stands_onc
     np.testing.assert_allclose(np.sort(branch["special_value"]), np.sort([*folds, 0.0]), atol=1e-9)
 
 
-@pytest.mark.parametrize("step", [0.01, 0.04])
+@pytest.mark.parametrize("step", [0.02, 0.04])
 def test_a_doubled_branch_ends_where_its_halves_coincide(step):
     """x := -(1 + (1 - k^2) / 4) x + x^3: the doubled orbit is x^2 = (1 - k^2) / 4, from one doubling to the other."""
-    system = stepped({x: -(1 + (1 - r**2) / 4) * x + x**3, y: y / 3 + x}, {"r": -1.3}, [0.0, 0.0])
+    system = mapped({x: -(1 + (1 - r**2) / 4) * x + x**3, y: y / 3 + x}, {"r": -1.3}, [0.0, 0.0])
     branch = cd.continue_orbit(system, {"r": (-2.0, 2.0)}, start="guess", doublings=1, step=step)
     assert branch["branch_end"].values.tolist() == [BranchEnd.LIMIT, BranchEnd.DOUBLING]
     words = branch["branch_end_text"].values[1].rstrip(").").split()
@@ -542,14 +546,14 @@ def test_branches_of_orbits_at_zero_are_the_same_in_any_unit(images, kind, count
     assert len(points) == 1
 
 
-@pytest.mark.parametrize("step", [0.01, 0.03])
+@pytest.mark.parametrize("step", [0.02, 0.03])
 def test_a_crossing_is_as_well_known_as_its_error_says(step):
     """u := u - u (mu - u) (mu + u - 1): two branches cross at 1/2, where an orbit is known to the root of round-off."""
     u, v = (2 * x - y) / 3, (2 * y - x) / 3
     u = u - 3 * v**2 / 10
     image, other = u - u * (mu - u) * (mu + u - 1), v / 2
     image += 3 * other**2 / 10
-    system = stepped({x: 2 * image + other, y: image + 2 * other}, {"mu": -0.3}, [0.0, 0.0])
+    system = mapped({x: 2 * image + other, y: image + 2 * other}, {"mu": -0.3}, [0.0, 0.0])
     branch = cd.continue_orbit(system, {"mu": (-0.45, 1.3)}, start="guess", doublings=1, step=step)
     found, error = branch["special_value"].values, branch["special_error"].values
     assert set(kinds(branch)) == {Special.BRANCH_POINT}
@@ -582,7 +586,7 @@ def test_a_test_function_that_fails_stops_nothing(monkeypatch):
         raise ZeroDivisionError("no value")
 
     monkeypatch.setattr(crossings, "TESTS", [crossings.BranchTest(Special.LEVEL, broken, np.abs), *crossings.TESTS])
-    branch = cd.continue_orbit(stepped({x: r * x * (1 - x)}, {r: 2.8}, [0.6]), {"r": (2.8, 3.2)})
+    branch = cd.continue_orbit(mapped({x: r * x * (1 - x)}, {r: 2.8}, [0.6]), {"r": (2.8, 3.2)})
     assert kinds(branch) == [Special.PERIOD_DOUBLING]
     assert float(branch["special_value"][0]) == pytest.approx(3.0, abs=1e-11)
     assert branch.attrs["message"].count("the test function of a level failed: ZeroDivisionError('no value')") == 1

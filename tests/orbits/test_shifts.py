@@ -104,7 +104,7 @@ def test_the_gait_of_a_runner():
 
 def test_where_it_runs_changes_nothing():
     """The branch of gaits is that of the runner without a position."""
-    both = [branches(runner(p), "k", (34.0, 36.0), 1, "guess", 0, 0, 0.02, 200, FINE, None) for p in (True, False)]
+    both = [branches(runner(p), "k", (34.0, 36.0), 1, "guess", 0, 0, 0.1, 200, FINE, None) for p in (True, False)]
     for result in both:
         assert not result.message
         assert not result.events
@@ -120,7 +120,7 @@ def test_gaits_of_a_runner_over_its_energy():
     flight = "(u**2 + v**2)/2 + y"
     energies = {"ascent": flight, "descent": flight, "stance": f"{flight} + k*(sqrt(r**2 + y**2) - 1)**2/2"}
     gaits = cd.on_level(runner(False), energies)
-    branch = cd.continue_orbit(gaits, {"level": (2.0, 4.5)}, start="guess", transient=0, step=0.1)
+    branch = cd.continue_orbit(gaits, {"level": (2.0, 4.5)}, start="guess", transient=0, step=0.25)
     assert not branch.attrs["message"]
     assert branch["special_kind"].values.tolist() == [Special.FOLD, Special.PERIOD_DOUBLING]
 
