@@ -127,10 +127,13 @@ def _scaled(problem: "Problem", orbit: "Orbit", shot: "Shot", weights: np.ndarra
     """The linearised equations in weighted unknowns without units, and what they were divided by, shape (rows,).
 
     Those of the states may vanish as a whole: they count by the sizes of the states, the others by their entries.
+    Parameters, whose range is not known here, count for no more than states do.
     """
     d, count = problem.states, len(orbit)
     rows = shot.equations[: count + d + 1, :-1] / weights
     scale = np.abs(rows).max(axis=1)
     scale[count : count + d] = 1 / weights[:d]
     scale[scale == 0] = 1.0
-    return rows / scale[:, np.newaxis], scale
+    matrix = rows / scale[:, np.newaxis]
+    matrix[:, d + 1 + count :] /= np.maximum(np.abs(matrix[:, d + 1 + count :]).max(axis=0), 1.0)
+    return matrix, scale

@@ -596,15 +596,15 @@ PIECES = (sympy.Piecewise((0.4 * x + mu, x <= 0), (-0.7 * x + mu, True)), mu - 0
 
 
 @pytest.mark.parametrize("image", PIECES, ids=["pieces", "abs"])
-@pytest.mark.parametrize("side", [-1, 1])
-def test_a_map_of_pieces_goes_on_through_its_border(side, image):
+@pytest.mark.parametrize(("side", "size"), [(-1, 1.0), (1, 1.0), (1, 1e-9)])
+def test_a_map_of_pieces_goes_on_through_its_border(side, size, image):
     """x -> a x + mu for x <= 0, b x + mu else: the fixed point mu / (1 - slope) passes 0 where both slopes are < 1."""
-    start = 0.2 * side / (0.6 if side < 0 else 1.7)
-    one = cd.Map((x,), {"mu": 0.2 * side}, {x: image}, initial={x: start})
-    found = cd.continue_orbit(one, {"mu": (-1.0, 1.0)}, start="guess")
+    start = 0.2 * size * side / (0.6 if side < 0 else 1.7)
+    one = cd.Map((x,), {"mu": 0.2 * size * side}, {x: image}, initial={x: start})
+    found = cd.continue_orbit(one, {"mu": (-size, size)}, start="guess")
     names = ("branch 1", "branch 2")[:: -side if image is PIECES[0] else side]
     assert found["special_text"].item().startswith(" becomes ".join(names))
-    assert found["special_value"].item() == pytest.approx(0, abs=1e-10)
-    values, states = found["mu"].values, found["orbit_state"].values[:, 0]
+    assert found["special_value"].item() == pytest.approx(0, abs=1e-10 * size)
+    values, states = found["mu"].values / size, found["orbit_state"].values[:, 0] / size
     assert (values.min(), values.max()) == (-1, 1)
     assert states == pytest.approx(values / np.where(values < 0, 0.6, 1.7), abs=1e-10)
