@@ -532,7 +532,8 @@ def test_branches_of_orbits_at_zero_are_the_same_in_any_unit(images, kind, count
     """Whole branches of closed forms in u = x / unit, with one special point at mu = 0 and as many points."""
     corner = isinstance(images, list)
     begin = [-0.6, 0.0] if corner else [0.0]
-    system = stepped(images, {"mu": -0.3, "unit": 1.0}, begin, x <= 0 if corner else None)
+    given = {"mu": -0.3, "unit": 1.0}
+    system = stepped(images, given, begin, x <= 0) if corner else mapped(images, given, begin)
     points = set()
     for size in (1e-9, 1.0, 1e9):
         here = system.with_parameters(unit=size).with_initial(x=begin[0] * size)
