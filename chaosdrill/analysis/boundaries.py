@@ -1,8 +1,8 @@
 """Basins and their boundaries on a grid of any number of dimensions, from the number of the attractor of every cell."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -37,45 +37,70 @@ def mixing(numbers: np.ndarray, side: int) -> dict[str, tuple[float, float]]:
 
     Boxes of ``side`` cells along every axis have the Gibbs entropy of the attractors in them (Daza and others 2016,
     doi:10.1038/srep31416). The first is the mean over all boxes, the second over those with more than one attractor.
-    Cells that do not fill a box are left out. The errors are those of boxes thrown at random, joined with how far the
-    means move with where the first box begins along every axis: boxes along a straight boundary are all alike.
+    Cells that do not fill a box are left out. The errors join how far the means move with where the first box begins
+    and, since a boundary may pass anywhere between two cells, with where it passes.
     """
-    found = _entropies(numbers, side)
-    for axis in range(numbers.ndim):
-        firsts = np.unique(np.arange(BOUNDARIES.shifts) * side // BOUNDARIES.shifts)[1:]
-        moved = [_entropies(_without_first(numbers, int(first), axis), side) for first in firsts]
-        for name, (value, error) in found.items():
-            values = np.array([value, *(one[name][0] for one in moved)])
-            known = values[np.isfinite(values)]
-            if len(known) > 1:
-                found[name] = value, float(np.hypot(error, known.std(ddof=1)))
+    kinds = np.unique(numbers, return_inverse=True)[1].reshape(numbers.shape)
+    counts = [length // side for length in numbers.shape]
+    names = ("basin_entropy", "boundary_entropy")
+    if not all(counts):
+        return dict.fromkeys(names, (np.nan, np.nan))
+    box, shares = _boxes(kinds, side, [0] * numbers.ndim, counts)
+    entropy = _entropies(shares)
+    moved = np.array([_means(_entropies(_boxes(kinds, side, *one)[1])) for one in _begins(numbers.shape, side)])
+    passed = _passed(kinds[tuple(slice(length) for length in box.shape)], box, shares) / side**numbers.ndim
+    found = {}
+    for name, mean, values, part in zip(names, _means(entropy), moved.T, (entropy, entropy[entropy > 0]), strict=True):
+        found[name] = mean, float(np.hypot(_spread(values), passed / len(part))) if len(part) else np.nan
     return found
 
 
-def _entropies(numbers: np.ndarray, side: int) -> dict[str, tuple[float, float]]:
-    """Both, with the errors of boxes thrown at random."""
-    boxes = _boxes(numbers, side)
-    entropy = np.zeros(len(boxes))
-    for number in np.unique(numbers):
-        share = (boxes == number).mean(axis=1)
-        entropy -= share * np.log(np.where(share > 0, share, 1.0))
+def _begins(shape: tuple[int, ...], side: int) -> Iterator[tuple[tuple[int, ...], list[int]]]:
+    """Cells at which the first box may begin, and the numbers of boxes that fit in from each of these on."""
+    places = max(2, min(BOUNDARIES.shifts, int(BOUNDARIES.most_shifts ** (1 / max(len(shape), 1)))))
+    counts = [max(1, (length + 1) // side - 1) for length in shape]
+    room = [min(side, length - count * side + 1) for length, count in zip(shape, counts, strict=True)]
+    for begin in product(*(np.unique(np.arange(places) * most // places).tolist() for most in room)):
+        yield begin, counts
+
+
+def _boxes(kinds: np.ndarray, side: int, begin: Sequence[int], counts: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+    """Number of the box of each cell, from a first box on, and the shares of the attractors in it, (boxes, kinds)."""
+    box = _numbered([np.repeat(np.arange(count), side) for count in counts])
+    cut = kinds[tuple(slice(first, first + length) for first, length in zip(begin, box.shape, strict=True))]
+    boxes, most = int(np.prod(counts)), int(kinds.max()) + 1
+    hits = np.bincount((box * most + cut).ravel(), minlength=boxes * most)
+    return box, hits.reshape(boxes, most) / side**kinds.ndim
+
+
+def _entropies(shares: np.ndarray) -> np.ndarray:
+    return np.asarray(-(shares * np.log(np.where(shares > 0, shares, 1.0))).sum(axis=1))
+
+
+def _means(entropy: np.ndarray) -> tuple[float, float]:
+    """Over all boxes, and over those on a boundary."""
     on_boundary = entropy[entropy > 0]
-    return {"basin_entropy": _mean(entropy), "boundary_entropy": _mean(on_boundary)}
+    return float(entropy.mean()), float(on_boundary.mean()) if len(on_boundary) else np.nan
 
 
-def _boxes(numbers: np.ndarray, side: int) -> np.ndarray:
-    """Cells of every box, shape (boxes, side ** dimensions)."""
-    counts = [length // side for length in numbers.shape]
-    cut = numbers[tuple(slice(0, count * side) for count in counts)]
-    split = cut.reshape([part for count in counts for part in (count, side)])
-    of_boxes, within = range(0, 2 * numbers.ndim, 2), range(1, 2 * numbers.ndim, 2)
-    return split.transpose(*of_boxes, *within).reshape(int(np.prod(counts)), side**numbers.ndim)
+def _spread(values: np.ndarray) -> float:
+    """Standard deviation of those that are known."""
+    known = values[np.isfinite(values)]
+    return float(known.std(ddof=1)) if len(known) > 1 else np.nan
 
 
-def _mean(values: np.ndarray) -> tuple[float, float]:
-    if len(values) < 2:
-        return (float(values[0]) if len(values) else np.nan), np.nan
-    return float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values)))
+def _passed(kinds: np.ndarray, box: np.ndarray, shares: np.ndarray) -> float:
+    """How far the sum of all entropies moves, times the cells of a box, as boundaries pass anywhere between cells.
+
+    Between two neighbours on its two sides each is evenly distributed; the axis along which it moves most is taken.
+    """
+    logarithms = np.log(np.maximum(shares, 1 / (2 * box.size / len(shares))))
+    moves = [0.0]
+    for axis in range(kinds.ndim):
+        here, beside = (np.delete(kinds, end, axis) for end in (-1, 0))
+        of = np.delete(box, -1, axis)
+        moves.append(float(((logarithms[of, here] - logarithms[of, beside]) ** 2).sum() / 12))
+    return float(np.sqrt(max(moves)))
 
 
 def uncertainty(numbers: np.ndarray) -> Uncertainty:
@@ -108,7 +133,7 @@ def _uncertainty_along(numbers: np.ndarray, axis: int) -> Uncertainty:
     # the same cells at all distances, as far from the ends as the largest of these
     most = int(distance.max(initial=0))
     inner = (slice(None),) * axis + (slice(most, length - most),)
-    where = _parts(numbers.shape)[inner].ravel()
+    where = _numbered([np.arange(size) * BOUNDARIES.blocks // size for size in numbers.shape])[inner].ravel()
     cells = np.bincount(where, minlength=blocks)
     for row, d in enumerate(distance.tolist()):
         low, high = (one(numbers, 2 * d + 1, axis)[inner] for one in (minimum_filter1d, maximum_filter1d))
@@ -141,17 +166,12 @@ def _distances(most: int) -> np.ndarray:
     return found[found <= most]
 
 
-def _without_first(values: np.ndarray, count: int, axis: int) -> np.ndarray:
-    """All but the first layers along an axis."""
-    return values[(slice(None),) * axis + (slice(count, None),)]
-
-
-def _parts(shape: tuple[int, ...]) -> np.ndarray:
-    """Number of the part of the grid in which each cell lies."""
-    found = np.zeros(shape, dtype=np.int64)
-    for axis, length in enumerate(shape):
-        along = np.arange(length) * BOUNDARIES.blocks // length
-        found = BOUNDARIES.blocks * found + along.reshape([-1 if k == axis else 1 for k in range(len(shape))])
+def _numbered(along: Sequence[np.ndarray]) -> np.ndarray:
+    """Numbers of the parts of a grid in which its cells lie, from those along every axis."""
+    counts = [int(one[-1]) + 1 for one in along]
+    found = np.zeros([len(one) for one in along], dtype=np.int64)
+    for axis, one in enumerate(along):
+        found = counts[axis] * found + one.reshape([-1 if k == axis else 1 for k in range(len(along))])
     return found
 
 

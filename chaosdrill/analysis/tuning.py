@@ -185,6 +185,8 @@ class Boundaries:
     """Exponents that are tried beside a constant: from the roughest boundary to beyond a smooth one."""
     shifts: int = 5
     """Places at most at which boxes begin along an axis, to see by how much entropies depend on it."""
+    most_shifts: int = 125
+    """... and in the whole grid."""
 
 
 @dataclass(frozen=True)

@@ -193,26 +193,30 @@ def of_shares(records: int, rng: np.random.Generator) -> Iterator[Told]:
 
 
 def of_boundaries(records: int, rng: np.random.Generator) -> Iterator[Told]:
-    """Uncertainty exponent of lines and of rough graphs, boundary entropy of a line."""
+    """Uncertainty exponent of lines and of rough graphs, entropies of a line, a disc and a graph on moved grids."""
     along = np.linspace(-1, 1, 200)
     for _ in range(records):
         angle, off = rng.uniform(0, 2 * np.pi), rng.uniform(-0.3, 0.3)
-        line = 1 + (np.cos(angle) * along[:, np.newaxis] + np.sin(angle) * along > off)
-        # of one slope, since entropies depend on it
-        sloped = 1 + (np.cos(0.5) * along[:, np.newaxis] + np.sin(0.5) * along > off)
-        smooth, mixed = uncertainty(line), mixing(sloped, 5)
-        told = {
-            "uncertainty exponent of a line": (smooth.exponent, smooth.exponent_error, 1.0),
-            "basin entropy of a line": (*mixed["basin_entropy"], math.nan),
-            "boundary entropy of a line": (*mixed["boundary_entropy"], math.nan),
-        }
+        smooth = uncertainty(1 + (np.cos(angle) * along[:, np.newaxis] + np.sin(angle) * along > off))
+        told = {"uncertainty exponent of a line": (smooth.exponent, smooth.exponent_error, 1.0)}
+        moved = along + rng.uniform(-0.025, 0.025, 2)[:, np.newaxis]
+        x, y = moved[0][:, np.newaxis], moved[1]
+        graph = _rough(0.5, np.pi * moved[0])[:, np.newaxis]
+        basins = {"line": np.cos(0.5) * x + np.sin(0.5) * y > 0.1, "disc": x**2 + y**2 < 0.4, "graph": 4 * y > graph}
+        for name, inside in basins.items():
+            for of in ("basin", "boundary"):
+                told[f"{of} entropy of a {name}"] = *mixing(1 + inside, 5)[f"{of}_entropy"], math.nan
         count, turn = int(rng.integers(300, 600)), rng.uniform(0, 2 * np.pi)
         across = np.linspace(0, 2 * np.pi, count) + turn
         for rough in (0.3, 0.5, 0.7):
-            edge = sum(2.0 ** (-rough * k) * np.cos(2.0**k * across) for k in range(50))
-            one = uncertainty(1 + (np.linspace(-5, 5, count) > edge[:, np.newaxis]))
+            one = uncertainty(1 + (np.linspace(-5, 5, count) > _rough(rough, across)[:, np.newaxis]))
             told[f"uncertainty exponent {rough:g} of a graph"] = one.exponent, one.exponent_error, rough
         yield told
+
+
+def _rough(exponent: float, across: np.ndarray) -> np.ndarray:
+    """Weierstrass' function."""
+    return np.asarray(sum(2.0 ** (-exponent * k) * np.cos(2.0**k * across) for k in range(50)))
 
 
 def of_series(records: int, rng: np.random.Generator) -> Iterator[Told]:

@@ -73,6 +73,21 @@ def test_errors_of_entropies_know_where_boxes_begin(name):
         assert np.isnan(value) or abs(value - exact) <= 2 * error
 
 
+@pytest.mark.parametrize("basin", ["line", "disc", "graph"])
+def test_errors_of_entropies_are_those_of_a_moved_grid(basin):
+    rng, along, found = np.random.default_rng(4), np.linspace(-1, 1, 120), []
+    for _ in range(80):
+        moved = along + rng.uniform(-2.5, 2.5, 2)[:, np.newaxis] * 2 / 119
+        x, y = moved[0][:, np.newaxis], moved[1]
+        edge = sum(2.0 ** (-k / 2) * np.cos(2.0**k * np.pi * x) for k in range(50))
+        inside = {"line": np.cos(0.5) * x + np.sin(0.5) * y > 0.1, "disc": x**2 + y**2 < 0.4, "graph": 4 * y > edge}
+        found.append(list(mixing(1 + inside[basin], 5).values()))
+    values, errors = np.moveaxis(found, 2, 0)
+    assert (np.mean(np.abs(values - values.mean(axis=0)) <= 2 * errors, axis=0) >= 0.9).all()
+    # those of a line know nothing of its regularity
+    assert (np.median(errors, axis=0) <= (3.2 if basin == "line" else 1.5) * values.std(axis=0)).all()
+
+
 def test_a_grid_smaller_than_a_box_has_no_entropy():
     small = mixing(np.array([[0, 1]]), 5)
     assert all(np.isnan(value) for both in small.values() for value in both)

@@ -11,7 +11,7 @@ from chaosdrill.dataset.outcomes import Outcome
 from chaosdrill.dataset.schema import EXPONENT, STATES, axis, forcing, may, need, table
 from chaosdrill.settings import Whole, setting
 
-_BOXES = "Of boxes at random places."
+_MOVED = "Of another grid on the same basins."
 _KICK = "From attractor_state, to the nearest cell in parts of the grid; 0 for states that it does not span."
 _COMMON = "How far in cells points of any boundary are from its own at most; NaN for fewer than three basins."
 
@@ -31,13 +31,13 @@ VARIABLES = table(
     may("attractor_error", "attractor exponent", "f8", "standard error of the exponent", "From blocks."),
     need("attractor_state", "attractor state", "f8", "state on the attractor", "A point of it on the section."),
     may("basin_entropy", "", "f8", "basin entropy", "Mean Gibbs entropy of boxes of cells."),
-    may("basin_entropy_error", "", "f8", "standard error of the basin entropy", _BOXES),
+    may("basin_entropy_error", "", "f8", "standard error of the basin entropy", _MOVED),
     may("boundary_entropy", "", "f8", "boundary basin entropy", "Mean over boxes with more than one attractor."),
-    may("boundary_entropy_error", "", "f8", "standard error of the boundary basin entropy", _BOXES),
+    may("boundary_entropy_error", "", "f8", "standard error of the boundary basin entropy", _MOVED),
     may("uncertainty_exponent", "", "f8", "uncertainty exponent", "1 for smooth boundaries; NaN: no range to fit."),
     may("uncertainty_exponent_error", "", "f8", "standard error of the uncertainty exponent", "On the large side."),
     may("uncertain_fraction", "distance", "f8", "uncertain fraction", "Of cells with another so close along a state."),
-    may("uncertain_fraction_error", "distance", "f8", "standard error of the uncertain fraction", _BOXES),
+    may("uncertain_fraction_error", "distance", "f8", "standard error of the uncertain fraction", "By chance."),
     may("wada_distance", "attractor", "f8", "distance of other boundaries", _COMMON),
     may("smallest_kick", "attractor state", "f8", "smallest kick to another basin", _KICK),
     may("smallest_kick_error", "attractor state", "f8", "standard error of the kick", "By cells that are as near."),
