@@ -8,6 +8,7 @@ import numpy as np
 from markupsafe import Markup
 
 from chaosdrill.annotations import DataArray, Dataset, Variable
+from chaosdrill.dataset.elasticities import elasticities
 from chaosdrill.dataset.outcomes import Outcome, count_outcomes, flag_names
 from chaosdrill.dataset.references import mapping
 from chaosdrill.reports.html import (
@@ -289,26 +290,14 @@ def derivatives(dataset: Dataset) -> Markup:
     """Effect of one percent of each parameter on the period and mean rates of an orbit, in percent."""
     if "period_time_derivative" not in dataset or dataset["period_time_derivative"].dims != ("parameter",):
         return NOTHING
-    values = dataset["parameter_value"].values
-
-    def moved(name: str) -> Any:
-        change, error = dataset[f"{name}_derivative"].values, dataset[f"{name}_derivative_error"].values
-        return values * (change * (abs(change) > error))
-
-    names = [
-        name
-        for name in map(str, dataset.data_vars)
-        if not dataset[name].ndim and f"{name}_derivative" in dataset and float(dataset[name])
-    ]
-    shares = [moved(name) / float(dataset[name]) for name in names]
-    exponents = moved("lyapunov_exponent") / 100
-    # one that is 0 by structure says nothing
-    shares.append(next((one for one in exponents if (one != 0).any() and (one == one).all()), exponents[0]))
+    effects = elasticities(dataset)
+    columns = (dataset["parameter_value"].values, *effects.values())
     rows = [
-        (str(parameter), *(Quantity(number(one[i], 5)) for one in (values, *shares)))
+        (str(parameter), *(Quantity(number(float(one[i]), 5)) for one in columns))
         for i, parameter in enumerate(dataset["parameter"].values)
     ]
-    head = ("parameter", "value", *(f"{long_name(dataset, name)}, %" for name in names), "largest exponent")
+    titles = (f"{long_name(dataset, name)}, %" for name in effects if name != "lyapunov_exponent")
+    head = ("parameter", "value", *titles, *["largest exponent"] * ("lyapunov_exponent" in effects))
     note = "By one percent more of each parameter, to first order: changes in percent, and of the exponent as it is. "
     told = str(dataset.attrs.get("derivatives_message", ""))
     return table("What moves the orbit", head, rows) + part("paragraph", note + told, "note")
