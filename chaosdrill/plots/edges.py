@@ -18,8 +18,9 @@ def edge(dataset: Dataset) -> Figure:
     """Draw the track along the edge, and the distance of the two motions beside it.
 
     Above, in the plane of the first two states that differ, the two starts, a point of each attractor, the track, its
-    later half with full dots, and the edge state. Below, the distance of both motions over time, on a logarithmic
-    scale: it grows from each bisection to the next. Without a track only the starts and attractors are drawn.
+    later half with full dots, and the edge state, all points of a cycle. Below, the distance of both motions over
+    time, on a logarithmic scale: it grows from each bisection to the next. Without a track only the starts and
+    attractors are drawn.
     """
     tracked = dataset.sizes["step"] > 0
     heights = [TUNING.edge_height, TUNING.parting_height][: 1 + tracked]
@@ -56,14 +57,10 @@ def _draw_track(axes: Axes, dataset: Dataset) -> None:
         joined = np.insert(states, apart, np.nan, axis=0)
         axes.plot(*place(joined), linestyle=style, color="0.6", marker=".", markersize=5, linewidth=0.8, label="track")
         axes.plot(*place(states[len(states) // 2 :]), ".", color=PALETTE[2], markersize=4, label="later half")
-        axes.plot(
-            *place(dataset["edge_state"].values),
-            "*",
-            mfc="none",
-            color=LINE_COLOURS[0],
-            markersize=12,
-            label=_named(dataset),
-        )
+        times, period = dataset["track_time"].values, int(dataset["period"])
+        # both ends of a bisection have one time
+        cycle = states[np.append(np.diff(times) > 0, True)][-period:] if period else dataset["edge_state"].values
+        axes.plot(*place(cycle), "*", mfc="none", color=LINE_COLOURS[0], markersize=12, label=_named(dataset))
     axes.set_xlabel(state_label(dataset, moving[0]))
     if flat:
         axes.set_yticks([])

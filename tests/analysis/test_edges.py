@@ -120,6 +120,11 @@ def test_the_saddle_of_an_impact_oscillator_parts_its_chaos_from_the_orbit_that_
     exact = np.log(abs(orbit["multiplier_real"].values)) / (2 * float(found["forcing_period"]))
     assert near(found, "growth_rate", exact[0])
     np.testing.assert_allclose(found["lyapunov_exponent"], exact, rtol=1e-5)
+    drawn = cd.plot(found, kind="edge-states").figure.axes[0].lines
+    (stars,) = (line for line in drawn if str(line.get_label()).startswith("edge state"))
+    apart = np.abs(stars.get_xydata()[:, np.newaxis] - orbit["section"].values).max(axis=2)
+    assert sorted(apart.argmin(axis=1)) == [0, 1]
+    assert apart.min(axis=1).max() < 1e-5
 
 
 def test_modes_by_their_regions_are_crossed_on_the_way_to_the_edge():
