@@ -26,6 +26,9 @@ FEWEST = 40
 PARTS = 4
 """Parts of a record that are compared with each other."""
 
+OF_PARTS = 0.6
+"""Width of a gap in all steps, of the widest in a part of the record, below which more steps would close it."""
+
 MEDIAN = 1.2533 / 1.349 / np.sqrt(TURNS)
 """Standard error of a median, as a part of the distance of the quartiles, if the values were independent and normal."""
 
@@ -126,10 +129,17 @@ def _plane(taken: Taken, names: list[str] | None, moving: list[int]) -> np.ndarr
     return chosen if chosen.shape[1] else np.zeros((0, 2))
 
 
-def _rotation(points: np.ndarray, rounding: float) -> tuple[float, float]:
-    """Turns about the centre from point to point on average, 0 to 1, and their error; NaN without points.
+def _gaps(step: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Parts of a turn in order, and the gap behind each."""
+    ordered = np.sort(step)
+    return ordered, np.diff(ordered, append=ordered[0] + 1)
 
-    What a step turns is known but for whole turns; they are counted from the widest gap that the steps leave.
+
+def _rotation(points: np.ndarray, rounding: float) -> tuple[float, float]:
+    """Turns about the centre from point to point on average, 0 to 1, and their error; NaN where turns are not counted.
+
+    What a step turns is known but for whole turns; they are counted from the widest gap that the steps leave. If all
+    steps make it much narrower than those of a part of the record, they fill the turn, and there is no such gap.
     """
     if len(points) < FEWEST:
         return np.nan, np.nan
@@ -137,8 +147,9 @@ def _rotation(points: np.ndarray, rounding: float) -> tuple[float, float]:
     scaled = (points - centre) / np.ptp(points, axis=0)
     angle = np.arctan2(scaled[:, 1], scaled[:, 0]) / (2 * np.pi)
     step = np.diff(angle) % 1
-    ordered = np.sort(step)
-    gaps = np.diff(ordered, append=ordered[0] + 1)
+    ordered, gaps = _gaps(step)
+    if gaps.max() < OF_PARTS * max(_gaps(part)[1].max() for part in _parts(step)):
+        return np.nan, np.nan
     begin = ordered[(int(gaps.argmax()) + 1) % len(ordered)]
     (mean,), _, (error,) = smooth_means((step - begin)[np.newaxis] % 1, np.ones(1))
     return float((mean + begin) % 1), float(np.hypot(error, rounding))

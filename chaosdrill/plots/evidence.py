@@ -77,7 +77,7 @@ def digits(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     axes.set_xticks(range(len(moving)), [state_label(dataset, i) for i in moving])
     axes.set(xlim=(-0.8, max(len(moving), 1) - 0.2), ylim=(0, 17), ylabel=label(dataset["digits"]))
     turns, error = float(dataset["rotation_number"]), float(dataset["rotation_number_error"])
-    axes.set_title(f"rotation number {uncertain(turns, error)}" if np.isfinite(turns) else "nothing moves")
+    axes.set_title(f"rotation number {uncertain(turns, error)}" if np.isfinite(turns) else "no rotation number")
     return figure
 
 

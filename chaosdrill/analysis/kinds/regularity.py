@@ -66,7 +66,8 @@ def regularity(system: HybridSystem, given: Regularity, job: Job) -> Dataset:
 
     The rotation number is the smooth average of the angle by which a point turns about the average of all, seen in a
     plane of two states. On a closed curve about that centre it is the ratio of two frequencies, up to whole numbers;
-    on a cycle a fraction. On other sets it is the mean of that angle, which depends on the plane.
+    on a cycle a fraction. On other sets it is the mean of that angle, which depends on the plane; where the angles fill
+    the turn, as in most chaos, turns cannot be counted, and it is NaN.
 
     Returns
     -------
