@@ -1,7 +1,6 @@
 """The page in a browser, light and dark."""
 
 import json
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -43,33 +42,42 @@ def press(browser, *keys, number=0):
 
 
 def click(browser, across, up, number=0):
-    """Click into a chart at these parts of its frame's width and height, and wait until the page has seen it."""
-    from selenium.common.exceptions import TimeoutException
+    """Click into a chart at these parts of its frame's width and height until the page has seen it."""
     from selenium.webdriver import ActionChains
     from selenium.webdriver.common.by import By
     from selenium.webdriver.support.wait import WebDriverWait
 
     canvas = browser.find_elements(By.CSS_SELECTOR, ".chart canvas")[number]
-    browser.execute_async_script(
-        """const [canvas, done] = arguments;
-        canvas.scrollIntoView({block: 'center', behavior: 'instant'});
-        canvas.addEventListener('click', () => setTimeout(() => { canvas.dataset.clicked = 'yes'; }), {once: true});
+    browser.execute_script(
+        """const [canvas] = arguments;
         delete canvas.dataset.clicked;
-        requestAnimationFrame(() => requestAnimationFrame(done));""",
+        canvas.addEventListener('click', () => setTimeout(() => { canvas.dataset.clicked = 'yes'; }), {once: true});""",
         canvas,
     )
-    width, height = canvas.size["width"], canvas.size["height"]
-    left, right, top, bottom = 74, width - 22, 10, height - 42
-    x, y = left + across * (right - left), bottom - up * (bottom - top)
-    # a page that is still laid out moves away from under the pointer
-    for _ in range(5):
-        ActionChains(browser).move_to_element_with_offset(
-            canvas, round(x - width / 2), round(y - height / 2)
-        ).click().perform()
-        with suppress(TimeoutException):
-            WebDriverWait(browser, 5).until(lambda _: canvas.get_dom_attribute("data-clicked") == "yes")
-            return
-    pytest.fail("the page has seen no click")
+
+    def seen(_):
+        if canvas.get_dom_attribute("data-clicked") == "yes":
+            return True
+        # a page that is still laid out moves away from under the pointer
+        if browser.execute_async_script(STANDS_STILL, canvas):
+            width, height = canvas.size["width"], canvas.size["height"]
+            left, right, top, bottom = 74, width - 22, 10, height - 42
+            x, y = left + across * (right - left), bottom - up * (bottom - top)
+            pointer = ActionChains(browser, duration=0)
+            pointer.move_to_element_with_offset(canvas, round(x - width / 2), round(y - height / 2)).click().perform()
+        return False
+
+    WebDriverWait(browser, 60).until(seen, "the page has seen no click")
+
+
+STANDS_STILL = """
+const [canvas, done] = arguments;
+const place = () => JSON.stringify(canvas.getBoundingClientRect());
+canvas.scrollIntoView({block: 'center', behavior: 'instant'});
+const before = place();
+const loaded = () => document.readyState === 'complete';
+requestAnimationFrame(() => requestAnimationFrame(() => done(loaded() && place() === before)));
+"""
 
 
 def test_opens_in_silence_and_loads_nothing(open_page):
