@@ -24,13 +24,11 @@ settings.load_profile("chaosdrill")
 # compile a system goes into looking for garbage among them
 gc.set_threshold(100_000, 20, 20)
 
-COMPILE = "import chaosdrill as cd; cd.lyapunov_spectrum(cd.drill(), periods=2, transient=1)"
-
 
 def pytest_configure(config):
-    """Compile the engine once before several workers start, each of which would compile it, at the others' expense."""
+    """Compile all of the engine before several workers start, which would compile the same parts at the same time."""
     if getattr(config.option, "numprocesses", None) and not hasattr(config, "workerinput"):
-        subprocess.run([sys.executable, "-c", COMPILE], check=True)
+        subprocess.run([sys.executable, "-m", "chaosdrill", "warm"], check=True)
 
 
 def pytest_collection_finish():

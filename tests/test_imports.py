@@ -45,21 +45,22 @@ def test_imports_run_downward():
     assert done.returncode == 0, done.stdout
 
 
-@pytest.mark.parametrize(
-    ("file", "planted"),
-    [
-        ("model/places.py", "def late():\n    from chaosdrill.codegen import kernels_of\n    return kernels_of\n"),
-        ("dataset/label.py", "if TYPE_CHECKING:\n    import chaosdrill.analysis.base\n"),
-        ("archive/write.py", "import chaosdrill\n\n\ndef late():\n    from chaosdrill.workflow import run\n"),
-    ],
-)
-def test_an_arrow_back_is_found(tmp_path, file, planted):
+PLANTED = {
+    "model/places.py": "def late():\n    from chaosdrill.codegen import kernels_of\n    return kernels_of\n",
+    "dataset/label.py": "if TYPE_CHECKING:\n    import chaosdrill.analysis.base\n",
+    "archive/write.py": "import chaosdrill\n\n\ndef late():\n    from chaosdrill.workflow import run\n",
+}
+
+
+def test_an_arrow_back_is_found(tmp_path):
     shutil.copytree(PACKAGE, tmp_path / "chaosdrill", ignore=shutil.ignore_patterns("__pycache__"))
-    with (tmp_path / "chaosdrill" / file).open("a") as source:
-        source.write("\n\n" + planted)
+    for file, planted in PLANTED.items():
+        with (tmp_path / "chaosdrill" / file).open("a") as source:
+            source.write("\n\n" + planted)
     done = lint(tmp_path)
     assert done.returncode == 1
-    assert f"chaosdrill.{file.replace('/', '.').removesuffix('.py')} ->" in done.stdout
+    for file in PLANTED:
+        assert f"chaosdrill.{file.replace('/', '.').removesuffix('.py')} ->" in done.stdout, file
 
 
 def circles(package, exempt=()):
