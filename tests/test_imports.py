@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -25,6 +26,11 @@ MOST_ARGUMENTS = 12
 AS_TEXT = {"capture_output": True, "text": True, "check": False}
 
 _LINT = "from importlinter.cli import lint_imports_command; lint_imports_command()"
+
+
+@cache
+def tree(file):
+    return ast.parse(file.read_text())
 
 
 def order():
@@ -72,7 +78,7 @@ def circles(package, exempt=()):
         parts = file.relative_to(package.parent).with_suffix("").parts
         modules[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = file
     for module, file in modules.items():
-        for node in ast.walk(ast.parse(file.read_text())):
+        for node in ast.walk(tree(file)):
             # grimp does not see those that are imported by their names
             late = isinstance(node, ast.Call) and ast.unparse(node.func).endswith("import_module")
             named = node.args[0] if late else None
@@ -110,7 +116,7 @@ def test_no_text_names_a_room_above():
         room = file.relative_to(PACKAGE).with_suffix("").parts[0]
         if room == "__init__":
             continue
-        for node in ast.walk(ast.parse(file.read_text())):
+        for node in ast.walk(tree(file)):
             if isinstance(node, ast.Constant) and isinstance(node.value, str):
                 named = re.fullmatch(r"chaosdrill\.(\w+)[\w.:]*", node.value)
                 if named and named[1] in places and places[named[1]] < places[room]:
@@ -121,7 +127,7 @@ def test_no_text_names_a_room_above():
 def test_no_function_takes_more_than_a_dozen_arguments():
     found = []
     for file in FILES:
-        for node in ast.walk(ast.parse(file.read_text())):
+        for node in ast.walk(tree(file)):
             if isinstance(node, ast.FunctionDef):
                 names = [one.arg for one in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)]
                 if len([name for name in names if name not in ("self", "cls")]) > MOST_ARGUMENTS:

@@ -60,7 +60,7 @@ CALLS = {
         cd.HybridSystem(**BALL, **time), at="hit", start="attractor", transient=30
     ),
     "precision": lambda time: cd.work_precision(
-        cd.HybridSystem(**BALL, **time), duration=1, methods=["dop853"], tolerances=[1e-8], repeats=1
+        cd.HybridSystem(**BALL, **time), duration=0.25, methods=["dop853"], tolerances=[1e-8], repeats=1
     )[["error", "reference_error", "outcome"]],
 }
 

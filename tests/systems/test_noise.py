@@ -1,14 +1,18 @@
 """Noise at events: published numbers, known exponents and means, no noise to the bit, the same bits in any order."""
 
+import json
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 import scipy.stats
 from scipy.special import digamma
+from support.short_calls import short_calls
 
 import chaosdrill as cd
+from chaosdrill.analysis.registry import FUNCTIONS
 
 IMPACTS = cd.build("impact-oscillator")
 NOISY = IMPACTS.with_noise({"e": cd.Uniform(0.7, 0.9)}, at="impact", seed=1)
@@ -288,23 +292,28 @@ def test_the_order_in_which_distributions_are_named_draws_the_same_numbers():
     assert np.array_equal(one.sel(state=["x", "y"]), other.sel(state=["x", "y"]))
 
 
-@pytest.mark.parametrize(
-    ("call", "reason"),
-    [
-        (lambda s: cd.periodic_orbit(s), "repeats"),
-        (lambda s: cd.continue_orbit(s, {"omega": (2.4, 2.6)}), "repeats"),
-        (lambda s: cd.basin_measures(s), "basins gives the shares"),
-        (lambda s: cd.edge_states(s), "by chance"),
-        (lambda s: cd.regularity(s, periods=100), "repeats"),
-        (lambda s: cd.zero_one_test(s, periods=100), "noise itself"),
-        (lambda s: cd.dimensions(s, periods=100), "fill the range of the noise"),
-        (lambda s: cd.manifolds(s), "repeats"),
-        (lambda s: cd.work_precision(s, periods=10), "has no random numbers"),
-    ],
-)
-def test_what_makes_no_sense_under_noise_is_refused_with_the_reason(call, reason):
-    with pytest.raises(cd.SettingsError, match=f"draws 'e' anew, which this analysis does not take: .*{reason}"):
-        call(NOISY)
+REPEATS = "repeats"
+REASONS = {
+    **dict.fromkeys(("periodic_orbit", "continue_orbit", "regularity", "manifolds"), "repeats"),
+    "basin_measures": "basins gives the shares",
+    "edge_states": "by chance",
+    "equilibria": "move every equilibrium",
+    "zero_one_test": "noise itself",
+    "dimensions": "fill the range of the noise",
+    "work_precision": "has no random numbers",
+}
+SHORT = short_calls(("x", [-0.3, 0.0]), ("v", [0.0, 0.3]), ("omega", [2.4, 2.6]), ("zeta", [0.04, 0.06]))
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_an_analysis_takes_noise_or_refuses_it_with_the_reason(name):
+    call = partial(getattr(cd, name), NOISY, **SHORT.get(name, {}))
+    if name in REASONS:
+        told = f"draws 'e' anew, which this analysis does not take: .*{REASONS[name]}"
+        with pytest.raises(cd.SettingsError, match=told):
+            call()
+    else:
+        assert "e" in json.loads(call().attrs["definition"])["noise"]
 
 
 @pytest.mark.parametrize(
