@@ -322,7 +322,7 @@ def test_a_scheduler_that_does_not_answer_is_told_before_the_run(call, scene, tm
 
 KILLS = 10
 
-POINTS = 600 + 2 * 20 + 2 * 30 * 20 + 30 * 30
+POINTS = 400 + 2 * 20 + 2 * 20 * 10 + 20 * 20
 
 SAME_SCENE = """\
 [system]
@@ -333,7 +333,7 @@ transient = 50
 periods = 500
 [analysis.diagram]
 kind = "bifurcation-diagram"
-sweep.omega = { start = 2.4, stop = 2.8, num = 600 }
+sweep.omega = { start = 2.4, stop = 2.8, num = 400 }
 transient = 20
 periods = 32
 [analysis.hysteresis]
@@ -344,15 +344,15 @@ transient = 20
 periods = 32
 [analysis.chart]
 kind = "parameter-chart"
-sweep.omega = { start = 2.4, stop = 2.8, num = 30 }
-sweep.e = { start = 0.5, stop = 0.9, num = 20 }
+sweep.omega = { start = 2.4, stop = 2.8, num = 20 }
+sweep.e = { start = 0.5, stop = 0.9, num = 10 }
 random = { count = 2, seed = 1, x = [-0.5, 0.2] }
 transient = 20
 periods = 32
 [analysis.basins]
 kind = "basins"
-grid.x = { start = -1.0, stop = 0.25, num = 30 }
-grid.v = { start = -1.0, stop = 1.0, num = 30 }
+grid.x = { start = -1.0, stop = 0.25, num = 20 }
+grid.v = { start = -1.0, stop = 1.0, num = 20 }
 transient = 20
 periods = 32
 [analysis.motion]
