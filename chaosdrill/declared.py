@@ -7,8 +7,11 @@ from threading import RLock
 from typing import Any
 from unicodedata import is_normalized
 
-MOST_BYTES = 200
-"""Bytes of a name, of which NetCDF takes 256."""
+MOST_BYTES = 256
+"""Of a name in NetCDF."""
+
+ADDED_BYTES = 56
+"""By which results lengthen the names of users, at most."""
 
 # one for all, since those who look up analyses look up methods meanwhile; a process that is forked then would find it
 # held for ever, and some of the entries
@@ -74,12 +77,17 @@ def unfit(name: str) -> str | None:
 
     They become variables of results and so of archives.
     """
-    if name in reserved():
-        return "is reserved for results"
-    if name[0].isascii() and not (name[0].isalnum() or name[0] == "_"):
-        return f"begins with {name[0]!r}, which no variable of an archive can"
-    if len(name.encode(errors="replace")) > MOST_BYTES:
-        return f"takes more than the {MOST_BYTES} bytes that the name of a variable of an archive may take"
+    return "is reserved for results" if name in reserved() else unstorable(name, MOST_BYTES - ADDED_BYTES)
+
+
+def unstorable(name: str, most: int = MOST_BYTES) -> str | None:
+    """Why nothing in an archive can have a name; None if it can. ``most``: bytes that it may take."""
+    if not name or (name[0].isascii() and not (name[0].isalnum() or name[0] == "_")):
+        return f"begins with {name[:1]!r}, which no name in an archive can"
+    if name.endswith(" ") or any(letter < " " or letter in "/\x7f" for letter in name):
+        return "holds '/' or a control character, or ends with a blank, which no name in an archive can"
+    if len(name.encode(errors="replace")) > most:
+        return f"takes more than the {most} bytes that a name in an archive may take"
     if not is_normalized("NFC", name):
         return "would be written otherwise in an archive, in Unicode's composed form"
     return None

@@ -303,12 +303,13 @@ def name_text(name: str) -> str:
 def netcdf_name(file: Path) -> Iterator[Path]:
     """A name of a file that the NetCDF library takes, which knows those alone that are text in the present locale.
 
-    It is the file's own, or that of a link to it, which is there while the block runs.
+    It is the file's own, from the root on, since a relative one might be an address ("file:") or a home ("~") to it, or
+    that of a link to the file, which is there while the block runs.
 
     Raises `OSError` if the folder of temporary files cannot be used for the link.
     """
     if _is_text(file):
-        yield file
+        yield file.absolute()
         return
     with TemporaryDirectory(prefix="chaosdrill-") as folder:
         link = Path(folder) / "file.nc"

@@ -1,15 +1,16 @@
 """Write an archive whole, or leave what was there."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from chaosdrill.annotations import Dataset, DataTree
+from chaosdrill.annotations import Dataset, DataTree, Variable
 from chaosdrill.archive.digest import append_checksum, with_digests
 from chaosdrill.archive.tuning import TUNING
 from chaosdrill.dataset.label import without_lost_codes
+from chaosdrill.declared import unstorable
 from chaosdrill.errors import ArchiveError
 from chaosdrill.files import (
     draft_of,
@@ -36,6 +37,9 @@ _OTHER_FORMATS = {
     **dict.fromkeys((".png", ".pdf", ".svg", ".jpg", ".jpeg", ".gif", ".mp4"), "and draw it by chaosdrill.plot"),
 }
 """Advice for file names with the ending of another format."""
+
+_DECODED = {"_FillValue", "missing_value", "scale_factor", "add_offset", "_Unsigned", "dtype", "coordinates"}
+"""Attributes that readers take for rules by which they change values."""
 
 COMPRESSION = {"zlib": True, "complevel": TUNING.level, "shuffle": True}
 
@@ -69,10 +73,10 @@ def save(tree: "DataTree | Dataset", path: str | os.PathLike[str]) -> Path:
     import xarray as xr
 
     if isinstance(tree, xr.Dataset):
-        if bad := [name for name in tree.variables if not isinstance(name, str) or "/" in name]:
-            raise ArchiveError(f"tree: {bad[0]!r:.60} cannot name a variable, which is text without '/'; rename it")
-        tree = xr.DataTree(tree)
-    if not isinstance(tree, xr.DataTree):
+        groups = {"/": tree}
+    elif isinstance(tree, xr.DataTree):
+        groups = {node.path: node.to_dataset(inherit=False) for node in tree.subtree}
+    else:
         ways = {
             xr.DataArray: "; save the dataset that it is part of",
             dict: "; xarray.DataTree.from_dict makes a tree of datasets by name",
@@ -80,22 +84,20 @@ def save(tree: "DataTree | Dataset", path: str | os.PathLike[str]) -> Path:
         }
         received = f"{type(tree).__name__} {brief(tree)}{ways.get(type(tree), '')}"
         raise ArchiveError(f"tree: expected an xarray.DataTree or an xarray.Dataset, received {received}")
-    if not any("kind" in node.attrs for node in tree.subtree):
-        held = ", ".join(str(name) for node in tree.subtree for name in node.data_vars) or "nothing"
+    if not any("kind" in group.attrs for group in groups.values()):
+        held = ", ".join(str(name) for group in groups.values() for name in group.data_vars) or "nothing"
         raise ArchiveError(
             f"tree: holds {held:.200}, and no result of an analysis, which has the attribute 'kind'; put what analyses "
             "return into it, or write other data with its own method to_netcdf"
         )
     target = Path(path)
     check_writable(target)
-    for node in tree.subtree:
-        if spans := [name for name, variable in node.variables.items() if variable.dtype.kind == "m"]:
-            raise ArchiveError(
-                f"{target}: {spans[0]!s:.60} holds spans of time, which NetCDF has as numbers with a unit; divide them "
-                f"by one, as in ds[{str(spans[0])!r:.60}] / numpy.timedelta64(1, 's')"
-            )
-    groups = {node.path: without_lost_codes(node.to_dataset(inherit=False)) for node in tree.subtree}
-    tree = xr.DataTree.from_dict({path: with_digests(group) for path, group in groups.items()})
+    for path, group in groups.items():
+        if fault := _lost(path.rpartition("/")[2], group):
+            raise ArchiveError(f"{target}: {'' if path == '/' else f'{path!r:.60}: '}{fault}")
+    # how a file was packed that the values come from would round them
+    plain = {path: with_digests(without_lost_codes(group).drop_encoding()) for path, group in groups.items()}
+    tree = xr.DataTree.from_dict(plain)
     with signals_wait(), writing(target, "archive") as draft, small_netcdf_cache(), netcdf_name(draft) as known:
         try:
             tree.to_netcdf(known, engine="netcdf4", format="NETCDF4", encoding=_encoding(tree))
@@ -180,6 +182,53 @@ def check_writable(path: str | os.PathLike[str], ending: str = ".nc", *, named: 
         raise ArchiveError(
             f"{target}: cannot write into {place.parent}: {_reason(fault)}; name a file in another folder"
         ) from fault
+
+
+def _lost(place: str, group: Dataset) -> str:
+    """What readers would not get back of a group as it is, and what to do; empty if nothing is lost."""
+    keys = [key for attributes in (group.attrs, *(one.attrs for one in group.variables.values())) for key in attributes]
+    for name in (*filter(None, [place]), *group.dims, *group.variables, *keys):
+        if (reason := unstorable(name) if isinstance(name, str) else "is no text") is not None:
+            return f"the name {name!r:.60} {reason}; rename it"
+    if fault := _lost_attribute(group.attrs, {"coordinates"}):
+        return fault
+    for name, one in group.variables.items():
+        if fault := _lost_attribute(one.attrs, _DECODED) or _lost_values(str(name), one):
+            return f"{name!s:.60} {fault}"
+    return ""
+
+
+def _lost_attribute(attributes: Mapping[Any, Any], decoded: set[str]) -> str:
+    import numpy as np
+
+    for name, value in attributes.items():
+        if name in decoded:
+            return f"has the attribute {name!r}, by which readers change values; remove it"
+        entries = np.asarray(value, object).ravel().tolist()
+        if any(isinstance(entry, bytes) or (isinstance(entry, str) and "\0" in entry) for entry in entries):
+            return f"has the attribute {name!r:.60} with bytes; give text without a zero byte"
+    return ""
+
+
+def _lost_values(name: str, variable: Variable) -> str:
+    import numpy as np
+
+    kind, values, unit = variable.dtype.kind, variable.values, str(variable.attrs.get("units", ""))
+    if kind == "m":
+        way = f"ds[{name!r:.60}] / numpy.timedelta64(1, 's')"
+        return f"holds spans of time, which NetCDF has as numbers with a unit; divide them by one, as in {way}"
+    if kind in "iuf" and " since " in unit:
+        return f"holds numbers with the unit {unit!r:.60}, of which readers make dates, as xarray.decode_cf does"
+    if kind == "M" and not np.array_equal(values.astype("M8[ns]").astype(values.dtype), values, equal_nan=True):
+        return "holds dates before 1678 or after 2261, which readers do not get back; give numbers"
+    entries = values.ravel().tolist() if kind in "OUT" else []
+    texts = [entry for entry in entries if isinstance(entry, str)]
+    missing = [entry for entry in entries if entry is None or (isinstance(entry, float) and entry != entry)]
+    if len(texts) + len(missing) < len(entries) or (missing and not texts):
+        return "holds objects; give numbers or texts"
+    if any("\0" in text for text in texts):
+        return "holds a text with a zero byte; remove it"
+    return ""
 
 
 def _encoding(tree: DataTree) -> dict[str, dict[str, dict[str, Any]]]:

@@ -1,6 +1,8 @@
 """What is saved comes back bit for bit, here and in other programs; trajectories are cut and joined."""
 
+import contextlib
 import json
+import os
 import shutil
 import subprocess
 
@@ -12,6 +14,7 @@ import xarray as xr
 import chaosdrill as cd
 from chaosdrill.archive import open as open_archive
 from chaosdrill.archive import save
+from chaosdrill.archive.digest import altered
 from chaosdrill.errors import ArchiveError
 from chaosdrill.workflow import compare, info
 
@@ -252,3 +255,52 @@ def test_attributes_come_back_as_they_were(tmp_path):
         for key, value in variable.attrs.items():
             assert np.shape(again[name].attrs[key]) == np.shape(value), (name, key)
             np.testing.assert_array_equal(again[name].attrs[key], value)
+
+
+MADE = xr.Dataset({"x": ("t", [1.0, 2.0])}, {"t": ("t", [0.0, 1.0])}, {"kind": "trajectory"})
+
+
+def with_attribute(**attributes):
+    return MADE.assign(x=MADE["x"].assign_attrs(attributes))
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        *(with_attribute(**{name: 2.0}) for name in ("scale_factor", "missing_value", "_FillValue", "_Unsigned")),
+        with_attribute(units="days since 2000-01-01"),
+        with_attribute(dtype="bool"),
+        with_attribute(coordinates="x"),
+        MADE.assign_attrs(coordinates="x"),
+        *(MADE.assign_attrs(more=value) for value in (b"ab", "a\0b", ["a", "b\0"])),
+        *(MADE.rename(x=name) for name in ("e\u0301", "a\0b", " a", "a ", "a\n", "a/b", "..", "é" * 129, 1)),
+        xr.DataTree.from_dict({"e\u0301": MADE}),
+        *(
+            MADE.assign(y=("t", values))
+            for values in (
+                np.array(["a\0b", "c"]),
+                np.array([1, None], object),
+                np.array([None, np.nan], object),
+                np.array(["9999-01-01", "1000-01-01"], "M8[s]"),
+            )
+        ),
+    ],
+)
+def test_what_would_come_back_otherwise_is_refused(made, tmp_path):
+    with pytest.raises(ArchiveError) as caught:
+        cd.save(made, tmp_path / "a.nc")
+    assert "disk" not in str(caught.value)
+    assert os.listdir(tmp_path) == []
+
+
+def test_what_is_saved_comes_back_to_the_last_bit_and_unaltered(tmp_path):
+    """Also a number that was packed where it came from, a missing text, and in folders with meanings to libraries."""
+    packed = xr.Variable((), 1.23456, {}, {"dtype": "i2", "scale_factor": 0.1})
+    made = MADE.assign(packed=packed, text=("t", np.array([np.nan, "a"], object)))
+    for folder in ("~", "file:", "a::b"):
+        (tmp_path / folder).mkdir()
+        with contextlib.chdir(tmp_path):
+            again = cd.open(cd.save(made, f"{folder}/a.nc#mode=zarr")).to_dataset()
+        assert altered(again) == []
+        assert again["packed"] == 1.23456
+        assert again["text"].values.tolist() == ["", "a"]
