@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from chaosdrill.annotations import Dataset, DataTree, Variable
+from chaosdrill.archive.inside import FREE_BYTES, USUAL_COMPRESSION
 from chaosdrill.archive.tuning import TUNING
 from chaosdrill.errors import ArchiveError, ChaosdrillError
 
@@ -103,7 +104,9 @@ def _of_variable(variable: Variable) -> str:
     values = np.asarray(variable.values)
     total = sha256()
     if values.dtype.kind in "OUT":
-        total.update(json.dumps(np.asarray(values, dtype=str).ravel().tolist()).encode())
+        # a missing text is written as an empty one
+        texts = [text if isinstance(text, str) else "" for text in values.ravel().tolist()]
+        total.update(json.dumps(texts).encode())
         kind = "text"
     else:
         # of dates the file keeps no resolution
@@ -141,9 +144,11 @@ def append_checksum(file: Path) -> None:
 
 
 def has_checksum(stream: BinaryIO) -> bool:
-    """Whether an open file ends with the right line."""
-    size = stream.seek(0, os.SEEK_END) - LENGTH
-    return size > 0 and _line(stream, size) == stream.read(LENGTH)
+    """Whether an open file ends with the right line; a file of holes, which would take long to read, does not."""
+    status = os.fstat(stream.fileno())
+    held = FREE_BYTES + USUAL_COMPRESSION * 512 * status.st_blocks
+    size = status.st_size - LENGTH
+    return 0 < size <= held and _line(stream, size) == stream.read(LENGTH)
 
 
 def _line(stream: BinaryIO, size: int) -> bytes:

@@ -309,6 +309,16 @@ def test_a_damaged_byte_of_a_result_or_a_cut_costs_it(tmp_path):
     assert not parts.folder.exists()
 
 
+def test_a_result_of_holes_alone_is_not_read(tmp_path, monkeypatch):
+    with Parts(tmp_path / "result.nc.parts", {"analysis": {"one": 1}}, resume=False) as parts:
+        (parts.folder / "one").mkdir()
+        with (parts.folder / "one" / "result.nc").open("wb") as file:
+            file.truncate(15 * 10**9)
+        monkeypatch.setattr("chaosdrill.archive.digest._line", lambda *_: pytest.fail("it was read"))
+        with pytest.warns(UserWarning, match="one is recomputed"):
+            assert parts.finished("one") is None
+
+
 def test_parts_of_an_analysis_that_lie_behind_a_link_are_not_written(tmp_path):
     other = tmp_path / "other"
     other.mkdir()
