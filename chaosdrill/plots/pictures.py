@@ -467,13 +467,14 @@ def stems_of(stem: str, planned: list[tuple[list[str], Picture]]) -> list[str]:
     whole = [[stem, *(visible(name).replace("/", "-") for name in names), picture.name] for names, picture in planned]
     brief = ["-".join(part for part in dict.fromkeys(parts) if part) for parts in whole]
     times = Counter(brief)
-    stems: dict[str, None] = {}
+    stems: dict[str, str] = {}
     for name, parts in zip(brief, whole, strict=True):
         full = name if times[name] == 1 else "-".join(filter(None, parts))
-        # the groups a/b and a-b
+        # the groups a/b and a-b, and A and a where names of files know no case
         counted = (full if number == 1 else f"{full}-{number}" for number in count(1))
-        stems[next(one for one in counted if one not in stems)] = None
-    return list(stems)
+        distinct = next(one for one in counted if one.casefold() not in stems)
+        stems[distinct.casefold()] = distinct
+    return list(stems.values())
 
 
 def _alike(dataset: Dataset, other: Dataset) -> bool:

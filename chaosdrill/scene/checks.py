@@ -458,12 +458,16 @@ def check_numerics(raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem
 def check_analyses(raw: Mapping[str, Any], system: CheckedSystem) -> tuple[dict[str, Asked], list[Problem]]:
     """Check every table ``analysis.NAME``."""
     found: dict[str, Asked] = {}
+    folders: dict[str, str] = {}
     problems: list[Problem] = []
     known = analyses()
     for name, table in raw.items():
         at: Path = ("analysis", name)
         if not _GROUP.fullmatch(name):
             problems.append(Problem(at, "the name must consist of at most 64 letters, digits, '_', '.' and '-'"))
+        # parts of a run lie in folders of these names, and some systems know no case there
+        if (other := folders.setdefault(name.casefold(), name)) != name:
+            problems.append(Problem(at, f"differs from {other!r} by case alone; rename one of them"))
         if not isinstance(table, Mapping):
             continue
         kind = table.get("kind")

@@ -67,6 +67,7 @@ CASES = [
         '[analysis."a/b"]',
         '20: analysis."a/b": the name must consist of at most 64 letters, digits',
     ),
+    ("[analysis.diagram]", "[analysis.Spectrum]", "20: analysis.Spectrum: differs from 'spectrum' by case alone"),
 ]
 
 
