@@ -191,7 +191,7 @@ def _lost(place: str, group: Dataset) -> str:
         if (reason := unstorable(name) if isinstance(name, str) else "is no text") is not None:
             return f"the name {name!r:.60} {reason}; rename it"
     if fault := _lost_attribute(group.attrs, {"coordinates"}):
-        return fault
+        return f"the group {fault}"
     for name, one in group.variables.items():
         if fault := _lost_attribute(one.attrs, _DECODED) or _lost_values(str(name), one):
             return f"{name!s:.60} {fault}"
@@ -224,7 +224,8 @@ def _lost_values(name: str, variable: Variable) -> str:
     entries = values.ravel().tolist() if kind in "OUT" else []
     texts = [entry for entry in entries if isinstance(entry, str)]
     missing = [entry for entry in entries if entry is None or (isinstance(entry, float) and entry != entry)]
-    if len(texts) + len(missing) < len(entries) or (missing and not texts):
+    others = len(texts) + len(missing) < len(entries) or not isinstance(variable.dtype, np.dtype)
+    if others or (missing and not texts):
         return "holds objects; give numbers or texts"
     if any("\0" in text for text in texts):
         return "holds a text with a zero byte; remove it"

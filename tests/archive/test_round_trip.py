@@ -8,6 +8,7 @@ import subprocess
 
 import netCDF4
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 
@@ -281,7 +282,7 @@ def with_attribute(**attributes):
                 np.array(["a\0b", "c"]),
                 np.array([1, None], object),
                 np.array([None, np.nan], object),
-                np.array(["9999-01-01", "1000-01-01"], "M8[s]"),
+                pd.Categorical(["a", "b"]),
             )
         ),
     ],
@@ -291,6 +292,14 @@ def test_what_would_come_back_otherwise_is_refused(made, tmp_path):
         cd.save(made, tmp_path / "a.nc")
     assert "disk" not in str(caught.value)
     assert os.listdir(tmp_path) == []
+
+
+# the lowest xarray has no other dates than nanoseconds, and refuses these itself
+@pytest.mark.filterwarnings("ignore:Converting non-nanosecond:UserWarning")
+def test_dates_that_come_back_as_objects_are_refused(tmp_path):
+    dates = np.array(["9999-01-01", "1000-01-01"], "M8[s]")
+    with pytest.raises((ArchiveError, pd.errors.OutOfBoundsDatetime)):
+        cd.save(MADE.assign(y=("t", dates)), tmp_path / "a.nc")
 
 
 def test_what_is_saved_comes_back_to_the_last_bit_and_unaltered(tmp_path):
