@@ -41,7 +41,6 @@ def sliding(table: Mapping[str, Any], given: "Given") -> tuple[HybridSystem, dic
     if found is None:
         from chaosdrill.codegen.record import remember
         from chaosdrill.model.definition import write_definition
-        from chaosdrill.scene.check_made import filippov_system
 
         found = filippov_system(table, *given)
         write_definition(found)
@@ -110,7 +109,7 @@ def _build(definition: Mapping[str, Any], parameters: Mapping[str, Any]) -> Hybr
 
 
 def _kind(definition: Mapping[str, Any]) -> type[HybridSystem]:
-    from chaosdrill.model import HybridSystem, Map
+    from chaosdrill.model import Map
 
     return Map if "images" in definition else HybridSystem
 
