@@ -220,6 +220,10 @@ def chosen(system: "HybridSystem", wanted: bool | list[str]) -> tuple[str, ...]:
     return tuple(wanted)
 
 
+SCIPY = {"rk23": "dop853", "rk45": "dop853", "bdf": "radau", "lsoda": "radau"}
+"""Methods of SciPy by the one here that does their work; by its letters ``rk45`` resembles ``rk4``."""
+
+
 class Method(Text):
     """A numerical method."""
 
@@ -227,7 +231,7 @@ class Method(Text):
 
     def faults(self, value: Any) -> Faults:
         if isinstance(value, str) and value not in METHODS:
-            yield (), f"unknown method {value!r:.60}; {remedy(value, METHODS)}"
+            yield (), f"unknown method {value!r:.60}; {remedy(SCIPY.get(value.lower(), value), METHODS)}"
         yield from super().faults(value)
 
 

@@ -78,7 +78,8 @@ def join(runs: "Mapping[str, Dataset]") -> "Dataset":
     import xarray as xr
 
     if not isinstance(runs, Mapping) or not runs:
-        received = repr(runs) if isinstance(runs, list | tuple | Mapping | None) and not runs else type(runs).__name__
+        empty = isinstance(runs, list | tuple | Mapping | None) and not runs
+        received = repr(runs) if empty else f"a {type(runs).__name__}"
         raise ArchiveError(
             f"runs is {received}; it must be a mapping of names to trajectories, as "
             'in join({"soft": one, "hard": another})'
@@ -121,7 +122,8 @@ def _check_trajectory(argument: str, ds: Dataset) -> None:
     if missing:
         kind = ds.attrs.get("kind", "dataset")
         raise ArchiveError(
-            f"{argument}: a {kind} without {', '.join(missing)}, which is not a trajectory; use plain xarray"
+            f"{argument} is a {kind} without {', '.join(missing)}; it must be a trajectory; other results are selected "
+            "and merged with plain xarray"
         )
 
 

@@ -23,7 +23,7 @@ class Code(IntEnum):
             names = list(cls.__members__)
             near = names[[name.lower() for name in names].index(value.lower())] if value.upper() in names else ""
             way = f"write {cls.__name__}.{near}" if near else remedy(value, names)
-            raise ValueError(f"{value!r:.60} is no number of {cls.__name__}; {way}")
+            raise ValueError(f"{value!r:.60} is not a code of {cls.__name__}; {way}")
         return None
 
     @property

@@ -83,11 +83,11 @@ class Words:
         if codes.size and not holds_codes(codes):
             if "flag_values" in codes.attrs:
                 raise ChaosdrillError(
-                    f"{name} was computed from codes and holds numbers, no codes; take the words before, as in "
+                    f"{name} was computed from codes and holds numbers, not codes; take the words before, as in "
                     f"ds.cd.words({name!r})"
                 )
             known = [str(key) for key, variable in self._ds.variables.items() if holds_codes(variable)]
-            raise ChaosdrillError(f"{name} holds numbers, no codes; variables of codes are {', '.join(known)}")
+            raise ChaosdrillError(f"{name} holds numbers, not codes; variables with codes: {', '.join(known)}")
         names = {-1: "none"} | flag_names(codes)
         # where sets of runs do not overlap xarray fills them up with NaN
         values = np.nan_to_num(codes.values, nan=-1).ravel().astype(int).tolist()

@@ -80,9 +80,10 @@ def wrong_period(found: Definition, numbers: Mapping[str, Any]) -> str | None:
             return [math.nan if seen is None else seen]
 
         if strays(value, len(found.states), period, len(TUNING.sizes)):
+            declared = f"{found.period} = {period:.6g}" if not found.period.is_Number else f"{period:.6g}"
             return (
-                f"{expression} does not repeat after the declared period {found.period} = {period:.6g}; mend the "
-                "period or leave it out"
+                f"{expression} does not repeat after the declared period {declared}; mend the period, as in "
+                "2*pi/omega, or leave it out"
             )
     return None
 

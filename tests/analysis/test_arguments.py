@@ -23,6 +23,7 @@ FAULTS = [
     ({"periods": float("inf")}, "periods is inf"),
     ({**SPAN, "transient": -1}, "transient is -1; must be at least 0"),
     ({**SPAN, "transient": 0.5}, "transient is 0.5"),
+    ({**SPAN, "method": "RK45"}, "method: unknown method 'RK45'; did you mean 'dop853'?"),
     ({**SPAN, "method": "euler"}, "method: unknown method 'euler'; known here: taylor, dop853, radau, rk4"),
     ({**SPAN, "tolerance": 0}, "tolerance is 0; must be at least 1e-16"),
     ({**SPAN, "tolerance": 1.0}, "tolerance is 1.0; must be at most 0.01"),

@@ -82,7 +82,7 @@ class WorkPrecision(Record):
         """As for every run, plus a map, for which there are no methods."""
         yield from super().misfits(table, system)
         if system.discrete:
-            yield (), f"{system.name} is a map: it has no steps, and so methods have nothing to differ in"
+            yield (), f"{system.name} is a map: it takes no steps, so that there are no methods to compare"
 
 
 @analysis(
