@@ -46,9 +46,9 @@ def event_orders(
     side on which it is. If all orders lead to the same state and mode, the motion has a derivative that is piecewise
     linear: on each cone of deviations the product of the saltation matrices in the order that holds there (Burden,
     Sastry, Koditschek and Revzen 2016, doi:10.1137/15M1016588). All other analyses take the one order that priority
-    and declaration give. If not, the motion itself jumps from one side to the other. Orders that hold nowhere but on
-    the edges of cones are left out. A deviation in no cone is one from which a reset carries the state across another
-    guard, whose event then follows at once.
+    and declaration give. If the orders lead to different states, the motion itself jumps from one side to the other.
+    Orders that hold only on the edges of cones are left out. From a deviation in no cone a reset carries the state
+    across another guard, whose event then follows at once.
 
     Parameters
     ----------

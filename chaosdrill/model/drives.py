@@ -53,7 +53,7 @@ def driven(
 
     Every mode becomes one mode a piece, named ``free-0``, ``free-1``, ...; the transitions are those of the system in
     every piece. At the end of a piece there is an event of the kind ``corner``, at its exact time. The system starts
-    at phase 0. Where phases that parameters decide on are out of their order no run is possible.
+    at phase 0. At parameters that put the phases out of their order a run is refused.
 
     Parameters
     ----------

@@ -85,7 +85,7 @@ def filippov(
     above, below : mapping of state to expression
         Time derivative of every state where h > 0, and where h < 0.
     time : sympy.Symbol or str, optional
-        The symbol that stands for time; default: ``t``, unless a state or a parameter is called so.
+        The symbol that stands for time; default: ``t``, unless a state or a parameter has this name.
     initial : mapping, optional
         ``"mode"`` and values of states, also of the one that the surface replaces.
     **more : optional

@@ -53,8 +53,8 @@ def halved(system: "HybridSystem", symmetry: Mapping[Any, Any]) -> "HybridSystem
     Returns
     -------
     HybridSystem
-        A parameter that breaks the symmetry unless it is 0, as it is, is not among its parameters. Of marks and
-        quadratures those are left which S does not change.
+        Without a parameter that is 0 and would break the symmetry otherwise, and without the marks and quadratures
+        that S changes.
 
     Raises
     ------

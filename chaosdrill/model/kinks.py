@@ -43,7 +43,7 @@ def in_modes(
 
     ``Abs``, ``sign``, ``Max``, ``Min``, ``Heaviside`` and ``Piecewise`` change at surfaces, which are found in the
     field; so do roots of what touches zero, as ``sqrt(1 - cos(t)**2)``, ``asin`` and ``acos`` of what touches 1 or -1,
-    as ``asin(sin(t))``, and ``atan(tan(t))``. What is kept between two numbers, ``Max(-1, Min(1, x))``, has two kinks.
+    as ``asin(sin(t))``, and ``atan(tan(t))``. An expression limited to an interval, ``Max(-1, Min(1, x))``, has two.
     Where the field is continuous at a surface, motions cross it. It may jump at one surface; there they slide as
     `filippov` says.
 

@@ -26,8 +26,8 @@ class Map(HybridSystem):
     """A discrete map: states that are replaced by their images.
 
     It is a system like any other, with one difference: lengths (``periods``, ``transient``, ``period``) count iterates,
-    and exponents are per iterate. Analyses that have no meaning for a map refuse it with the reason. The derivative of
-    the map is derived from the images.
+    and exponents are per iterate. Analyses that have no meaning for a map refuse it with the reason. Its Jacobian is
+    derived from the images.
 
     Expressions are text, numbers or sympy, as for `HybridSystem`. Images may hold ``Piecewise``, ``Max``, ``Min``,
     ``Abs`` and ``sign``, beside all that resets may hold: each of their branches becomes an outcome of its own, with
@@ -41,7 +41,7 @@ class Map(HybridSystem):
         Parameters and their values.
     images : mapping of state to expression, or sequence of n expressions, or a function
         The next value of every state, by name or symbol, or in the order of the states; a function ``f(t, x, p)`` as in
-        `HybridSystem` returns a tuple of them, and gets nothing as ``t`` that it may use.
+        `HybridSystem` returns a tuple of them; its argument ``t`` has no meaning.
     name : str, default "own-map"
         Name of the map.
     initial : mapping of state to float, optional

@@ -221,14 +221,14 @@ def _gaussian(drawn: Sequence[Any]) -> Any:
 
 @dataclass(frozen=True)
 class Choice(Distribution):
-    """One of some values.
+    """One of several values.
 
     Parameters
     ----------
     values : sequence of float
-        What is chosen from.
+        The values to choose from.
     weights : sequence of float, optional
-        How likely each is, in parts of their sum; default: all alike.
+        Their relative probabilities; default: equal ones.
     """
 
     values: Sequence[float]

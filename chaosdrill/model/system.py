@@ -69,7 +69,7 @@ class HybridSystem(System):
     states : str or sequence of str or sympy.Symbol
         The n states in order, as in ``"x v"``.
     time : str or sympy.Symbol, optional
-        What stands for time in expressions. Default: ``t``, unless a state or a parameter is called so.
+        What stands for time in expressions. Default: ``t``, unless a state or a parameter has this name.
     parameters : mapping of str to float, optional
         Parameters and their values.
     modes : mapping of str to mapping of state to expression, or to a function
@@ -81,9 +81,9 @@ class HybridSystem(System):
     initial : mapping, optional
         ``"mode"`` and values of states; default: 0, and the mode in whose region the state is, else the first mode.
     regions : mapping of mode to condition, optional
-        Where a start that names no mode is in a mode: comparisons of states and parameters, at time 0. The first one
-        that holds counts. It does so in every analysis, also for other states and parameters than the system's own.
-        Where a comparison of parameters that stands in all of them does not hold the system cannot start.
+        Comparisons of states and parameters that choose the mode of a start that names none: the first mode whose
+        comparisons hold at time 0. They do so in every analysis, at its own states and parameters. If all of them
+        contain a comparison of parameters that does not hold, the system cannot start.
     quadratures : mapping of str to expression, or to mapping of mode to expression, optional
         Integrals along the flow which feed back into nothing; the integrand may differ by mode.
     bounds : mapping of state to (low, high) or None, optional

@@ -83,10 +83,10 @@ def basin_measures(system: HybridSystem, given: BasinMeasures, job: Job) -> Data
     than one: beyond log 2 the boundary is fractal (Daza and others 2016, doi:10.1038/srep31416). The share of starts
     with another attractor within a distance along a state grows as a power of the distance, the uncertainty exponent,
     which is the number of states of the grid minus the dimension of the boundary (Grebogi, McDonald, Ott and Yorke
-    1983, doi:10.1016/0375-9601(83)90945-3); the smallest over the states is taken. Boundaries with an exponent
-    below 0.4 seem smoother than they are on grids of some hundred cells, by more than the error. If merging
-    all basins except one leaves the same boundary to a few cells, whichever basin is excepted, the basins have the Wada
-    property to the resolution of the grid (Daza and others 2018, doi:10.1038/s41598-018-28119-0).
+    1983, doi:10.1016/0375-9601(83)90945-3); the smallest over the states is taken. On grids of some hundred cells
+    boundaries with an exponent below 0.4 seem smoother than they are, which the error includes. If merging all basins
+    except one leaves the same boundary to a few cells, whichever basin is excepted, the basins have the Wada property
+    to the resolution of the grid (Daza and others 2018, doi:10.1038/s41598-018-28119-0).
 
     Returns
     -------

@@ -101,13 +101,13 @@ class EdgeStates(Points):
 def edge_states(system: HybridSystem, given: EdgeStates, job: Job) -> Dataset:
     """The edge state between two attractors, or between an attractor and escape, by bisection.
 
-    Of all starts the first is taken, and the next of another fate. Where their segment meets the edge of the first
-    basin it is cut down to ``closest``, by nine parts at a time; both motions are followed until their distance is
+    The first start is taken, and the next one of another fate. Their segment is shortened to ``closest`` where it meets
+    the edge of the first basin, by nine parts at a time; both motions are followed until their distance is
     ``parted``, and bisected again (edge tracking: Battelino, Grebogi, Ott and Yorke 1988,
     doi:10.1016/0167-2789(88)90057-7; Skufca, Yorke and Eckhardt 2006, doi:10.1103/PhysRevLett.96.174101). Their middle
-    thus stays within ``parted`` of the edge, and comes to what attracts there, if only one direction leads off it: an
-    equilibrium, a cycle, or a chaotic set. It is followed from strobe to strobe, from point to point of a section
-    ``at``, or, without either, by 512ths of the duration. Attractors are told apart as in `basins`.
+    thus stays within ``parted`` of the edge. If motions leave it in one direction only, it approaches what attracts
+    within the edge: an equilibrium, a cycle, or a chaotic set. It is followed from strobe to strobe, from point to
+    point of a section ``at``, or, without either, by 512ths of the duration. Attractors are told apart as in `basins`.
 
     From the later half of the bisections: the track is ``periodic`` (or ``equilibrium``) where all its states return
     to within four times ``parted``, and ``chaotic`` where two exponents are positive beyond three errors. Exponents are

@@ -153,12 +153,12 @@ def trajectory(system: HybridSystem, given: Trajectory, job: Job) -> Dataset:
         ``states`` (time, state), ``mode`` (time), each quadrature (time), and over the dimension event: ``event_time``,
         ``event_kind``, ``event_speed``, ``event_mode_before``, ``event_mode_after``, ``event_state_before``,
         ``event_state_after``; ``outcome``. If a run ends early, the dataset contains the part before. A system that
-        completes rebounds has ``event_time_error`` (event), the error of the time at which they end; there
-        ``event_state_after`` stands, but ``event_state_before`` at the last rebound that was computed, so that forces
-        do work between both. With ``initial`` all but events have the leading dimension ``run``; events stand run by
-        run, ``event_count`` (run) of each, as after `join`, and there are ``initial_state`` (run, state) and
-        ``initial_mode`` (run). With ``tangents`` there are ``initial_tangent`` and ``final_tangent`` (tangent, state),
-        NaN where a run ended early.
+        completes rebounds has ``event_time_error`` (event), the error of the time at which they end;
+        ``event_state_after`` is the state at that time, but ``event_state_before`` that at the last rebound computed,
+        so that forces do work between both. With ``initial`` all but events have the leading dimension ``run``; events
+        stand run by run, ``event_count`` (run) of each, as after `join`, and there are ``initial_state`` (run, state)
+        and ``initial_mode`` (run). With ``tangents`` there are ``initial_tangent`` and ``final_tangent`` (tangent,
+        state), NaN where a run ended early.
     """
     from chaosdrill.analysis.ensembles import ensemble, one_run
 
