@@ -10,11 +10,11 @@
     python3 studies/run.py orbits         branches, cascades and grazing of the drill, validated by simulations
     python3 studies/run.py procedure      the best rate of penetration along stable orbits with a bound on the force
     python3 studies/run.py chaos          how chaotic the drill is: angles, windows, transients, shares, one per cent
-    python3 studies/run.py words          how often a motion is called wrongly: 6,990 records whose nature is known
+    python3 studies/run.py words          how often a motion is misclassified: 6,990 records whose nature is known
     python3 studies/run.py archives       runs every scene of the studies and verifies its archive
     python3 studies/run.py start          the time to the first spectrum and diagram of a new system
     python3 studies/run.py fuzz           corrupted scenes, archives and parts; runs that are killed and resumed
-    python3 studies/run.py hostile        archives that are built to do harm to who opens them
+    python3 studies/run.py hostile        archives built to do harm to those who open them
     python3 studies/run.py docs           builds the documentation into docs/_build/html and runs every example in it
     python3 studies/run.py tests          the test suite
     python3 studies/run.py coverage       the test suite with coverage, which takes a third longer
