@@ -34,7 +34,9 @@ class Document(Settings):
     title: str | None = setting(Text(), None)
     system: dict[str, Any] = setting(TableOf(hint=", as [system] with model = 'lorenz'; chaosdrill list systems"))
     numerics: dict[str, Any] | None = setting(TableOf(), None)
-    analysis: dict[str, dict[str, Any]] | None = setting(TableOf(TableOf()), None)
+    analysis: dict[str, dict[str, Any]] | None = setting(
+        TableOf(TableOf(hint=", as [analysis.spectrum] with kind = 'lyapunov-spectrum'")), None
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -224,4 +224,5 @@ def _parse_toml(text: str, name: str) -> dict[str, Any]:
         place = _PLACE.search(message)
         line = int(place[1]) if place and place[1] else text.count("\n") + 1 if place else 1
         message = _PLACE.sub("", message) + (f" (column {place[2]})" if place and place[2] else "")
-        raise SceneError(f"{name}:{line}: invalid TOML: {message}") from None
+        way = "; text stands in quotes" if message.startswith("Invalid value") else ""
+        raise SceneError(f"{name}:{line}: invalid TOML: {message}{way}") from None

@@ -81,7 +81,9 @@ def test_not_utf8(tmp_path):
 
 
 def test_invalid_toml(tmp_path):
-    assert refusal(written(tmp_path, b"a = 1\nb = = 2\n")) == "scene.toml:2: invalid TOML: Invalid value (column 5)"
+    assert refusal(written(tmp_path, b"a = 1\nb = = 2\n")) == (
+        "scene.toml:2: invalid TOML: Invalid value (column 5); text stands in quotes"
+    )
 
 
 def test_invalid_at_the_end(tmp_path):
@@ -150,3 +152,11 @@ def test_empty(tmp_path):
 def test_byte_order_mark_is_no_fault(tmp_path):
     path = written(tmp_path, b'\xef\xbb\xbf[system]\nmodel = "lorenz"\n')
     assert load_scene(path).model == "lorenz"
+
+
+def test_an_analysis_without_a_name(tmp_path):
+    told = refusal(written(tmp_path, b'[system]\nmodel = "lorenz"\n[analysis]\nperiods = 20\n'))
+    assert told == (
+        "scene.toml:4: analysis.periods: expected a table, as [analysis.spectrum] with kind = 'lyapunov-spectrum', "
+        "received 20"
+    )
