@@ -191,20 +191,10 @@ def hunt_crossley_duration(v: Any, lam: Any, n: Any, k: Any) -> Any:
 
 
 def _speed(left: Any, lam: Any, way: int) -> Any:
-    """Speed on the way in (1) or out (-1) at which G(way speed) = left, by Newton's method."""
-    digits = mpmath.mp.dps
-    speed = mpmath.sqrt(2 * left)
-    if lam * speed < mpmath.mpf(10) ** (-digits // 2):
-        return speed * (1 + way * lam * speed / 3)
-    if way < 0:
-        speed = min(speed, -mpmath.expm1(-1 - lam * lam * left) / lam)
-    with _work(speed, lam):
-        for _ in range(100):
-            change = (_potential(way * speed, lam) - left) * (1 + way * lam * speed) / speed
-            speed -= change
-            if abs(change) <= speed * mpmath.mpf(10) ** -digits:
-                return speed
-    raise ArithmeticError("no speed of the contact found")
+    """Speed on the way in (1) or out (-1) at which G(way speed) = left, by the two branches of Lambert's function."""
+    with _work(mpmath.sqrt(left), lam):
+        speed = abs(1 + mpmath.lambertw(-mpmath.exp(-1 - lam * lam * left), -1 if way > 0 else 0).real) / lam
+    return +speed
 
 
 def positive_power(d: Any, n: Any) -> Any:

@@ -121,6 +121,8 @@ def test_peak_force_of_a_contact():
         (0.3, 1.0, 1e6, 1.0, 0.00315145331674),
         (1.7, 2.0, 2500.0, 2.5, 0.27125357342685),
         (0.0, 1.0, 16.0, 0.3, 0.78539816339745),
+        # strong damping, by DOP853
+        (50.0, 1.5, 10.0, 20.0, 19.929126897107),
     ],
 )
 def test_duration_of_a_contact(lam, n, k, v, duration):
