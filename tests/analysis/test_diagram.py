@@ -15,7 +15,7 @@ def spiral(circle):
     return cd.bifurcation_diagram(circle, SWEEP, transient=10, periods=40, seeds=seeds, max_extension=0)
 
 
-def test_outcomes(spiral):
+def test_a_spiral_repeats_rests_or_escapes(spiral):
     """Decay and a fifth of a turn repeat, growth below 4/length leaves a rest and is no torus, more escapes."""
     o = cd.Outcome
     expected = [[o.PERIODIC] * 3, [o.PERIODIC] * 3, [o.TRANSIENT] * 2 + [None], [o.ESCAPED] * 2 + [None]]
@@ -45,7 +45,7 @@ def test_a_point_that_escapes_holds_nothing(spiral):
     assert np.isfinite(spiral["section"].isel(growth=[0, 1, 2]).values).all()
 
 
-def test_periods(spiral):
+def test_a_fifth_of_a_turn_has_period_five(spiral):
     np.testing.assert_array_equal(spiral["period"].isel(growth=1).values, [5, 5, 1])
     assert (spiral["period"].isel(growth=2, seed=[0, 1]).values == 0).all()
 

@@ -27,7 +27,7 @@ def logistic(count):
 
 
 @pytest.mark.usefixtures("nolds")
-def test_logistic_map():
+def test_a_series_of_the_logistic_map_has_its_exponent():
     found = cd.series_measures(logistic(1500), embedding=2, followed=6)
     assert float(found["largest_exponent"]) == pytest.approx(math.log(2), abs=0.05)
     # of two numbers of a map of one dimension one is true, the other twice that
@@ -51,7 +51,7 @@ def test_one_state_of_a_section_has_the_exponents_of_the_motion():
 
 
 @pytest.mark.usefixtures("nolds")
-def test_regular_series():
+def test_a_rotation_shows_no_chaos():
     found = cd.series_measures(np.cos(2 * np.pi * 0.6180339887 * np.arange(1200)), embedding=3, lag=2)
     assert float(found["k"]) < 0.1
     assert abs(float(found["largest_exponent"])) < 0.02

@@ -49,7 +49,7 @@ def test_a_cell_without_a_time_is_not_advised():
     assert cheapest(table(wall_time=times), "multiplier", 8) == ("series", 1e-12, 20e-6)
 
 
-def test_the_sentence():
+def test_advice_is_a_sentence():
     assert recommend(table()) == (
         "8 digits of the multipliers cost 1.3 times what 4 cost (12 digits 2 times); "
         "use series at 1e-08 (13 us a period)"
@@ -64,7 +64,7 @@ def test_what_is_not_reached_is_said():
     )
 
 
-def test_nothing_measured():
+def test_advice_without_errors_says_so():
     error = table()["error"] * np.nan
     assert recommend(table(error=error)) == "nothing could be measured; see outcome"
 

@@ -28,7 +28,7 @@ INF = float("inf")
         ([0.0, 0.0], 2.0),
     ],
 )
-def test_dimension(spectrum, dimension):
+def test_dimension_of_kaplan_and_yorke(spectrum, dimension):
     assert kaplan_yorke(np.array(spectrum), len(spectrum)) == pytest.approx(dimension, rel=1e-14)
 
 
@@ -127,7 +127,7 @@ NAN = float("nan")
         ([INF, -1.0], [NAN, 0.1], 0, Outcome.NONFINITE),
     ],
 )
-def test_class(exponents, errors, neutral, outcome):
+def test_words_by_the_leading_exponent(exponents, errors, neutral, outcome):
     length = np.array([LENGTH])
     lead, margin, _ = leading(np.array([exponents]), np.array([errors]), neutral, length, complete=True)
     assert words(Evidence.of(1, lead=lead, margin=margin, length=length, late=lead)) == outcome

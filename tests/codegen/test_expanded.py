@@ -116,7 +116,7 @@ def agree(found, expected, tolerance):
 
 
 @pytest.mark.parametrize("contact", CONTACTS)
-def test_series(kernels, contact):
+def test_states_are_series_of_the_duration(kernels, contact):
     lam, n = CONTACTS[contact]
     ws, (duration, _) = expanded(kernels, lam, n), duration_of(lam, n)
     x, y, z = map(polynomial, ws[:3])
@@ -130,7 +130,7 @@ def test_series(kernels, contact):
 
 
 @pytest.mark.parametrize("contact", CONTACTS)
-def test_tangents(kernels, contact):
+def test_tangents_are_series_of_its_slope(kernels, contact):
     """d' = J d, with the Jacobian by hand."""
     lam, n = CONTACTS[contact]
     ws, (duration, slope) = expanded(kernels, lam, n), duration_of(lam, n)

@@ -153,7 +153,7 @@ def functions_of(system):
 
 
 @pytest.mark.parametrize("effects", POSSIBLE, ids=label)
-def test_functions(systems, effects):
+def test_drills_use_the_functions_of_their_effects(systems, effects):
     """Every drill is written with the functions of its effects and with no others."""
     law = {"hunt_crossley_exit", "hunt_crossley_peak"}
     contact = {
@@ -168,7 +168,7 @@ def test_functions(systems, effects):
 
 # what is asserted depends on one effect each, or on the rock and the contact; these hold every option several times
 @pytest.mark.parametrize("effects", WITH_EVERY_PAIR[:12], ids=label)
-def test_traces(systems, effects):
+def test_machine_code_calls_them_and_no_others(systems, effects):
     system = systems[label(effects)]
     text = text_of(write(system.placed))
     assert ("llvm.cos" in text) == ("llvm.sin" in text) == (effects["drive"] != "none")
@@ -186,7 +186,7 @@ def test_traces(systems, effects):
 
 
 @pytest.mark.parametrize("effects", POSSIBLE, ids=label)
-def test_guards(systems, effects):
+def test_modes_watch_what_can_end_them(systems, effects):
     """Every mode watches what can end it: friction's threshold or standstill, the stop, the force of a held contact."""
     held, ways = effects["friction"] != "none", 1 + effects["friction"].endswith("two-sided")
     driven, law = effects["drive"] != "none", effects["contact"] not in ("none", "compliant")

@@ -51,7 +51,7 @@ def test_sine_and_cosine(name, span):
 
 
 @pytest.mark.parametrize("span", [0.3, 20.0, 690.0])
-def test_exponential(span):
+def test_exponential_is_right_to_two_last_digits(span):
     x = random(-span, span)
     expected = np.exp(x)
     assert (np.abs(applied(START["exp"], x) - expected) <= 2 * np.spacing(expected)).all()
@@ -88,7 +88,7 @@ def test_logarithm_and_powers():
 
 
 @pytest.mark.parametrize("width", [1, LANES])
-def test_square_root(width):
+def test_square_root_is_that_of_numpy(width):
     x = random(0.0, 9.0, 50)[:, :width]
     np.testing.assert_array_equal(applied(root, x, width), np.sqrt(x))
 

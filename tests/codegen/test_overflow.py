@@ -179,7 +179,7 @@ def test_writings_survive(text):
 @pytest.mark.parametrize(
     "made", [gate(-K, A, U, U / 3), log_sum(K, A, U), log_cosh(U), bernoulli_ratio(U, sympy.S.Half, 1)], ids=str
 )
-def test_derivatives(made, u):
+def test_derivatives_are_central_differences(made, u):
     """Against central differences in many digits."""
     tiny = sympy.Float("1e-15", 40)
     place = sympy.Float(u, 40)

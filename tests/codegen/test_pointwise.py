@@ -76,7 +76,7 @@ def test_field_and_quadrature(kernels, place):
 
 
 @pytest.mark.parametrize("place", PLACES)
-def test_variation(kernels, place):
+def test_variation_is_jacobian_times_direction(kernels, place):
     functions, c = kernels[0].functions, kernels[1]
     jacobian = np.array([gradient(e, place[:3], place[3])[:3] for e in FIELD.values()])
     out = np.empty(3)
@@ -86,7 +86,7 @@ def test_variation(kernels, place):
 
 
 @pytest.mark.parametrize("place", PLACES)
-def test_guard(kernels, place):
+def test_guard_has_its_value_and_gradient(kernels, place):
     functions, c = kernels[0].functions, kernels[1]
     found = np.empty(4)
     at = functions.guard(1, 0, place[3], c, np.array(place[:3]), found)

@@ -181,7 +181,7 @@ def evaluated(expand, numeric, circle, polynomial, around):
 
 
 @pytest.mark.parametrize("name", [*NAMES, *(name + BESIDE for name in SIDE_BY_SIDE)])
-def test_state(name, evaluated, from_circle, agree):
+def test_states_are_their_taylor_series(name, evaluated, from_circle, agree):
     ws, _, _, _, values = evaluated(name)
     derivative = from_circle(values, ORDER)
     expected = [PLACE[0], *(derivative[k] / (k + 1) for k in range(ORDER))]
@@ -189,14 +189,14 @@ def test_state(name, evaluated, from_circle, agree):
 
 
 @pytest.mark.parametrize("name", [*NAMES, *(name + BESIDE for name in SIDE_BY_SIDE)])
-def test_guard(name, evaluated, from_circle, agree):
+def test_guards_are_their_taylor_series(name, evaluated, from_circle, agree):
     ws, _, _, places, values = evaluated(name)
     guard = [f + x * y - mpmath.mpf("0.125") for f, (_, x, y) in zip(values, places, strict=True)]
     agree(ws[3, : ORDER + 1], from_circle(guard, ORDER), 2e-14)
 
 
 @pytest.mark.parametrize("name", [*NAMES, *(name + BESIDE for name in SIDE_BY_SIDE)])
-def test_tangents(name, evaluated, from_circle, polynomial, agree):
+def test_tangents_are_differences_of_the_field(name, evaluated, from_circle, polynomial, agree):
     """d' = J d, with J d as a difference of the field along the tangent in 160 digits.
 
     What the difference leaves out is itself a series, of the size of ``tiny``: one side is enough.
@@ -231,7 +231,7 @@ def test_registers_of_either_width(monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["sin", "product", "time alone"])
-def test_quadrature(name, expand, coefficients, polynomial, agree):
+def test_quadratures_are_integrals_of_their_series(name, expand, coefficients, polynomial, agree):
     ws, _ = expand(name)
     x, y = polynomial(ws[0, : ORDER + 1]), polynomial(ws[1, : ORDER + 1])
     integrand = coefficients(lambda s: mpmath.sin(y(s)) * x(s), ORDER)

@@ -59,13 +59,13 @@ def end(system, method="taylor", bounds=None, **initial):
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_escaped(system, method):
+def test_a_run_beyond_its_bounds_has_escaped(system, method):
     run, outcome = end(system, method, {"x": (-50.0, 50.0)}, mode="grow", x=1.0)
     assert outcome == cd.Outcome.ESCAPED
     assert run.x[0] > 50
 
 
-def test_escaped_below(system):
+def test_a_run_below_its_bounds_has_escaped(system):
     assert end(system, bounds={"x": (-50.0, 50.0)}, mode="grow", x=-1.0)[1] == cd.Outcome.ESCAPED
 
 
@@ -74,7 +74,7 @@ def test_a_start_outside_of_the_bounds_has_escaped(system):
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_stalled(system, method):
+def test_events_without_advance_of_time_stall(system, method):
     """The reset of each transition lands on the guard of the other."""
     run, outcome = end(system, method, mode="ping", x=0.5)
     assert outcome == cd.Outcome.STALLED
@@ -90,7 +90,7 @@ def test_chatter_ends_by_name(system, method):
     assert run.elapsed == pytest.approx(4.0, abs=1e-6)
 
 
-def test_event_limit(system):
+def test_too_many_events_in_a_period_reach_the_limit(system):
     run, outcome = end(system, mode="clock")
     assert outcome == cd.Outcome.EVENT_LIMIT
     assert run.elapsed == pytest.approx(run.counts.sum() * 1e-5, rel=1e-9)
@@ -98,7 +98,7 @@ def test_event_limit(system):
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_nonfinite(system, method):
+def test_a_rate_that_is_no_number_ends_the_run(system, method):
     """The logarithm of a negative number."""
     _run, outcome = end(system, method, mode="logarithm", x=1.0)
     assert outcome == cd.Outcome.NONFINITE
@@ -125,7 +125,7 @@ def test_a_singular_term_is_named(system):
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_invalid_start(system, method):
+def test_a_start_beyond_a_guard_is_invalid(system, method):
     assert end(system, method, mode="ping", x=1.5)[1] == cd.Outcome.INVALID_START
 
 

@@ -43,20 +43,20 @@ def orbit(request):
     return cd.poincare_section(cd.drill(eta=request.param), periods=128, transient=400), ORBITS[request.param]
 
 
-def test_period(orbit):
+def test_orbits_have_their_periods(orbit):
     section, known = orbit
     assert int(section["period"]) == known["period"]
     assert int(section["outcome"]) in (cd.Outcome.OK, cd.Outcome.PERIODIC)
 
 
-def test_strobe_points(orbit):
+def test_orbits_pass_their_strobe_points(orbit):
     section, known = orbit
     points = section["section"].values
     for point in known["points"]:
         assert np.abs(points - point).max(axis=1).min() < 1e-10
 
 
-def test_multipliers(orbit, multipliers):
+def test_orbits_have_their_multipliers(orbit, multipliers):
     section, known = orbit
     np.testing.assert_allclose(multipliers(section), known["multipliers"], atol=1e-9)
 
@@ -98,7 +98,7 @@ def full():
     return cd.lyapunov_spectrum(cd.build("percussive-drill-5d", {"eta": 0.448}), periods=100_000, transient=1000)
 
 
-def test_exponents(reduced):
+def test_reduced_drill_has_its_exponents(reduced):
     found, error = (reduced[name].values for name in ("lyapunov_exponent", "lyapunov_error"))
     np.testing.assert_array_less(np.abs(found[:2] - KNOWN), 3 * np.hypot(error[:2], ERRORS))
     assert found[2] == -np.inf
@@ -159,7 +159,7 @@ def test_exit_speed_and_peak_force(row):
 
 
 @pytest.mark.parametrize("row", ROWS)
-def test_slope(row):
+def test_exit_speed_has_its_slope(row):
     lam, v, slope = row[3], row[4], row[6]
     h = 1e-5
     difference = (hunt_crossley_exit(v + h, lam) - hunt_crossley_exit(v - h, lam)) / (2 * h)
@@ -169,7 +169,7 @@ def test_slope(row):
 
 
 @pytest.mark.parametrize("row", ROWS)
-def test_duration(row):
+def test_contacts_last_as_long_as_tabled(row):
     mass, stiffness, n, lam, v, *_, duration, _ = row
     assert hunt_crossley_duration(v, lam, n, stiffness / mass) == pytest.approx(duration, rel=2e-12)
 

@@ -16,7 +16,7 @@ def spectrum():
     return cd.lyapunov_spectrum(cd.build("impact-oscillator"), periods=300_000, transient=1000)
 
 
-def test_exponents(spectrum, agrees):
+def test_impact_oscillator_has_its_exponents(spectrum, agrees):
     assert agrees(spectrum, [0.0914, -0.3190], [3e-4, 3e-4])
     assert float(spectrum["lyapunov_error"][0]) < 1e-3
 
@@ -143,14 +143,14 @@ def step_time(alpha, slope):
 
 
 @pytest.mark.parametrize(("alpha", "slope"), WHEEL_CASES)
-def test_gait(alpha, slope):
+def test_rimless_wheel_steps_in_closed_form(alpha, slope):
     run = cd.trajectory(cd.build("rimless-wheel", {"alpha": alpha, "gamma": slope}), duration=300)
     steps = np.diff(run["event_time"].values)
     np.testing.assert_allclose(steps[-10:], step_time(alpha, slope), rtol=1e-10)
 
 
 @pytest.mark.parametrize(("alpha", "slope"), WHEEL_CASES)
-def test_multipliers(alpha, slope, strobed, multipliers):
+def test_rimless_wheel_has_its_multipliers(alpha, slope, strobed, multipliers):
     system = cd.build("rimless-wheel", {"alpha": alpha, "gamma": slope})
     section = cd.poincare_section(strobed(system, step_time(alpha, slope)), periods=16, transient=200)
     assert int(section["period"]) == 1
@@ -170,7 +170,7 @@ def test_exponents_of_wheel(alpha, slope):
 
 
 @pytest.mark.parametrize(("w", "friction", "amplitude"), [(0.8, 0.3, 2.626104875723477), (0.6, 0.2, 1.550602854686835)])
-def test_amplitude(w, friction, amplitude):
+def test_dry_friction_has_the_amplitude_of_den_hartog(w, friction, amplitude):
     system = cd.build("den-hartog", {"omega": w, "S": friction})
     run = cd.trajectory(system, periods=4, transient=400)
     kinds = [run["event_kind"].attrs["flag_meanings"].split()[k] for k in run["event_kind"].values]
@@ -205,7 +205,7 @@ def period(belt, static, kinetic):
 
 
 @pytest.mark.parametrize("case", BELT_CASES)
-def test_period(case):
+def test_stick_slip_has_its_period(case):
     belt, static, kinetic = case
     # the mass is carried by the belt, with whatever velocity it starts
     system = cd.build("belt-stick-slip", {"belt": belt, "F_s": static, "F_k": kinetic})

@@ -74,7 +74,7 @@ def differences(function, count):
     return np.array(columns).T
 
 
-def test_states(ball, meeting):
+def test_columns_of_states_are_differences(ball, meeting):
     start, before, after = meeting
     _, place = exact_map(start, NUMBERS, before, after)
 
@@ -88,7 +88,7 @@ def test_states(ball, meeting):
 
 
 @pytest.mark.parametrize("name", ["a", "e", "omega"])
-def test_parameters(ball, meeting, name):
+def test_columns_of_parameters_are_differences(ball, meeting, name):
     """The column of a parameter that only the event knows: flow after the hit times that column."""
     start, before, after = meeting
     _, place = exact_map(start, NUMBERS, before, after)
@@ -104,7 +104,7 @@ def test_parameters(ball, meeting, name):
     np.testing.assert_allclose(column, differences(shifted, 1)[:, 0], rtol=1e-12)
 
 
-def test_time(ball, meeting):
+def test_column_of_time_is_a_difference(ball, meeting):
     """The column of time: starting later with the same state."""
     start, before, after = meeting
     _, place = exact_map(start, NUMBERS, before, after)

@@ -193,7 +193,7 @@ def test_a_branch_is_that_without_what_is_carried_along():
     assert not second.message
 
 
-def test_a_rotor():
+def test_a_rotor_turns_once_in_closed_form():
     """It turns once in 2 pi / sqrt(f^2 - a^2); with inertia its second multiplier is that of its damping."""
     light = cd.HybridSystem(
         name="rotor", states="th", parameters={"f": 1.3, "a": 0.5}, modes={"on": {"th": "f - a*sin(th)"}}
@@ -276,7 +276,7 @@ def test_coordinates_that_no_shift_changes():
     np.testing.assert_allclose(told, (ahead - back) / 2e-5, atol=1e-8)
 
 
-def test_across_shifts():
+def test_what_lies_across_shifts_is_kept():
     shifts = Shifts(np.array([[1.0, 0, 1.0, 0]]), np.array([[0, 2.0, 0, 0]]))
     apart = np.array([3.5, 4.1, 3.75, -1.0])
     np.testing.assert_allclose(shifts.part(apart), [3.5, 4, 3.5, 0])

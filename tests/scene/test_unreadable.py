@@ -26,7 +26,7 @@ def written(tmp_path, content):
     return path
 
 
-def test_ten_megabytes(tmp_path):
+def test_a_scene_of_ten_megabytes_is_refused(tmp_path):
     assert "larger than 1000000 bytes" in refusal(written(tmp_path, b"# \n" * 3_500_000))
 
 
@@ -64,33 +64,33 @@ def test_a_writer_that_says_nothing_is_given_up(tmp_path, monkeypatch):
     os.close(reading)
 
 
-def test_missing(tmp_path):
+def test_a_missing_file_is_told(tmp_path):
     assert "No such file" in refusal(tmp_path / "none.toml")
 
 
-def test_folder(tmp_path):
+def test_a_folder_is_no_scene(tmp_path):
     assert "directory" in refusal(tmp_path)
 
 
-def test_name_with_a_null():
+def test_a_name_with_a_null_is_refused():
     assert "null" in refusal("a\0b.toml")
 
 
-def test_not_utf8(tmp_path):
+def test_bytes_that_are_no_text_are_told_with_their_line(tmp_path):
     assert refusal(written(tmp_path, b"a = 1\nb = '\xff'\n")).startswith("scene.toml:2: not UTF-8")
 
 
-def test_invalid_toml(tmp_path):
+def test_invalid_toml_is_told_with_line_and_column(tmp_path):
     assert refusal(written(tmp_path, b"a = 1\nb = = 2\n")) == (
         "scene.toml:2: invalid TOML: Invalid value (column 5); text stands in quotes"
     )
 
 
-def test_invalid_at_the_end(tmp_path):
+def test_an_end_in_mid_value_is_told_with_its_line(tmp_path):
     assert refusal(written(tmp_path, b"a = 1\nb =")).startswith("scene.toml:2: invalid TOML: ")
 
 
-def test_key_given_twice(tmp_path):
+def test_a_key_given_twice_is_refused(tmp_path):
     assert refusal(written(tmp_path, b"a = 1\na = 2\n")).startswith("scene.toml:2: invalid TOML: Cannot overwrite")
 
 
@@ -101,12 +101,12 @@ def test_a_text_of_escaped_quotes_that_nothing_closes(tmp_path):
 
 
 @pytest.mark.parametrize("opening", [b"[", b"{ a = "])
-def test_deep_nesting(tmp_path, opening):
+def test_deep_nesting_is_refused(tmp_path, opening):
     assert "nested too deeply" in refusal(written(tmp_path, b"a = " + opening * 50_000))
 
 
 @pytest.mark.parametrize("form", ["{} = 1", "[{}]", "x = {{ {} = 1 }}"])
-def test_long_dotted_key(tmp_path, form):
+def test_a_key_of_many_parts_is_refused(tmp_path, form):
     text = form.format(".".join(["a"] * 100_000))
     assert "a key of more than 64 parts" in refusal(written(tmp_path, text.encode()))
 
@@ -131,19 +131,19 @@ zeta = {}
 
 
 @pytest.mark.parametrize("number", ["1" * 10_000, "-" + "9" * 5_000, "0x" + "f" * 10_000, "0b" + "1" * 20_000])
-def test_number_of_many_digits(tmp_path, number):
+def test_a_number_of_many_digits_is_refused(tmp_path, number):
     told = refusal(written(tmp_path, SPRING.format(number).encode()))
     assert told.startswith(f"scene.toml:4: a number of {len(number)} digits; write it as a double with an exponent")
 
 
 @pytest.mark.parametrize("number", [str(2**63), str(-(2**63) - 1), "0x" + "f" * 17, "0x" + "f" * 390, "9" * 300])
-def test_integer_that_no_machine_has(tmp_path, number):
+def test_an_integer_that_no_machine_has_is_refused(tmp_path, number):
     told = refusal(written(tmp_path, SPRING.format(number).encode()))
     assert told.startswith("scene.toml:4: system.parameters.zeta: an integer of ")
     assert "such as 1e20" in told
 
 
-def test_empty(tmp_path):
+def test_an_empty_scene_lacks_its_system(tmp_path):
     assert refusal(written(tmp_path, b"")) == (
         "scene.toml:1: system: missing; expected a table, as [system] with model = 'lorenz'; chaosdrill list systems"
     )

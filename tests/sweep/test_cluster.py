@@ -36,7 +36,7 @@ def cluster():
             yield local
 
 
-def test_same_bits(cluster, whole, same, tmp_path):
+def test_a_cluster_changes_no_bit(cluster, whole, same, tmp_path):
     task = Logistic(units=700)
     found = execute(task, scheduler=cluster.scheduler_address, store=tmp_path)
     assert same(found, whole(task))

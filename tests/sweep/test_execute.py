@@ -23,13 +23,13 @@ from chaosdrill.sweep.tuning import TUNING
 
 @pytest.mark.parametrize("workers", [1, 2, 5])
 @pytest.mark.parametrize("kept", [False, True])
-def test_same_bits(task, whole, same, tmp_path, workers, kept):
+def test_workers_and_stores_change_no_bit(task, whole, same, tmp_path, workers, kept):
     found = execute(task, workers=workers, store=tmp_path / "parts" if kept else None)
     assert same(found, whole(task))
 
 
 @pytest.mark.parametrize("units", [0, 1])
-def test_few_units(whole, same, tmp_path, units):
+def test_fewer_units_than_workers_are_all_computed(whole, same, tmp_path, units):
     task = Logistic(units=units)
     for store in (None, tmp_path / "parts"):
         found = execute(task, workers=2, store=store)

@@ -25,14 +25,14 @@ def exact(v, lam, n, k):
 
 @pytest.mark.parametrize("n", EXPONENTS)
 @pytest.mark.parametrize("x", PRODUCTS)
-def test_duration(x, n):
+def test_duration_is_that_of_many_digits(x, n):
     v, lam, k = x / 0.7, 0.7, 12e5
     assert hunt_crossley_duration(v, lam, n, k) == pytest.approx(float(exact(v, lam, n, k)), rel=1e-12)
 
 
 @pytest.mark.parametrize("argument", ARGUMENTS)
 @pytest.mark.parametrize(("x", "n"), [(1e-10, 1.5), (0.02, 1.0), (0.4, 2.0), (1.3, 1.5), (40.0, 1.0)])
-def test_derivatives(number, argument, x, n):
+def test_derivatives_are_differences(number, argument, x, n):
     here = {"v": x / 0.7, "lam": 0.7, "n": n, "k": 12e5}
     symbols = {name: sympy.Symbol(name, real=True) for name in ARGUMENTS}
     found = number(sympy.diff(symbolic_duration(*symbols.values()), symbols[argument]), here)
@@ -46,7 +46,7 @@ def test_derivatives(number, argument, x, n):
 
 @pytest.mark.parametrize("pair", ["v v", "v lam", "lam lam", "lam n", "lam k"])
 @pytest.mark.parametrize(("x", "n"), [(0.02, 1.0), (0.4, 2.0), (1.3, 1.5), (40.0, 1.5)])
-def test_second_derivatives(number, pair, x, n):
+def test_second_derivatives_are_differences(number, pair, x, n):
     here = {"v": x / 0.7, "lam": 0.7, "n": n, "k": 12e5}
     symbols = {name: sympy.Symbol(name, real=True) for name in ARGUMENTS}
     first, second = pair.split()

@@ -59,7 +59,7 @@ def test_derivative_by_damping_is_that_of_the_value():
     assert sympy.diff(symbolic_exit(V, LAM), LAM).func.__name__ == "hunt_crossley_exit_lam"
 
 
-def test_limits():
+def test_exit_without_speed_damping_or_end():
     assert hunt_crossley_exit(0.0, 0.6) == 0.0
     assert hunt_crossley_exit(1.25, 0.0) == 1.25
     assert hunt_crossley_exit(1e9, 0.5) == 2.0
