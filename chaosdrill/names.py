@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterable
 from difflib import SequenceMatcher, get_close_matches
+from typing import Any
 
 from chaosdrill.tuning import TUNING
 
@@ -75,3 +76,8 @@ def visible_json(text: str) -> str:
 
 def _escaped(letter: str) -> str:
     return f"\\u{ord(letter):04x}"
+
+
+def event_words(transitions: Iterable[Any]) -> list[str]:
+    """Words by which the events of transitions can be named: their names and their kinds."""
+    return list(dict.fromkeys(word for one in transitions for word in (one.name, str(one.kind))))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from chaosdrill.declared import METHODS, unfit
 from chaosdrill.engine.methods import NAMES
 from chaosdrill.errors import SettingsError
-from chaosdrill.names import key_text, remedy, shown
+from chaosdrill.names import event_words, key_text, remedy, shown
 from chaosdrill.settings import (
     LONGEST,
     Choice,
@@ -17,7 +17,6 @@ from chaosdrill.settings import (
     Known,
     ListOf,
     Number,
-    Path,
     Settings,
     Text,
     Value,
@@ -148,7 +147,7 @@ class At(Text):
 
 def section_fault(system: "HybridSystem", at: str) -> str | None:
     """Why a system has no such section; None if it has."""
-    events = list(dict.fromkeys(name for t in system.transitions for name in (t.name, str(t.kind))))
+    events = event_words(system.transitions)
     if at == "strobe":
         if system.forced:
             return None
@@ -468,11 +467,12 @@ class Seeds(ListOf):
 SEEDS = Seeds(Start())
 
 
-class Random(Value):
-    """Random initial states: how many, the number of their generator, and the range of each state that is drawn."""
+class Region(Value):
+    """A box of states: lower and upper ends of some of them, by name."""
 
-    type_name = "mapping"
-    _own: ClassVar[dict[str, Value]] = {"count": Whole(1, MOST_SEEDS), "seed": Whole(0, 2**53), "mode": Text()}
+    type_name = "mapping of state to (low, high)"
+    _own: ClassVar[Mapping[str, Value]] = {}
+    """What else the table holds, by name."""
 
     def plain(self, value: Any) -> Any:
         if not isinstance(value, Mapping):
@@ -485,64 +485,38 @@ class Random(Value):
 
     def faults(self, value: Any) -> Faults:
         if not isinstance(value, Mapping):
-            yield (), told("expected a table", value)
+            yield (), told("expected a table of ranges by name, as in x = [-1, 1]", value)
             return
-        found: list[tuple[Path, str]] = [
-            ((key,), "missing; expected a whole number") for key in ("count", "seed") if key not in value
-        ]
         for name, one in value.items():
-            found += within((name,), self._own.get(name, _LIMITS).faults(one))
-        yield from found
-        boxes = {name: one for name, one in value.items() if name not in self._own}
-        if found:
-            return
-        if not boxes:
-            yield (), "names no state; give the range of at least one, as in y = [-1, 1]"
-        falling = [name for name, (low, high) in boxes.items() if not low < high]
-        for name in falling[:1]:
-            yield (), f"the range of {name} must increase: [low, high] with low < high"
+            found = list(within((name,), self._own.get(name, _LIMITS).faults(one)))
+            yield from found
+            if not found and name not in self._own and not one[0] < one[1]:
+                yield (name,), told("must increase: [low, high] with low < high", one)
 
     def misfits(self, value: Any, known: Known) -> Faults:
-        if not isinstance(value, Mapping) or known.states is None:
-            return
-        for name in value:
-            if name not in self._own and name not in known.states:
-                yield (name,), f"unknown state; {remedy(name, known.states)}"
+        for name in value if isinstance(value, Mapping) and known.states is not None else ():
+            if name not in self._own and name not in known.states:  # type: ignore[operator]
+                yield (name,), f"unknown state; {remedy(name, known.states or ())}"
 
     def argument(self, value: Any) -> dict[str, Any]:
         return {name: one if name in self._own else [float(end) for end in one] for name, one in value.items()}
 
 
-RANDOM = Random()
+class Random(Region):
+    """Random initial states: how many, the number of their generator, and the range of each state that is drawn."""
 
-
-class Region(Value):
-    """A box of states: lower and upper ends of some of them, by name."""
-
-    type_name = "mapping of state to (low, high)"
-
-    def plain(self, value: Any) -> Any:
-        return {str(key): _LIMITS.plain(one) for key, one in value.items()} if isinstance(value, Mapping) else value
+    type_name = "mapping"
+    _own: ClassVar[Mapping[str, Value]] = {"count": Whole(1, MOST_SEEDS), "seed": Whole(0, 2**53), "mode": Text()}
 
     def faults(self, value: Any) -> Faults:
-        if not isinstance(value, Mapping):
-            yield (), told("expected a table of ranges by name, as in x = [-1, 1]", value)
-            return
-        for name, ends in value.items():
-            found = list(within((name,), _LIMITS.faults(ends)))
-            yield from found
-            if not found and not ends[0] < ends[1]:
-                yield (name,), told("must increase: [low, high] with low < high", ends)
+        yield from super().faults(value)
+        if isinstance(value, Mapping):
+            yield from (((key,), "missing; expected a whole number") for key in ("count", "seed") if key not in value)
+            if not value.keys() - self._own.keys():
+                yield (), "names no state; give the range of at least one, as in y = [-1, 1]"
 
-    def misfits(self, value: Any, known: Known) -> Faults:
-        if not isinstance(value, Mapping) or known.states is None:
-            return
-        for name in value:
-            if name not in known.states:
-                yield (name,), f"unknown state; {remedy(name, known.states)}"
 
-    def argument(self, value: Any) -> dict[str, Any]:
-        return {name: [float(end) for end in ends] for name, ends in value.items()}
+RANDOM = Random()
 
 
 FIXED_SEEDS = (

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.dataset.schema import Table, axis, may
-from chaosdrill.names import key_text, remedy
+from chaosdrill.names import event_words, key_text, remedy
 from chaosdrill.settings import Choice, Faults, ListOf, Number, Settings, TableOf, Text, Value, setting, told, within
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def misfits_of_functions(table: Mapping[str, Any], system: "HybridSystem") -> Fa
     from chaosdrill.orbits.functions import read_function
     from chaosdrill.orbits.orbit_record import PYTHON, PythonFunction
 
-    events = list(dict.fromkeys(name for t in system.transitions for name in (t.name, str(t.kind))))
+    events = event_words(system.transitions)
     for name, one in (table.get("functions") or {}).items():
         if isinstance(one["of"], PythonFunction):
             for key in ("take", "at", "modes"):

@@ -18,7 +18,7 @@ from chaosdrill.errors import SettingsError
 from chaosdrill.limits import NOT_NEGATIVE, POSITIVE, Limit
 from chaosdrill.model.tables import OF_NOISE, finite
 from chaosdrill.model.values import System
-from chaosdrill.names import remedy, shown
+from chaosdrill.names import event_words, remedy, shown
 
 if TYPE_CHECKING:
     import numpy as np
@@ -377,7 +377,7 @@ def _told(system: System, name: str, at: Any) -> tuple[str, ...]:
 
 
 def known_events(system: System) -> str:
-    events = list(dict.fromkeys(name for t in system.transitions for name in (t.name, str(t.kind))))
+    events = event_words(system.transitions)
     if system.forced and not system.discrete:
         events.append(PERIOD)
     return ", ".join(map(repr, events)) or "no events"

@@ -255,6 +255,8 @@ def test_what_has_no_curve_says_why():
         cd.manifolds(saddle_cycle())
     with pytest.raises(cd.SettingsError, match="must increase"):
         cd.manifolds(bowed(), region={"x": (1, -1)})
+    with pytest.raises(cd.SettingsError, match="expected a list"):
+        cd.manifolds(bowed(), region={"x": {-1, 1}})
 
 
 def test_points_are_bounded(henon):

@@ -113,7 +113,7 @@ def test_the_box_of_a_state_leaves_the_others_alone(bistable):
         ({"count": 2, "seed": -1, "x": (0, 1)}, "random.seed is -1; must be at least 0"),
         ({"count": 2, "seed": 1}, "random: names no state"),
         ({"count": 2, "seed": 1, "z": (0, 1)}, "random.z: unknown state; known here: x, y"),
-        ({"count": 2, "seed": 1, "x": (1, 0)}, "random: the range of x must increase: [low, high]"),
+        ({"count": 2, "seed": 1, "x": (1, 0)}, "random.x is [1, 0]; must increase: [low, high]"),
         ({"count": 2, "seed": 1, "x": 3}, "random.x is 3; expected a list"),
         ({"count": 2, "seed": 1, "x": (0, 1), "mode": "none"}, "initial mode 'none'"),
     ],

@@ -289,7 +289,7 @@ SWEEPS_FAULTS = [
     (DIAGRAM + "random = { count = 2, y = [0, 1] }\n", "9: analysis.a.random.seed: missing"),
     (DIAGRAM + "random = { count = 0, seed = 1, y = [0, 1] }\n", "9: analysis.a.random.count: must be at least 1"),
     (DIAGRAM + "random = { count = 2, seed = 1 }\n", "9: analysis.a.random: names no state; give the range"),
-    (DIAGRAM + "random = { count = 2, seed = 1, y = [1, 0] }\n", "9: analysis.a.random: the range of y must increase"),
+    (DIAGRAM + "random = { count = 2, seed = 1, y = [1, 0] }\n", "9: analysis.a.random.y: must increase: [low, high]"),
     (DIAGRAM + "random = { count = 2, seed = 1, y = 3 }\n", "9: analysis.a.random.y: expected a list, received 3"),
     (DIAGRAM + "random = { count = 2, seed = 1, y = [0, 1, 2] }\n", "9: analysis.a.random.y: must have at most 2"),
     (DIAGRAM + "random = { count = 2, seed = 1, z = [0, 1] }\n", "9: analysis.a.random.z: unknown state; known here: "),
