@@ -156,21 +156,14 @@ class _Words(NamedTuple):
         )
 
 
-def declarations(
-    kind: str, *, system: Any, sweep: tuple[str, ...] = (), leading: tuple[str, ...] = ()
-) -> dict[str, Variable]:
-    """The table of one kind with its placeholders filled in for a system and its swept parameters.
-
-    Of the dimensions that a dataset has ``leading`` holds those at least of which there may be none.
-    """
-    return {name: one for name, (one, _) in _told(kind, _Words.of(system), sweep, leading).items()}
-
-
 @lru_cache(maxsize=64)
 def _told(
     kind: str, words: _Words, sweep: tuple[str, ...], leading: tuple[str, ...]
 ) -> dict[str, tuple[Variable, dict[str, Any]]]:
-    """The declarations, and the attributes of each variable; the same for all calls of an analysis of a system."""
+    """The table of a kind, its placeholders filled in, with the attributes of each variable; the same for all calls.
+
+    Of the dimensions that a dataset has ``leading`` holds those at least of which there may be none.
+    """
     if kind not in SCHEMA:
         raise ChaosdrillError(f"no table of variables for kind {kind!r}; there is one for {', '.join(SCHEMA)}")
     quadratures, labels = words.quadratures, dict(words.labels)
