@@ -1,7 +1,7 @@
 """What a table of errors and costs says to someone who wants a number of digits."""
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -90,17 +90,20 @@ def cheapest(ds: "xr.Dataset", quantity: str, digits: float) -> tuple[str, float
     reached = (ds["error"].sel(quantity=quantity) <= 10.0**-digits) & np.isfinite(ds["wall_time"])
     if not reached.any():
         return None
-    times = ds["wall_time"].where(reached).transpose("method", "tolerance").values
-    tolerances = np.where(times <= PRECISION.same * np.nanmin(times), ds["tolerance"].values, np.inf)
-    row, column = np.unravel_index(int(np.argmin(tolerances)), times.shape)
-    return str(ds["method"].values[row]), float(ds["tolerance"].values[column]), float(times[row, column])
+    times = ds["wall_time"].where(reached)
+    return _cell(times, ds["tolerance"].where(times <= PRECISION.same * times.min()))
 
 
 def best(ds: "xr.Dataset", quantity: str) -> tuple[str, float, float]:
     """Method, tolerance and error of the most accurate cell."""
-    errors = ds["error"].sel(quantity=quantity).transpose("method", "tolerance").values
-    row, column = np.unravel_index(int(np.nanargmin(errors)), errors.shape)
-    return str(ds["method"].values[row]), float(ds["tolerance"].values[column]), float(errors[row, column])
+    errors = ds["error"].sel(quantity=quantity)
+    return _cell(errors, errors)
+
+
+def _cell(values: "xr.DataArray", least: "xr.DataArray") -> tuple[str, float, float]:
+    """Method, tolerance and value of the cell at which another quantity is least."""
+    one = values.isel(cast("dict[str, xr.DataArray]", least.argmin(("method", "tolerance"))))
+    return str(one["method"].values), float(one["tolerance"]), float(one)
 
 
 def _digits(ds: "xr.Dataset", quantity: str) -> str:
@@ -142,16 +145,15 @@ def _statistics(ds: "xr.Dataset") -> Iterator[str]:
 
 
 def _horizon(ds: "xr.Dataset") -> Iterator[str]:
-    horizon = ds["horizon"].transpose("method", "tolerance").values
-    if not np.isfinite(horizon).any():
+    horizon = ds["horizon"].where(np.isfinite(ds["horizon"]))
+    if not horizon.notnull().any():
         return
-    row, column = np.unravel_index(int(np.nanargmax(np.where(np.isfinite(horizon), horizon, -1.0))), horizon.shape)
-    length = horizon[row, column]
+    method, tolerance, length = _cell(horizon, -horizon)
     forced = "forcing_period" in ds.variables
     unit, units = (float(ds["forcing_period"]), "periods") if forced else (1.0, "units of time")
     yield (
         f"a single trajectory can be trusted to 1e-6 for {length / unit:.3g} {units} at most "
-        f"({ds['method'].values[row]} at {ds['tolerance'].values[column]:g}); beyond that only averages mean something"
+        f"({method} at {tolerance:g}); beyond that only averages mean something"
     )
 
 
