@@ -1,6 +1,7 @@
 """A layout in which legends and labels keep within their figure, whatever its size becomes."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import Any, cast
 from weakref import WeakKeyDictionary
 
@@ -120,18 +121,16 @@ def _break(text: Text, whole: str, room: float) -> None:
         size = float(text.get_fontsize())
     text.set_fontsize(size)
     _sizes[text] = size, size
-    text.set_text(whole)
     if not whole:
+        text.set_text(whole)
         return
 
-    def length() -> float:
+    def length(shown: str) -> float:
+        text.set_text(shown)
         extent = text.get_window_extent()
         return float(extent.height if text.get_rotation() == 90 else extent.width)
 
-    longest = max(map(len, whole.split("\n")))
-    while (found := length()) > room > 0 and longest > TUNING.fewest_letters:
-        longest = max(TUNING.fewest_letters, min(longest - 1, int(longest * room / found)))
-        text.set_text("\n".join(wrapped(line, longest) for line in whole.split("\n")))
+    _, found = _broken(whole, room, length)
     if found > room > 0:
         text.set_fontsize(size * max(TUNING.smallest_text, room / found))
         _sizes[text] = size, float(text.get_fontsize())
@@ -147,32 +146,30 @@ def fit_legend(legend: Legend, fig: Figure) -> bool:
     if own.loc is None:
         room = legend.axes.bbox.width
     pads = em * (legend.handlelength + legend.handletextpad)
-    widths = np.array([_width(label, legend.prop, fig) for label in own.labels])
+    width = partial(_width, font=legend.prop, fig=fig)
+    widths = np.array([width(label) for label in own.labels])
     for columns in range(min(own.most, len(widths)), 0, -1):
         parts = [part.max() + pads for part in np.array_split(widths, columns)]
         if sum(parts) + em * (legend.columnspacing * (columns - 1) + 2 * legend.borderpad) <= room:
             break
     most = room - pads - 2 * em * legend.borderpad
-    labels = [
-        label if width <= most else _broken(label, legend.prop, fig, most)
-        for label, width in zip(own.labels, widths, strict=True)
-    ]
+    labels = [_broken(label, most, width)[0] for label in own.labels]
     changed = columns != own.columns or labels != [text.get_text() for text in legend.texts]
     if changed:
         _make_again(legend, own, labels, columns)
     if own.title:
         title = legend.get_title()
-        title.set_text(_broken(own.title, title.get_fontproperties(), fig, room))
+        title.set_text(_broken(own.title, room, partial(_width, font=title.get_fontproperties(), fig=fig))[0])
     return changed
 
 
-def _broken(label: str, font: FontProperties, fig: Figure, room: float) -> str:
-    """A text in lines that fit; letters differ in width, so that the lines themselves are measured."""
-    text, longest = label, max(map(len, label.split("\n")))
-    while (width := _width(text, font, fig)) > room > 0 and longest > TUNING.fewest_letters:
-        longest = max(TUNING.fewest_letters, min(longest - 1, int(longest * room / width)))
-        text = "\n".join(wrapped(line, longest) for line in label.split("\n"))
-    return text
+def _broken(whole: str, room: float, length: Callable[[str], float]) -> tuple[str, float]:
+    """A text in lines that fit, and its length; letters differ in width, so that the lines themselves are measured."""
+    text, longest = whole, max(map(len, whole.split("\n")))
+    while (found := length(text)) > room > 0 and longest > TUNING.fewest_letters:
+        longest = max(TUNING.fewest_letters, min(longest - 1, int(longest * room / found)))
+        text = "\n".join(wrapped(line, longest) for line in whole.split("\n"))
+    return text, found
 
 
 def _width(label: str, font: FontProperties, fig: Figure) -> float:

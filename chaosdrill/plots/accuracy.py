@@ -9,14 +9,13 @@ from chaosdrill.analysis.precision_advice import MANY, NAMES, cheapest, shown_qu
 from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.plots._types import Axes, Dataset, Figure
 from chaosdrill.plots.figures import is_narrow, legend_outside, new_figure, note
-from chaosdrill.plots.labels import subscript, time_unit, uncertain
+from chaosdrill.plots.labels import exponent_text, subscript, time_unit
 from chaosdrill.plots.markers import tell
-from chaosdrill.plots.palette import PALETTE
+from chaosdrill.plots.palette import DASHES, PALETTE
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.tuning import TUNING
 
 # colours, markers and dashes each distinguish the methods, also on grey paper
-_DASHES = ("-", "--", "-.", ":")
 _MARKERS = ("o", "s", "^", "D")
 
 
@@ -39,7 +38,7 @@ def convergence(dataset: Dataset) -> Figure:
         history = dataset["lyapunov_history"].values[:, i]
         _panel(panel, time, history, float(values[i]), float(errors[i]))
         panel.set_ylabel(subscript("λ", i + 1))
-        panel.set_title(f"{subscript('λ', i + 1)} = {uncertain(float(values[i]), float(errors[i]))}")
+        panel.set_title(exponent_text(i + 1, values[i], errors[i]))
     panels[-1].set_xlabel(f"length of the run ({units})")
     figure.align_ylabels(list(panels))
     legend_outside(figure, panels[0].get_legend_handles_labels()[0], ncols=2, handlelength=1.4)
@@ -137,7 +136,7 @@ def _line(panel: Axes, dataset: Dataset, number: int, x: np.ndarray) -> float:
     known = known[np.argsort(-tolerances[known], kind="stable")]
     x, time = x[known], time[known]
     colour, marker = PALETTE[number % len(PALETTE)], _MARKERS[number % len(_MARKERS)]
-    panel.plot(x, time, _DASHES[number % len(_DASHES)], marker=marker, color=colour, markersize=4, label=method)
+    panel.plot(x, time, DASHES[number % len(DASHES)], marker=marker, color=colour, markersize=4, label=method)
     panel.set_yscale("log")
     return float(np.exp(np.polyfit(x, np.log(time), 1)[0]) - 1) if np.ptp(x) > 1 else float("nan")
 

@@ -26,7 +26,7 @@ from chaosdrill.plots.categories import (
 )
 from chaosdrill.plots.contents import places_of
 from chaosdrill.plots.figures import legend_outside, one_panel, size_of
-from chaosdrill.plots.labels import label, readable, shorten, state_label, subscript, uncertain
+from chaosdrill.plots.labels import exponent_text, label, readable, shorten, state_label, uncertain
 from chaosdrill.plots.palette import EVENT_MARKERS, diverging, sequential
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.plane import Plane
@@ -199,7 +199,7 @@ def _describe(attractor: Dataset, number: int) -> str:
     exponent = float(attractor["attractor_exponent"][0]) if "attractor_exponent" in attractor.variables else np.nan
     if not np.isnan(exponent):
         error = float(attractor["attractor_error"][0]) if "attractor_error" in attractor.variables else np.nan
-        parts.append(f"{subscript('λ', 1)} = {uncertain(exponent, error)}")
+        parts.append(exponent_text(1, exponent, error))
     if "attractor_rate" in attractor.variables and np.isfinite(attractor["attractor_rate"]):
         spread = float(attractor.get("attractor_rate_error", np.nan))
         parts.append(f"progression {uncertain(float(attractor['attractor_rate']), spread)}")

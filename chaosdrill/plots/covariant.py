@@ -3,8 +3,8 @@
 import numpy as np
 
 from chaosdrill.plots._types import Axes, Dataset, Figure
-from chaosdrill.plots.figures import legend_above, legend_outside, new_figure
-from chaosdrill.plots.labels import label, state_label, subscript, uncertain
+from chaosdrill.plots.figures import legend_above, legend_outside, stacked
+from chaosdrill.plots.labels import exponent_text, label, state_label, subscript
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.tuning import TUNING
@@ -22,8 +22,7 @@ def covariant(dataset: Dataset) -> Figure:
     shown = np.flatnonzero(np.isfinite(exponents))[: len(PALETTE)].tolist()
     splits = np.flatnonzero(np.isfinite(dataset["smallest_angle"].values))[: TUNING.most_splits].tolist()
     heights = [TUNING.vectors_height] * (states.shape[1] > 1) + [TUNING.angles_height] * bool(splits)
-    figure = new_figure(0.9 + sum(heights or [TUNING.angles_height]), least=1.2 + 2 * TUNING.low * len(heights))
-    panels = np.atleast_1d(figure.subplots(max(len(heights), 1), 1, height_ratios=heights or None))
+    figure, panels = stacked(heights or [TUNING.angles_height], 0.9, least=1.2 + 2 * TUNING.low * len(heights))
     if not heights:
         panels[0].set_axis_off()
         panels[0].set_title("one state, one direction" if exponents.size else "no vectors")
@@ -49,8 +48,7 @@ def _draw_plane(axes: Axes, dataset: Dataset, shown: list[int]) -> None:
             np.divide(scaled, length, out=np.zeros_like(scaled), where=length > 0) * (TUNING.vector_length / 2) * extent
         )
         ends = np.stack([states[kept] - half, states[kept] + half, np.full_like(half, np.nan)], axis=1).reshape(-1, 2)
-        value, error = float(dataset["lyapunov_exponent"][i]), float(dataset["lyapunov_error"][i])
-        name = f"{subscript('λ', i + 1)} = {uncertain(value, error)}"
+        name = exponent_text(i + 1, *(dataset[f"lyapunov_{part}"].values[i] for part in ("exponent", "error")))
         axes.plot(*ends.T, color=PALETTE[i % len(PALETTE)], linewidth=1.1, label=name, zorder=2)
     axes.set(xlabel=state_label(dataset, 0), ylabel=state_label(dataset, 1))
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from chaosdrill.dataset import Outcome
 from chaosdrill.plots._types import Axes, Dataset, Figure
-from chaosdrill.plots.figures import legend_above, new_figure
+from chaosdrill.plots.figures import legend_above, stacked
 from chaosdrill.plots.labels import label, state_label, time_unit, uncertain
 from chaosdrill.plots.palette import LINE_COLOURS, PALETTE
 from chaosdrill.plots.pictures import picture
@@ -23,9 +23,7 @@ def edge(dataset: Dataset) -> Figure:
     attractors are drawn.
     """
     tracked = dataset.sizes["step"] > 0
-    heights = [TUNING.edge_height, TUNING.parting_height][: 1 + tracked]
-    figure = new_figure(0.9 + sum(heights))
-    panels = np.atleast_1d(figure.subplots(len(heights), 1, height_ratios=heights))
+    figure, panels = stacked([TUNING.edge_height, TUNING.parting_height][: 1 + tracked], 0.9)
     _draw_track(panels[0], dataset)
     if tracked:
         _draw_distance(panels[1], dataset)

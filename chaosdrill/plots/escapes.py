@@ -3,8 +3,8 @@
 import numpy as np
 
 from chaosdrill.plots._types import Axes, Dataset, Figure
-from chaosdrill.plots.figures import legend_inside, new_figure
-from chaosdrill.plots.labels import label, state_label, subscript, uncertain
+from chaosdrill.plots.figures import legend_inside, stacked
+from chaosdrill.plots.labels import exponent_text, label, state_label, uncertain
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.tuning import TUNING
@@ -20,9 +20,7 @@ def escapes(dataset: Dataset) -> Figure:
     points = dataset["saddle_state"].values
     moving = np.flatnonzero(np.ptp(points, axis=0) > 0) if len(points) else np.zeros(0, dtype=int)
     with_saddle = len(moving) > 0
-    figure = new_figure(0.7 + TUNING.survival_height + TUNING.saddle_height * with_saddle)
-    heights = [TUNING.survival_height, TUNING.saddle_height][: 1 + with_saddle]
-    panels = np.atleast_1d(figure.subplots(len(heights), 1, height_ratios=heights))
+    figure, panels = stacked([TUNING.survival_height, TUNING.saddle_height][: 1 + with_saddle], 0.7)
     _draw_survival(panels[0], dataset)
     if with_saddle:
         _draw_saddle(panels[1], dataset, moving.tolist())
@@ -53,7 +51,7 @@ def _draw_saddle(axes: Axes, dataset: Dataset, moving: list[int]) -> None:
         axes.set_ylabel("points")
     axes.set_xlabel(state_label(dataset, moving[0]))
     told = [
-        f"{subscript('λ', k + 1)} = {uncertain(float(value), float(error))}"
+        exponent_text(k + 1, value, error)
         for k, (value, error) in enumerate(zip(exponents, dataset["lyapunov_error"].values, strict=True))
         if np.isfinite(value)
     ]

@@ -6,14 +6,21 @@ import numpy as np
 
 from chaosdrill.errors import SettingsError
 from chaosdrill.plots._types import Axes, DataArray, Dataset, Figure
-from chaosdrill.plots.figures import legend_above, legend_inside, legend_outside, new_figure, one_panel
-from chaosdrill.plots.labels import axis_label, label, shorten, state_label, subscript, time_unit, uncertain
-from chaosdrill.plots.palette import PALETTE
+from chaosdrill.plots.figures import legend_above, legend_inside, legend_outside, new_figure, one_panel, stacked
+from chaosdrill.plots.labels import (
+    axis_label,
+    exponent_text,
+    label,
+    shorten,
+    state_label,
+    subscript,
+    time_unit,
+    uncertain,
+)
+from chaosdrill.plots.palette import DASHES, PALETTE
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.plane import bounds
 from chaosdrill.plots.tuning import TUNING
-
-_DASHES = ("-", "--", "-.", ":")
 
 
 @picture(
@@ -110,8 +117,7 @@ def finite_times(dataset: Dataset) -> Figure:
     """
     means = np.atleast_1d(dataset["lyapunov_exponent"].values)
     shown = np.flatnonzero(np.isfinite(means)).tolist()[: TUNING.most_panels]
-    figure = new_figure(1.1 + TUNING.evidence_panel * max(len(shown), 1), least=0.8 + 2 * TUNING.low * len(shown))
-    panels = np.atleast_1d(figure.subplots(max(len(shown), 1), 1))
+    figure, panels = stacked([TUNING.evidence_panel] * max(len(shown), 1), 1.1, least=0.8 + 2 * TUNING.low * len(shown))
     unit, one, many = time_unit(dataset)
 
     def told(time: float) -> str:
@@ -123,13 +129,13 @@ def finite_times(dataset: Dataset) -> Figure:
             density, centre = (dataset[name].values[w, e] for name in ("histogram", "bin_centre"))
             width = centre[1] - centre[0] if len(centre) > 1 else 1.0
             edges = np.append(centre - width / 2, centre[-1] + width / 2)
-            look: dict[str, Any] = {"color": PALETTE[w % len(PALETTE)], "linestyle": _DASHES[w % len(_DASHES)]}
+            look: dict[str, Any] = {"color": PALETTE[w % len(PALETTE)], "linestyle": DASHES[w % len(DASHES)]}
             panel.stairs(density / density.max(), edges, linewidth=1.2, label=told(window), **look)
         panel.axvline(means[e], color="0.5", linewidth=0.8, zorder=1)
         first, error = (float(dataset[name][0, e, 0]) for name in ("cumulant", "cumulant_error"))
         time = float(dataset["correlation_time"][e])
         rest = f"correlation time {told(time)}" if np.isfinite(time) else "constant"
-        panel.set_title(f"{subscript('λ', int(dataset['exponent'][e]))} = {uncertain(first, error)}, {rest}")
+        panel.set_title(f"{exponent_text(int(dataset['exponent'][e]), first, error)}, {rest}")
         panel.set_ylabel("density / highest")
         panel.set_ylim(0, 1.08)
     panels[-1].set_xlabel("exponent over the window")
@@ -191,7 +197,7 @@ def with_bars(axes: Axes, x: np.ndarray, values: DataArray, errors: DataArray, n
     """Draw dots with bars of two standard errors, joined by a thin line, in the colour with this number."""
     colour = PALETTE[number % len(PALETTE)]
     return axes.errorbar(
-        x, values.values, yerr=2 * errors.values, fmt="o", linestyle=_DASHES[number % len(_DASHES)], linewidth=0.6,
+        x, values.values, yerr=2 * errors.values, fmt="o", linestyle=DASHES[number % len(DASHES)], linewidth=0.6,
         color=colour, markersize=3, markeredgewidth=0, elinewidth=0.8,
     )  # fmt: skip
 

@@ -67,6 +67,12 @@ def one_panel(ax: Axes | None, height: float) -> tuple[Figure, Axes]:
     return owner(ax), ax
 
 
+def stacked(heights: Sequence[float], edge: float, least: float = 0.0) -> tuple[Figure, list[Axes]]:
+    """Return a new figure of panels below each other, at least one, as high as given beside an ``edge`` of inches."""
+    figure = new_figure(edge + sum(heights), least=least)
+    return figure, figure.subplots(len(heights), 1, height_ratios=heights, squeeze=False)[:, 0].tolist()
+
+
 def owner(ax: Axes) -> Figure:
     """Return the figure that axes stand in."""
     figure = ax.get_figure(root=True)

@@ -151,6 +151,11 @@ def subscript(letter: str, number: int) -> str:
     return letter + str(number).translate(_LOWERED)
 
 
+def exponent_text(number: int, value: float, error: float) -> str:
+    """Return an exponent by its number from 1, with its value and error."""
+    return f"{subscript('λ', number)} = {uncertain(float(value), float(error))}"
+
+
 def shorten(value: float) -> str:
     """Return a number for a legend: four significant digits, a true minus sign, and infinity by its symbol."""
     if np.isneginf(value):

@@ -47,6 +47,7 @@ BELOW = ("#00467D", "#005D9D", "#0D75B9", "#4F8DCB", "#7CA6D8", "#A5BFE3", "#CBD
 _ZERO = "#F4F3F4"
 _ABOVE = ("#EFD2C8", "#E2B3A2", "#D3947E", "#C1765C", "#AB5A3F", "#8E432A", "#6F2F1A")
 MODE_SHADES = ("#FFFFFF", "#DCE6F0", "#F5E6D3", "#E3EFE3", "#EFE3EC")
+DASHES = ("-", "--", "-.", ":")
 DOTS = (0, (1, 2))
 """Dashes of jumps."""
 EVENT_MARKERS = ("v", "o", "s", "D", "^", "P", "X")
