@@ -44,7 +44,7 @@ def measure_costs(
     most: int,
     cells: Sequence[Numerics],
     repeats: int,
-    report: Callable[[], None] = lambda: None,
+    report: Callable[[], None],
 ) -> list[Cost]:
     """Time runs with all tangents and events; the cells take turns, so that a slow moment of the machine meets all.
 

@@ -10,7 +10,6 @@ from chaosdrill.analysis.precision_start import TIGHT, TIGHT_METHODS, Mapped, Pl
 from chaosdrill.analysis.tuning import PRECISION
 from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
-from chaosdrill.engine import layout as at
 from chaosdrill.engine.methods import METHODS
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
@@ -144,7 +143,7 @@ def _against_truth(values: dict[str, float], place: Place, system: HybridSystem,
     goal, sizes = truth.start if place.period else truth.state, place.sizes
     values["strobe"] = _largest(state / sizes, goal)
     if truth.times:
-        same = events_of(mapped) == truth.transitions
+        same = tuple(mapped.found.transitions.tolist()) == truth.transitions
         values["event_time"] = _largest(mapped.found.times, truth.times) / place.unit if same else float("inf")
     entries = [truth.tangent[i, j] for i in range(len(goal)) for j in range(len(goal))]
     size = max(1.0, *(abs(float(entry)) for entry in entries))
@@ -156,11 +155,6 @@ def _against_truth(values: dict[str, float], place: Place, system: HybridSystem,
 def _largest(found: np.ndarray, exact: list[Any]) -> float:
     """Largest difference, taken before the exact numbers are rounded."""
     return float(max(abs(a - float(b)) for a, b in zip(exact, found, strict=True)))
-
-
-def events_of(mapped: Mapped) -> tuple[int, ...]:
-    """Transitions of a stretch, in order."""
-    return tuple(mapped.found.events[:, at.EVENT_KIND].astype(int).tolist())
 
 
 def multiplier_error(found: np.ndarray, exact: np.ndarray) -> float:

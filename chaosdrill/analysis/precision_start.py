@@ -144,9 +144,9 @@ def _directed(tangent: np.ndarray) -> np.ndarray:
 def _unit_events(found: Record, times: np.ndarray, unit: float) -> UnitEvents:
     if not len(times):
         return UnitEvents((), 0.0, 0.0)
-    transitions = tuple(found.events[:, at.EVENT_KIND].astype(int).tolist())
     inside = float(min(times.min(), unit - times.max()))
-    return UnitEvents(transitions, inside, float(np.abs(found.events[:, at.EVENT_SPEED]).min()))
+    slowest = float(np.abs(found.events[:, at.EVENT_SPEED]).min())
+    return UnitEvents(tuple(found.transitions.tolist()), inside, slowest)
 
 
 def restart(system: HybridSystem, x: Any, mode: str) -> HybridSystem:
@@ -266,7 +266,5 @@ def _onto_cycle(
 
 def itinerary(found: Record) -> Itinerary:
     """Which events a recorded stretch holds, and about when."""
-    columns = found.events[:, [at.EVENT_STROBES, at.EVENT_TIME, at.EVENT_KIND]].T
-    return Itinerary(
-        *(tuple(column.tolist()) for column in (columns[0].astype(int), columns[1], columns[2].astype(int)))
-    )
+    strobes, times = found.events[:, [at.EVENT_STROBES, at.EVENT_TIME]].T
+    return Itinerary(*(tuple(column.tolist()) for column in (strobes.astype(int), times, found.transitions)))

@@ -29,6 +29,11 @@ class Record:
     """(events, 6 + 2 n): columns of the engine's event buffer, the states before and after from column 6 on."""
     times: np.ndarray  # (events,): time of each event since the start of the run
 
+    @property
+    def transitions(self) -> np.ndarray:
+        """Transition of each event, int of shape (events,)."""
+        return self.events[:, at.EVENT_KIND].astype(np.int64)
+
     def states_before(self) -> np.ndarray:
         """States before the events, shape (events, n)."""
         n = (self.events.shape[1] - at.EVENT_COLUMNS) // 2
@@ -42,7 +47,7 @@ class Record:
     def modes_after(self, system: HybridSystem) -> np.ndarray:
         """Modes after the events, int of shape (events,)."""
         into = [-1 if t.marks_only() else system.mode_names.index(t.target) for t in system.transitions]
-        led = np.array(into, dtype=np.int64)[self.events[:, at.EVENT_KIND].astype(np.int64)]
+        led = np.array(into, dtype=np.int64)[self.transitions]
         return np.where(led < 0, self.events[:, at.EVENT_MODE].astype(np.int64), led)
 
     def of(self, transitions: Collection[int]) -> "Record":

@@ -107,7 +107,7 @@ class Plane:
         values: DataArray,
         norm: Normalize,
         colours: Colormap,
-        extend: str = "neither",
+        extend: str,
         apart: Sequence[tuple[float, Category]] = (),
         dotted: tuple[Truths, Category] | None = None,
     ) -> None:
@@ -118,7 +118,7 @@ class Plane:
         values : xarray.DataArray
             The numbers, over the dimensions of the variable.
         norm, colours : matplotlib norm and colormap
-        extend : str, default "neither"
+        extend : str
             Ends at which values exceed the colour bar, in matplotlib's words.
         apart : sequence of (float, Category)
             Values with their own category, such as minus infinity.
