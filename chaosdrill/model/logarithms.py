@@ -136,7 +136,10 @@ def area_sine(e: Any) -> Any:
     if not _is_positive(e.args[0]):
         return e
     found, one = exponentials(e.args[0]), sympy.S.One
-    (a, m), *others = found.items() if len(found) == 1 else two_of(found)
+    terms = [*found.items()] if len(found) == 1 else two_of(found)
+    if terms is None:
+        return e
+    (a, m), *others = terms
     w = log_of_two(m, a, others[0][1], others[0][0]) if others else a + sympy.log(m)
     return log_of_two(one, w, one, log_of_two(one, 2 * w, one, sympy.S.Zero) / 2)
 
