@@ -219,8 +219,8 @@ def chosen(system: "HybridSystem", wanted: bool | list[str]) -> tuple[str, ...]:
     return tuple(wanted)
 
 
-SCIPY = {"rk23": "dop853", "rk45": "dop853", "bdf": "radau", "lsoda": "radau"}
-"""Methods of SciPy by the one here that does their work; by its letters ``rk45`` resembles ``rk4``."""
+SCIPY = {"rk23": False, "rk45": False, "bdf": True, "lsoda": True}
+"""Whether a method of SciPy is implicit; by its letters ``rk45`` resembles ``rk4``."""
 
 
 class Method(Text):
@@ -230,8 +230,15 @@ class Method(Text):
 
     def faults(self, value: Any) -> Faults:
         if isinstance(value, str) and value not in METHODS:
-            yield (), f"unknown method {value!r:.60}; {remedy(SCIPY.get(value.lower(), value), METHODS)}"
+            yield (), f"unknown method {value!r:.60}; {remedy(_meant(value), METHODS)}"
         yield from super().faults(value)
+
+
+def _meant(name: str) -> str:
+    """The method that does the work of one of SciPy's; other names as they are."""
+    implicit = SCIPY.get(name.lower())
+    alike = (n for n, one in METHODS.items() if not (one.series or one.fixed_step) and one.implicit == implicit)
+    return name if implicit is None else next(alike)
 
 
 @dataclass(frozen=True, kw_only=True)
