@@ -472,7 +472,7 @@ def test_join_of_what_names_no_trajectories(runs):
 
 
 def test_join_of_a_list(motion):
-    with pytest.raises(ArchiveError, match=r'^runs is list; .* as in join\(\{"soft": one, "hard": another\}\)'):
+    with pytest.raises(ArchiveError, match=r'^runs is a list; .* as in join\(\{"soft": one, "hard": another\}\)'):
         cd.join([motion, motion])
 
 

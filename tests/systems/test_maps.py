@@ -229,7 +229,7 @@ def test_a_state_may_be_called_as_time_is() -> None:
 
 
 REFUSED = {
-    "method": (lambda m: cd.work_precision(m, periods=10), "is a map: it has no steps"),
+    "method": (lambda m: cd.work_precision(m, periods=10), "is a map: it takes no steps"),
     "surface": (lambda m: cd.poincare_section(m, periods=10, at="x > 0"), "is a map: iterates jump across a surface"),
     "duration": (lambda m: cd.lyapunov_spectrum(m, duration=10.0), "is a map; give periods instead"),
     "drive": (lambda m: cd.driven(m, "a", "square"), "a map has no time"),
