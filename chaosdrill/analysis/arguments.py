@@ -501,9 +501,11 @@ class Region(Value):
                 yield (name,), told("must increase: [low, high] with low < high", one)
 
     def misfits(self, value: Any, known: Known) -> Faults:
-        for name in value if isinstance(value, Mapping) and known.states is not None else ():
-            if name not in self._own and name not in known.states:  # type: ignore[operator]
-                yield (name,), f"unknown state; {remedy(name, known.states or ())}"
+        if not isinstance(value, Mapping) or known.states is None:
+            return
+        for name in value:
+            if name not in self._own and name not in known.states:
+                yield (name,), f"unknown state; {remedy(name, known.states)}"
 
     def argument(self, value: Any) -> dict[str, Any]:
         return {name: one if name in self._own else [float(end) for end in one] for name, one in value.items()}
