@@ -9,7 +9,18 @@ from chaosdrill.analysis.recurrence import CLOSE, FLOOR, ROUND_OFF, Recurrence, 
 from chaosdrill.analysis.resting import lengthens, stirs
 from chaosdrill.analysis.stationarity import SAME, departs, stationarity
 from chaosdrill.analysis.statistics import SINKS, STAYS, block_ends, leading
-from chaosdrill.analysis.tori import END, REPEATS, Regularity, aside, closes, examine, goes_on, only_grows, stopped
+from chaosdrill.analysis.tori import (
+    END,
+    REPEATS,
+    Regularity,
+    aside,
+    closes_for_good,
+    drift,
+    examine,
+    goes_on,
+    only_grows,
+    stopped,
+)
 from chaosdrill.analysis.words import FOLDS, Evidence, steady, words
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.shifts import Shifts
@@ -28,6 +39,10 @@ HYPERBOLIC = 1e-5
 
 NEUTRAL = 1e-6
 """Logarithm of a multiplier, or of the change of an area in a record, that counts as zero."""
+
+BENDS = 1e-3
+"""Distance to a cycle, in parts of that between its points and of what its multiplier lacks to 1, at which it is surely
+there: beyond a fold the multiplier would be 1 before (Kantorovich's condition, for curvatures of the map up to 500)."""
 
 USUAL = 64
 """Longest period that is looked for at the end of a record, unless another one is asked for."""
@@ -74,6 +89,7 @@ class Averages:
     late: np.ndarray  # (P, m): growth rates over the later half of the record
     course: np.ndarray  # (P, B + 1, m): logarithms of growth at the beginning and at the ends of blocks of one length
     length: np.ndarray  # (P,): time of the record
+    rounding: np.ndarray  # (P,): part of the sizes of states that errors of the run may add up to in it
     neutral: np.ndarray  # int (P,): how many are zero whatever the attractor
     complete: bool  # whether there are as many as states
 
@@ -128,7 +144,8 @@ def evidence_of(
     lead, margin, column = leading(exponents, averages.errors, averages.neutral, length, complete=averages.complete)
     one_of = (np.arange(points), column)
     late = averages.late[one_of] if exponents.shape[1] else np.zeros(points)
-    found = Evidence.of(points, ended=ended, lead=lead, margin=margin, length=length, late=late)
+    known_so_far = {"ended": ended, "lead": lead, "margin": margin, "length": length, "late": late}
+    found = Evidence.of(points, rounding=averages.rounding, **known_so_far)
     if exponents.shape[1]:
         found.quarter = growth_of_end(averages, column, QUARTER)
         found.steady = steady(averages.course[one_of[0], :, column])
@@ -236,13 +253,15 @@ def add_record(
     residual, neutral = found.residual.copy(), np.flatnonzero((found.period > 0) & e.unmoved)
     # round-off may come from the largest that states have been
     residual[neutral] = recurrence(paths[neutral], sizes[neutral] / FLOOR, most).residual
-    e.exact |= (found.period > 0) & closes_exactly(e, residual)
+    moves_on, closer, _ = drift(paths, sizes, found.period, e.rounding)
+    e.exact |= (found.period > 0) & closes_exactly(e, residual) & (~moves_on | closer)
     if part < 1.0:
         earlier = stationarity(shifts.quotient(coarse), shifts.sizes(known))
         e.leaving, e.settling = e.leaving | earlier[0], e.settling | earlier[1]
     unclear = np.flatnonzero(~e.positive & ~e.negative)
     drifts = e.drifts.copy()
-    seen = examine(windows[unclear], known[unclear], shifts, flow, e.may_be_torus[unclear], e.settled[unclear])
+    asked = e.may_be_torus[unclear], e.settled[unclear], e.rounding[unclear]
+    seen = examine(windows[unclear], known[unclear], shifts, flow, *asked)
     _add_seen(e, unclear, seen, flow is None)
     if part < 1.0 and flow is None:
         _add_early(e, np.flatnonzero(e.ordered), windows, known, coarse, shifts, part)
@@ -262,6 +281,16 @@ def closes_exactly(e: Evidence, residual: np.ndarray) -> np.ndarray:
 def is_own_period(found: Recurrence) -> np.ndarray:
     """Whether points come back, and so closely that they do not settle on a cycle with a part of the period."""
     return (found.period > 0) & (found.splitting > SPLIT) & (found.residual <= DECAY * found.splitting)
+
+
+def is_no_channel(found: Recurrence, multiplier: np.ndarray) -> np.ndarray:
+    """Whether what comes back with these logarithms of multipliers is a cycle, not what one leaves behind at a fold.
+
+    There points come back as nearly, and nearby motions come closer for a while.
+    """
+    with np.errstate(invalid="ignore", over="ignore"):
+        lacks = -np.expm1(multiplier)
+        return np.asarray((lacks > 0) & (found.residual <= BENDS * np.minimum(found.splitting, 1.0) * lacks**2))
 
 
 def add_returns(e: Evidence, found: Recurrence, lasts: np.ndarray, whole: np.ndarray) -> np.ndarray:
@@ -287,6 +316,7 @@ def add_returns(e: Evidence, found: Recurrence, lasts: np.ndarray, whole: np.nda
         e.recurs = is_own_period(found)
         attracting = np.where(whole, multiplier < -HYPERBOLIC, e.negative)
         e.attracts = attracting & (distance <= CLOSE) & (found.splitting > 10 * distance)
+        e.attracts &= is_no_channel(found, multiplier)
     return np.asarray(whole & (np.abs(multiplier) <= NEUTRAL))
 
 
@@ -323,7 +353,7 @@ def add_ends(e: Evidence, averages: Averages, paths: np.ndarray, known: np.ndarr
         left = np.flatnonzero(e.stopped & ~e.arrives)
         if not len(left) or count > rows:
             break
-        left = left[closes(paths[left, -count:], known[left])]
+        left = left[closes_for_good(paths[left, -count:], known[left], e.rounding[left])]
         # of whole blocks
         share = np.maximum(1, np.floor(part[left] * count / rows * blocks)).astype(int)
         with np.errstate(invalid="ignore"):
@@ -351,9 +381,12 @@ def add_passages(e: Evidence, which: np.ndarray, passages: np.ndarray, known: np
     angle.
     """
     paths, sizes = aside(passages, shifts), shifts.sizes(known)
-    e.exact[which] |= closes(paths, sizes) | closes(paths[:, paths.shape[1] // 2 :], sizes)
+    rounding = e.rounding[which]
+    for some in (paths, paths[:, paths.shape[1] // 2 :]):
+        e.exact[which] |= closes_for_good(some, sizes, rounding)
     left, asked = np.flatnonzero(~e.exact[which] & ~e.positive[which]), e.may_be_torus[which]
-    e.ordered[which[left]] |= examine(passages[left], known[left], shifts, None, asked[left], False).ordered
+    seen = examine(passages[left], known[left], shifts, None, asked[left], False, rounding[left])
+    e.ordered[which[left]] |= seen.ordered
 
 
 def add_later(
@@ -374,11 +407,11 @@ def add_later(
     later, known = windows[which, windows.shape[1] // 2 :], known[which]
     paths, sizes = aside(later, shifts), shifts.sizes(known)
     if flow is None:
-        found = recurrence(paths, sizes, later.shape[1] // REPEATS)
-        e.cycle_reached[which] = (found.period > 0) & (found.residual <= ROUND_OFF)
+        e.cycle_reached[which] = closes_for_good(paths, sizes, e.rounding[which])
     leaving, settling = stationarity(paths[:, :, :-1], sizes)
     stays = np.flatnonzero(~e.cycle_reached[which] & ~leaving & ~settling)
-    seen = examine(later[stays], known[stays], shifts, flow, e.may_have_reached_torus[which[stays]], False)
+    asked = e.may_have_reached_torus[which[stays]], False, e.rounding[which[stays]]
+    seen = examine(later[stays], known[stays], shifts, flow, *asked)
     e.torus_reached[which[stays]] = seen.ordered | seen.torus & seen.converges & ((flow is None) | seen.agrees)
     falls = e.late[which[stays]] < 0
     e.cycle_reached[which[stays]] |= (seen.line | seen.curve & falls & ~e.unmoved[which[stays]]) & seen.converges
@@ -422,7 +455,7 @@ def add_regularity(
     flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
 ) -> None:
     """Add what longer records of some points say, see `examine`."""
-    _add_seen(e, which, examine(windows, known, shifts, flow), flow is None)
+    _add_seen(e, which, examine(windows, known, shifts, flow, rounding=e.rounding[which]), flow is None)
     e.leaving[which], e.settling[which] = stationarity(aside(windows, shifts)[:, :, :-1], shifts.sizes(known))
 
 

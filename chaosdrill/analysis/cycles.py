@@ -14,7 +14,7 @@ from itertools import groupby
 
 import numpy as np
 
-from chaosdrill.analysis.classification import HYPERBOLIC
+from chaosdrill.analysis.classification import HYPERBOLIC, is_no_channel
 from chaosdrill.analysis.judging import Verdict, judge
 from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence, sizes, trend
@@ -198,7 +198,8 @@ def _measure(
         verdict.exponents[pair, :2] = shared[pair, np.newaxis]
     good = verdict.moves & np.isin(verdict.outcome, MEASURED) & (verdict.period > 0) & (multiplier < -HYPERBOLIC)
     path, known = aside(path, plan.shifts), plan.shifts.sizes(begun.known)
-    good &= recurrence(path, known, period, 2 * period).period == period
+    back = recurrence(path, known, period, 2 * period)
+    good &= (back.period == period) & is_no_channel(back, multiplier)
     good &= approaches(aside(trail, plan.shifts), path[:, :period], known, multiplier / period)
     return good, batch, replace(verdict, outcome=np.where(good, int(Outcome.PERIODIC), verdict.outcome))
 

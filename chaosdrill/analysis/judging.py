@@ -25,8 +25,8 @@ from chaosdrill.analysis.classification import (
 )
 from chaosdrill.analysis.recurrence import CLOSE, FLOOR, ROUND_OFF, Recurrence, recurrence
 from chaosdrill.analysis.resting import is_left, rests
-from chaosdrill.analysis.statistics import block_ends, error_of_exponents
-from chaosdrill.analysis.tori import END, LENGTH, aside
+from chaosdrill.analysis.statistics import added_rounding, block_ends, error_of_exponents
+from chaosdrill.analysis.tori import END, LENGTH, aside, drift
 from chaosdrill.analysis.tuning import PLAN
 from chaosdrill.analysis.words import Evidence, words
 from chaosdrill.dataset import Outcome
@@ -94,7 +94,7 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     # round-off may come from the largest that states have been
     e.exact = e.recurs & closes_exactly(e, _residual(plan, paths, size, found, e.recurs & neutral))
     exact = np.flatnonzero(e.exact)
-    e.exact[exact] = _returned(paths[exact], size[exact])
+    e.exact[exact] = _returned(paths[exact], size[exact], e.rounding[exact])
     centre = e.recurs & neutral & (found.residual <= ROUND_OFF)
     if plan.maps and not noisy:
         rows = np.where(e.ended == Outcome.OK, np.isfinite(full[:, :, 0]).sum(axis=1), 0)
@@ -135,13 +135,16 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     )
 
 
-def _returned(paths: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """Whether all of the later half of some points, shape (P, W, n + 1), comes back to the tolerance."""
+def _returned(paths: np.ndarray, known: np.ndarray, rounding: np.ndarray) -> np.ndarray:
+    """Whether all of the later half of some points, shape (P, W, n + 1), comes back to the tolerance, and for good."""
     half = np.isfinite(paths).all(axis=2).sum(axis=1) // 2
     found = np.zeros(len(paths), dtype=bool)
     for count in np.unique(half[half > 1]).tolist():
         here = np.flatnonzero(half == count)
-        found[here] = recurrence(paths[here], known[here], count, count).period > 0
+        period = recurrence(paths[here], known[here], count, count).period
+        late = last_rows(paths[here], count)
+        moves_on, closer, _ = drift(late, known[here], period, rounding[here])
+        found[here] = (period > 0) & (~moves_on | closer)
     return found
 
 
@@ -181,7 +184,8 @@ def averages_of(
     if plan.structure.autonomous and plan.structure.symmetries:
         neutral = plan.structure.neutral(batch.flow(which))
     course = np.take_along_axis(sums, order[:, np.newaxis], 2)
-    return Averages(exponents, errors, late, course, length, neutral, plan.computed == plan.system.free)
+    rounding = np.full(len(which), added_rounding(plan.numerics, plan.system.discrete, int(batch.ends[-1])))
+    return Averages(exponents, errors, late, course, length, rounding, neutral, plan.computed == plan.system.free)
 
 
 def _look_closer(

@@ -14,6 +14,7 @@ from chaosdrill.analysis.classification import Averages, add_rests, evidence_of_
 from chaosdrill.analysis.recording import flow_of, time_of_motion
 from chaosdrill.analysis.resting import is_left, rests
 from chaosdrill.analysis.statistics import (
+    added_rounding,
     block_ends,
     error_of_exponents,
     error_of_mean_rate,
@@ -99,6 +100,7 @@ def _evidence(
         late=means.late[np.newaxis],
         course=means.course[np.newaxis],
         length=np.array([plan.length]),
+        rounding=np.array([added_rounding(job.numerics, run.system.discrete, plan.count)]),
         neutral=np.array([int(structure.neutral(flow_of(run)))]),
         complete=len(means.values) == run.system.free,
     )

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from chaosdrill.engine.tuning import RUNS
+
 if TYPE_CHECKING:
     from chaosdrill.engine.numerics import Numerics
 
@@ -129,6 +131,11 @@ def error_of_exponents(rates: np.ndarray, numerics: "Numerics", steps: Any, leng
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         of_method = numerics.step_error * np.where(np.asarray(length) > 0.0, steps / length, np.nan)[..., np.newaxis]
         return np.hypot(standard_error(rates), of_method)
+
+
+def added_rounding(numerics: "Numerics", discrete: bool, units: int) -> float:
+    """Part of the sizes of states that the errors of a run, or of a map, may add up to in so many units."""
+    return units * (RUNS.rounding if discrete else numerics.global_error)
 
 
 def error_of_mean_rate(totals: np.ndarray, times: np.ndarray, numerics: "Numerics", pace: np.ndarray) -> np.ndarray:

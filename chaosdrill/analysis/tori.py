@@ -272,6 +272,7 @@ def examine(
     flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
     asked: np.ndarray | bool = True,
     slow: np.ndarray | bool = True,
+    rounding: np.ndarray | float = ROUND_OFF,
 ) -> Regularity:
     """What motions are by their section points alone.
 
@@ -292,11 +293,13 @@ def examine(
     asked, slow : ndarray of bool, shape (P,), optional
         Of which it is asked at strobes whether they are on a torus, which takes most of the time, and of which of them
         even if averages do not converge; default all.
+    rounding : float or ndarray, shape (P,)
+        Part of their sizes that errors of the run may add up to.
     """
     paths, known = aside(windows, shifts), shifts.sizes(known)
     states = paths[:, :, :-1]
     drifts = np.asarray(only_grows(states, known, bounded=shifts.bounded).any(axis=1))
-    cycle = np.asarray(~drifts & _comes_back(paths, known))
+    cycle = np.asarray(~drifts & _comes_back(paths, known, rounding))
     smooth, converges, agrees, parting, torus, curve, line, in_order, cut, returns = np.zeros(
         (10, len(windows)), dtype=bool
     )
@@ -343,6 +346,54 @@ def closes(paths: np.ndarray, known: np.ndarray) -> np.ndarray:
     return np.asarray((found.period > 0) & (found.residual <= ROUND_OFF))
 
 
+def closes_for_good(paths: np.ndarray, known: np.ndarray, rounding: np.ndarray | float) -> np.ndarray:
+    """Whether they do so, and do not move on each time, as in the channel that a cycle leaves behind at a fold."""
+    back = np.flatnonzero(closes(paths, known))
+    found = np.zeros(len(paths), dtype=bool)
+    periods = recurrence(paths[back], known[back], paths.shape[1] // REPEATS).period
+    moves_on, closer, _ = drift(paths[back], known[back], periods, np.broadcast_to(rounding, len(paths))[back])
+    found[back] = ~moves_on | closer
+    return found
+
+
+def drift(
+    paths: np.ndarray, known: np.ndarray, periods: np.ndarray, rounding: np.ndarray | float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Whether points that come back move on each time, or come ever closer, or come back to round-off.
+
+    What moves on is further away after all turns than after one. Round-off may come from the largest that states have
+    been.
+
+    Parameters
+    ----------
+    paths, known : ndarray, shapes (P, W, n + 1), (P, n)
+        As in `recurrence`, without NaN.
+    periods : ndarray of int, shape (P,)
+        After how many iterates they come back.
+    rounding : float or ndarray, shape (P,)
+        Part of their sizes that errors of the run may add up to.
+
+    Returns
+    -------
+    moves_on, closer, rounded : ndarray of bool, shape (P,)
+    """
+    scale, rounding = sizes(paths[:, :, :-1], known), np.broadcast_to(rounding, len(paths))
+    moves_on, closer, rounded = np.zeros((3, len(paths)), dtype=bool)
+    for cycle in np.unique(periods[periods > 0]).tolist():
+        here = np.flatnonzero(periods == cycle)
+        points = paths[here, :, :-1] / scale[here, np.newaxis]
+        far = max((points.shape[1] - 1) // cycle - 1, 1) * cycle
+        once = np.abs(points[:, cycle:] - points[:, :-cycle])
+        lacks = np.abs(points[:, -cycle:] - points[:, -cycle - far : -far])
+        largest, most = np.maximum(1.0, known[here] / scale[here]), once.max(axis=1)
+        adds_up = rounding[here, np.newaxis] * largest
+        moves_on[here] = (lacks.max(axis=1) > np.clip(DRIFT * most, adds_up, CLOSE)).any(axis=1)
+        rounded[here] = (most <= ROUND_OFF * largest).all(axis=1)
+        early, late = (np.median(part.max(axis=2), axis=1) for part in np.array_split(once, 2, axis=1))
+        closer[here] = late < STAYS * early
+    return moves_on, closer, rounded
+
+
 def stopped(paths: np.ndarray, known: np.ndarray) -> np.ndarray:
     """Whether the end of a record, shape (P, W, n + 1), comes back to round-off again and again; bool, shape (P,).
 
@@ -351,26 +402,15 @@ def stopped(paths: np.ndarray, known: np.ndarray) -> np.ndarray:
     return closes(paths[:, -max(END, paths.shape[1] // END) :], known)
 
 
-def _comes_back(paths: np.ndarray, known: np.ndarray) -> np.ndarray:
+def _comes_back(paths: np.ndarray, known: np.ndarray, rounding: np.ndarray | float) -> np.ndarray:
     """Whether points come back after some iterates, and after all multiples no further away than after one.
 
     What drifts, as in the channel that a cycle leaves behind at a fold, is further away after each. Either they come
     back to round-off, or ever closer: the points of an adding machine are always as far away as its finest part.
     """
     found = recurrence(paths, known, paths.shape[1] // REPEATS)
-    scale = sizes(paths[:, :, :-1], known)
-    back = found.period > 0
-    for p in np.flatnonzero(back):
-        cycle = int(found.period[p])
-        far = (paths.shape[1] - 1) // cycle * cycle
-        lacks = np.abs(paths[p, -cycle:, :-1] - paths[p, -cycle - far + cycle : -far + cycle or None, :-1])
-        once = np.abs(paths[p, cycle:, :-1] - paths[p, :-cycle, :-1])
-        most = np.clip(DRIFT * once.max(axis=0), ROUND_OFF * scale[p], CLOSE * scale[p])
-        early, late = (np.median((part / scale[p]).max(axis=1)) for part in np.array_split(once, 2))
-        # round-off may come from the largest that states have been
-        rounded = (once <= ROUND_OFF * np.maximum(scale[p], known[p])).all()
-        back[p] = bool((lacks <= most).all() and (rounded or late < STAYS * early))
-    return back
+    moves_on, closer, rounded = drift(paths, known, found.period, rounding)
+    return np.asarray((found.period > 0) & ~moves_on & (rounded | closer))
 
 
 def _is_regular(points: np.ndarray) -> bool:

@@ -54,6 +54,7 @@ class Evidence:
     lead: np.ndarray  # the largest exponent that is free to have any sign; NaN where one is no number
     margin: np.ndarray  # beyond which it differs from zero
     length: np.ndarray  # time of the record
+    rounding: np.ndarray  # part of the sizes of states that errors of the run may add up to in it
     late: np.ndarray  # its growth rate over the later half of the record
     quarter: np.ndarray  # logarithm of its growth in the last quarter of the record
     steady: np.ndarray  # bool: tangents grow or shrink as fast all the time, however little, not by shear
@@ -92,7 +93,7 @@ class Evidence:
         """Evidence of ``points`` points, of which nothing else is known; by default all is possible and flows on."""
         given = {
             "ended": np.full(points, int(Outcome.OK)),
-            **{name: np.zeros(points) for name in ("lead", "margin", "late", "quarter")},
+            **{name: np.zeros(points) for name in ("lead", "margin", "late", "quarter", "rounding")},
             "length": np.ones(points),
             **{name: np.ones(points, bool) for name in ("measured", "flows", "chaos_possible", "torus_possible")},
         } | known

@@ -346,6 +346,21 @@ def noisy(rng, P, L):
     return seen(states), growths(P, L, -rate, -2 * rate), rate[:, 0] * L < GROWN
 
 
+def channels(rng, P, L):
+    """Beside the narrowest place of a channel that a cycle leaves behind at a fold, far longer than the record."""
+    states, growth = np.empty((P, L, 2)), np.zeros((P, L, 2)) - [0, 0.3]
+    for p in range(P):
+        points, bend = rng.normal(size=(int(rng.integers(1, 9)), 2)), 10 ** rng.uniform(0, 1.5)
+        slow = 10 ** rng.uniform(-12.5, -8)
+        x, way = float(rng.choice([-1, 1])) * 10 ** rng.uniform(-9, -5), rng.normal(size=2)
+        for k in range(L):
+            states[p, k] = points[k % len(points)] + x * way
+            if k % len(points) == 0:
+                growth[p, k, 0] = np.log1p(2 * bend * x)
+                x += slow + bend * x**2
+    return seen(states), growth, np.ones(P, dtype=bool)
+
+
 def nodes(rng, P, L):
     """Cycles approached like k exp(-r k), so that motions part first."""
     k, states = np.arange(L)[:, np.newaxis], np.empty((P, L, 2))
@@ -424,6 +439,7 @@ FAMILIES = {
     "rings": (rings, ""),
     "settling": (settling, "quasiperiodic"),
     "noisy": (noisy, "periodic"),
+    "channels": (channels, ""),
     "nodes": (nodes, "periodic"),
     "peaks": (peaks, "quasiperiodic"),
     "in turn": (in_turn, ""),

@@ -19,7 +19,7 @@ from types import SimpleNamespace
 import borders
 import numpy as np
 import records
-from runs import RUNS
+from runs import RUNS as RUN_FAMILIES
 from runs import called as called_by_spectra
 
 import chaosdrill
@@ -31,6 +31,7 @@ from chaosdrill.analysis.words import words
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.shifts import Shifts
 from chaosdrill.engine.structure import Structure
+from chaosdrill.engine.tuning import RUNS
 
 HERE = Path(__file__).resolve().parent
 LENGTHS = (64, 256, 1024, 4096, 16384)
@@ -54,7 +55,8 @@ def averages_of(growth):
     values, errors, late = (np.take_along_axis(one, order, 1) for one in (values, errors, late))
     points = len(growth)
     course = np.take_along_axis(sums, order[:, np.newaxis], 2)
-    return Averages(values, errors, late, course, np.full(points, float(length)), np.zeros(points, int), False), ends
+    time, rounding = np.full(points, float(length)), np.full(points, length * RUNS.rounding)
+    return Averages(values, errors, late, course, time, rounding, np.zeros(points, int), False), ends
 
 
 def called(states, growth):
@@ -139,12 +141,12 @@ def main():
     def of_runs(name, length):
         """Words that spectra give runs of a family."""
         rng = np.random.default_rng([given.seed, length, *name.encode()])
-        return called_by_spectra(RUNS[name][0], rng, given.runs, length)
+        return called_by_spectra(RUN_FAMILIES[name][0], rng, given.runs, length)
 
     for name, (_, right) in FAMILIES.items():
         for length in LENGTHS:
             enter(name, length, right, *found(name, length, lambda name=name, length=length: of_records(name, length)))
-    for name, (_, right) in RUNS.items():
+    for name, (_, right) in RUN_FAMILIES.items():
         for length in LENGTHS_OF_RUNS if given.runs else ():
             enter(name, length, right, *found(name, length, lambda name=name, length=length: of_runs(name, length)))
     listed = ("periodic", "quasiperiodic", "chaotic", "open", "equilibrium", "transient", "undecided")

@@ -447,7 +447,7 @@ def test_chaos_that_has_fallen_to_a_cycle_is_on_it(tail, word):
     course = np.append(0.0, np.cumsum(grown.reshape(24, 50).sum(axis=1)))[np.newaxis, :, np.newaxis]
     lead = np.array([grown.mean()])
     one = np.full((1, 1), 0.02)
-    averages = Averages(lead[:, None], one, one, course, np.array([1200.0]), np.zeros(1, int), False)
+    averages = Averages(lead[:, None], one, one, course, np.array([1200.0]), np.zeros(1), np.zeros(1, int), False)
     e = Evidence.of(1, lead=lead, margin=np.array([0.9]), late=np.array([0.1]), length=np.array([1200.0]))
     add_ends(e, averages, path, np.ones((1, 1)), 1.0)
     assert e.stopped.all()

@@ -145,3 +145,30 @@ def test_a_fall_goes_on_or_comes_to_one_speed(drag, word):
         fall.with_parameters(k=drag), {"x": [0.0], "v": [0.0]}, duration=4000, transient=1000 * (drag > 0)
     )
     assert words(found) == {word}
+
+
+LOGISTIC = cd.Map("x y", {"r": 3.8, "u": 1.0}, {"x": "r*x*(1 - x/u)", "y": "0"}, name="logistic")
+FOLD, PLACE = 1 + np.sqrt(8), 0.51435527706199
+"""Where a cycle of period three is born, and one of its points, by Newton's method on slope and place."""
+
+
+@pytest.mark.parametrize("below", [1e-10, 1e-11, 1e-12, 1e-13])
+@pytest.mark.parametrize("max_extension", [0, 8])
+def test_what_a_cycle_leaves_behind_is_no_cycle(below, max_extension):
+    """In the channel steps of down to 2e-13 go one way; where they are smallest tangents shrink before and grow behind.
+
+    It is passed in pi/sqrt(a c) turns, 4,000 at the first of these distances, of three iterates each.
+    """
+    one = LOGISTIC.with_parameters(r=FOLD - below)
+    beside = np.array([-1e-4, -1e-5, -3e-6, -1e-6, -3e-7, 3e-7, 1e-6, 3e-6, 1e-5])
+    grid = {"x": PLACE + beside, "y": [0.0]}
+    assert "periodic" not in words(cd.basins(one, grid, transient=0, periods=256, max_extension=max_extension))
+    for x in grid["x"][max_extension == 0 :: 2]:
+        assert "periodic" not in words(cd.lyapunov_spectrum(one.with_initial(x=x), periods=256))
+
+
+def test_the_cycle_before_it_is_left_behind_is_one():
+    beyond = {"r": FOLD + np.array([3e-10, 1e-9, 1e-8, 1e-6])}
+    found = cd.bifurcation_diagram(LOGISTIC.with_initial(x=0.3), beyond, transient=500, periods=256)
+    assert words(found) == {"periodic"}
+    assert set(found["period"].values.ravel()) == {3}
