@@ -253,7 +253,7 @@ def add_record(
     residual, neutral = found.residual.copy(), np.flatnonzero((found.period > 0) & e.unmoved)
     # round-off may come from the largest that states have been
     residual[neutral] = recurrence(paths[neutral], sizes[neutral] / FLOOR, most).residual
-    moves_on, closer, _ = drift(paths, sizes, found.period, e.rounding)
+    moves_on, closer, _ = drift(paths, sizes, found.period, e.rounding * part)
     e.exact |= (found.period > 0) & closes_exactly(e, residual) & (~moves_on | closer)
     if part < 1.0:
         earlier = stationarity(shifts.quotient(coarse), shifts.sizes(known))

@@ -389,7 +389,9 @@ def drift(
         adds_up = rounding[here, np.newaxis] * largest
         moves_on[here] = (lacks.max(axis=1) > np.clip(DRIFT * most, adds_up, CLOSE)).any(axis=1)
         rounded[here] = (most <= ROUND_OFF * largest).all(axis=1)
-        early, late = (np.median(part.max(axis=2), axis=1) for part in np.array_split(once, 2, axis=1))
+        # of as many points of each phase, since points of a cycle are not equally far off
+        half = max(once.shape[1] // (2 * cycle), 1) * cycle
+        early, late = (part.max(axis=2).mean(axis=1) for part in (once[:, :half], once[:, -half:]))
         closer[here] = late < STAYS * early
     return moves_on, closer, rounded
 

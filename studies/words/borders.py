@@ -350,9 +350,10 @@ def channels(rng, P, L):
     """Beside the narrowest place of a channel that a cycle leaves behind at a fold, far longer than the record."""
     states, growth = np.empty((P, L, 2)), np.zeros((P, L, 2)) - [0, 0.3]
     for p in range(P):
-        points, bend = rng.normal(size=(int(rng.integers(1, 9)), 2)), 10 ** rng.uniform(0, 1.5)
-        slow = 10 ** rng.uniform(-12.5, -8)
-        x, way = float(rng.choice([-1, 1])) * 10 ** rng.uniform(-9, -5), rng.normal(size=2)
+        points, bend, way = rng.normal(size=(int(rng.integers(1, 9)), 2)), 10 ** rng.uniform(0, 1.5), rng.normal(size=2)
+        part = len(points) / (8 * L)
+        slow, x = (np.pi * part) ** 2 / bend * 10 ** rng.uniform(-1.5, 0), part / bend * 10 ** rng.uniform(-4, 0)
+        x *= rng.choice([-1, 1])
         for k in range(L):
             states[p, k] = points[k % len(points)] + x * way
             if k % len(points) == 0:
