@@ -1,6 +1,6 @@
-"""Arguments that analyses share: lengths, sections, swept values, initial states, methods."""
+"""Arguments that analyses share: sections, swept values, parameters, exponents, methods."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from math import isfinite
@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from chaosdrill.declared import METHODS, unfit
 from chaosdrill.engine.methods import NAMES
-from chaosdrill.errors import SettingsError
-from chaosdrill.names import event_words, key_text, remedy, shown
+from chaosdrill.names import event_words, key_text, remedy
 from chaosdrill.settings import (
     LONGEST,
     Choice,
@@ -21,7 +20,6 @@ from chaosdrill.settings import (
     Text,
     Value,
     Whole,
-    entries,
     real,
     setting,
     told,
@@ -30,64 +28,13 @@ from chaosdrill.settings import (
 )
 
 if TYPE_CHECKING:
-    from chaosdrill.engine.run import Run
     from chaosdrill.model import HybridSystem
-
-SLICE = 2000
-"""Periods of a transient between two moments at which an interruption is heard."""
-
-SLICES = 64
-"""Parts of a transient given as time."""
-
-MOST_NUMBERS = 2_000_000_000
-"""Doubles that a record may hold, 16 GB."""
 
 MOST_POINTS = 1_000_000
 """Values of a swept parameter."""
 
 LONGEST_PERIOD = 1000
 """Longest period of an orbit, in forcing periods: longer ones have too many unknowns to be solved together."""
-
-MOST_SEEDS = 10_000
-
-
-@dataclass(frozen=True)
-class Span:
-    """How long to run: ``count`` units of length ``unit`` after a transient.
-
-    The unit is the forcing period, or a part of ``duration`` for systems without one.
-    """
-
-    unit: float
-    count: int
-    transient: float  # units of a forced system, else a time
-    periodic: bool  # whether the unit is a forcing period
-    outcome: int = 0  # what ended the run that measures how long a number of section points takes; 0: nothing
-    measured: bool = False  # whether it is as long as a number of section points takes
-
-    @property
-    def length(self) -> float:
-        """Time after the transient."""
-        return self.unit * self.count
-
-    def settle(self, run: "Run") -> Any:
-        """Run the transient and start all averages; returns the outcome."""
-        from chaosdrill.dataset import Outcome
-
-        outcome = Outcome(self.outcome)
-        if self.periodic:
-            left = int(self.transient)
-            while left and outcome == Outcome.OK:
-                outcome, _ = run.advance(min(left, SLICE))
-                left -= min(left, SLICE)
-        elif self.transient > 0:
-            run.change_period(self.transient / SLICES)
-            for _ in range(SLICES):
-                if outcome == Outcome.OK:
-                    outcome, _ = run.advance(1)
-            run.change_period(self.unit)
-        run.forget()
-        return outcome
 
 
 def example_of_section(system: "HybridSystem") -> str:
@@ -105,30 +52,6 @@ def misfits_of_section(table: Mapping[str, Any], system: "HybridSystem") -> Faul
     what = "iterates" if system.discrete else "forcing periods" if at in (None, "strobe") else "points of the section"
     if (system.forced or at is not None) and "duration" not in table and table.get("transient", 0) % 1:
         yield ("transient",), told(f"expected whole {what}", table["transient"])
-
-
-def check_record(samples: int, columns: int, names: str) -> None:
-    """Refuse a record that no memory holds, before it is reserved.
-
-    Parameters
-    ----------
-    samples : int
-        Rows of the record.
-    columns : int
-        Numbers in a row.
-    names : str
-        The arguments that make the record shorter, as in ``"periods or samples"``.
-
-    Raises
-    ------
-    SettingsError
-        If the record would hold more than ``MOST_NUMBERS`` numbers.
-    """
-    if samples * columns > MOST_NUMBERS:
-        raise SettingsError(
-            f"the record would hold {samples} samples of {columns} numbers ({8e-9 * samples * columns:.3g} GB); "
-            f"at most {MOST_NUMBERS} numbers fit: give fewer {names}"
-        )
 
 
 def tangent_count(system: "HybridSystem", exponents: Any) -> int:
@@ -385,7 +308,7 @@ class Axes(Value):
         }
 
 
-_LIMITS = ListOf(Number(), least=2, most=2)
+LIMITS = ListOf(Number(), least=2, most=2)
 
 
 class Ranges(Axes):
@@ -398,7 +321,7 @@ class Ranges(Axes):
         return {key: sorted(limits) for key, limits in super().read(name, value, system).items()}
 
     def _plain(self, values: Any) -> Any:
-        ends = _LIMITS.plain(values)
+        ends = LIMITS.plain(values)
         return dict(zip(("start", "stop"), ends, strict=True)) if isinstance(ends, list) and len(ends) == 2 else values
 
     def _faults(self, values: Any) -> Faults:
@@ -421,119 +344,3 @@ class Ranges(Axes):
 
     def argument(self, value: Any) -> dict[str, Any]:
         return {name: (float(ends["start"]), float(ends["stop"])) for name, ends in value.items()}
-
-
-class Start(Value):
-    """Initial values of states, and ``mode``; what they do not name is the system's own."""
-
-    type_name = "mapping"
-
-    def faults(self, value: Any) -> Faults:
-        if not isinstance(value, Mapping):
-            yield (), told("expected a table", value)
-            return
-        for name, one in value.items():
-            if name == "mode" and not isinstance(one, str):
-                yield (name,), f"expected the name of a mode, received {shown(one):.60}"
-            elif name != "mode" and not isinstance(one, str):
-                yield from within((name,), Number().faults(one))
-
-    def misfits(self, value: Any, known: Known) -> Faults:
-        if not isinstance(value, Mapping) or known.states is None:
-            return
-        for name, one in value.items():
-            if name != "mode" and name not in known.states:
-                yield (name,), f"unknown state; {remedy(name, ('mode', *known.states))}"
-            elif name != "mode" and isinstance(one, str):
-                yield (name,), f"expected a number, received {shown(one):.60}"
-
-    def argument(self, value: Any) -> dict[str, Any]:
-        return {name: one if isinstance(one, str) else float(one) for name, one in value.items()}
-
-
-class Seeds(ListOf):
-    """Initial states, as a list of tables."""
-
-    type_name = "sequence of mappings"
-
-    def read(self, name: str, value: Any, system: Any) -> list[dict[str, Any]]:
-        listed = entries(value)
-        if not listed and isinstance(value, Sequence) and not isinstance(value, str):
-            raise SettingsError(f"{name} is empty; give at least one initial state, or leave {name} out")
-        if not listed or not all(isinstance(seed, Mapping) for seed in listed):
-            raise SettingsError(
-                f"{name} is {shown(value):.60}; it must be a list of initial values, as in [{{'x': 0.1}}]"
-            )
-        return [{str(key): one for key, one in seed.items()} for seed in listed]
-
-    def misfits(self, value: Any, known: Known) -> Faults:
-        for index, seed in enumerate(value if isinstance(value, list) else ()):
-            yield from within((index,), Start().misfits(seed, known))
-
-
-SEEDS = Seeds(Start())
-
-
-class Region(Value):
-    """A box of states: lower and upper ends of some of them, by name."""
-
-    type_name = "mapping of state to (low, high)"
-    _own: ClassVar[Mapping[str, Value]] = {}
-    """What else the table holds, by name."""
-
-    def plain(self, value: Any) -> Any:
-        if not isinstance(value, Mapping):
-            return value
-        return {str(key): self._plain(str(key), one) for key, one in value.items()}
-
-    def _plain(self, name: str, one: Any) -> Any:
-        # a set has no order
-        return self._own.get(name, _LIMITS).plain(one) if name in self._own or hasattr(one, "__getitem__") else one
-
-    def faults(self, value: Any) -> Faults:
-        if not isinstance(value, Mapping):
-            yield (), told("expected a table of ranges by name, as in x = [-1, 1]", value)
-            return
-        for name, one in value.items():
-            found = list(within((name,), self._own.get(name, _LIMITS).faults(one)))
-            yield from found
-            if not found and name not in self._own and not one[0] < one[1]:
-                yield (name,), told("must increase: [low, high] with low < high", one)
-
-    def misfits(self, value: Any, known: Known) -> Faults:
-        if not isinstance(value, Mapping) or known.states is None:
-            return
-        for name in value:
-            if name not in self._own and name not in known.states:
-                yield (name,), f"unknown state; {remedy(name, known.states)}"
-
-    def argument(self, value: Any) -> dict[str, Any]:
-        return {name: one if name in self._own else [float(end) for end in one] for name, one in value.items()}
-
-
-class Random(Region):
-    """Random initial states: how many, the number of their generator, and the range of each state that is drawn."""
-
-    type_name = "mapping"
-    _own: ClassVar[Mapping[str, Value]] = {"count": Whole(1, MOST_SEEDS), "seed": Whole(0, 2**53), "mode": Text()}
-
-    def faults(self, value: Any) -> Faults:
-        yield from super().faults(value)
-        if isinstance(value, Mapping):
-            yield from (((key,), "missing; expected a whole number") for key in ("count", "seed") if key not in value)
-            if not value.keys() - self._own.keys():
-                yield (), "names no state; give the range of at least one, as in y = [-1, 1]"
-
-
-RANDOM = Random()
-
-
-FIXED_SEEDS = (
-    "Initial values (and ``mode``) of each fixed seed; default: the system's own initial state, unless other seeds "
-    "are requested."
-)
-RANDOM_SEEDS = (
-    '``{"count": 4, "seed": 1, "y": (-1, 1)}``: ``count`` states drawn uniformly from the box, by a generator with '
-    "this ``seed``; the same states at every point."
-)
-"""What the seeds of a sweep mean."""

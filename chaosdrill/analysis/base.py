@@ -14,10 +14,10 @@ from chaosdrill.analysis.arguments import (
     Axes,
     Exponents,
     Method,
-    Span,
     example_of_section,
     misfits_of_section,
 )
+from chaosdrill.analysis.spans import Span
 from chaosdrill.analysis.starts import told_of_starts
 from chaosdrill.annotations import Dataset as Dataset
 from chaosdrill.dataset.references import SPECTRA

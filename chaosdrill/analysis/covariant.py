@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from chaosdrill.analysis.arguments import SLICE, Span, check_record, tangent_count
+from chaosdrill.analysis.arguments import tangent_count
 from chaosdrill.analysis.finite_times import density
 from chaosdrill.analysis.recurrence import powers_of_two
+from chaosdrill.analysis.spans import SLICE, Span, check_record
 from chaosdrill.analysis.spectra import computed_exponents
 from chaosdrill.analysis.statistics import error_of_exponents, in_blocks
 from chaosdrill.analysis.tuning import COVARIANT, WINDOWS

@@ -6,11 +6,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from chaosdrill.analysis.arguments import Span, tangent_count
+from chaosdrill.analysis.arguments import tangent_count
 from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.blocks import Blocks
 from chaosdrill.analysis.records import ENDED, Arrays, ValueTask, carry_out, ended_by, swept
 from chaosdrill.analysis.recurrence import sizes
+from chaosdrill.analysis.spans import Span
 from chaosdrill.analysis.spectra import computed_exponents, run_with_tangents
 from chaosdrill.analysis.statistics import in_blocks, standard_error
 from chaosdrill.analysis.tuning import WINDOWS

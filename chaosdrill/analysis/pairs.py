@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.analysis.arguments import check_record
+from chaosdrill.analysis.spans import check_record
 from chaosdrill.errors import SettingsError
 from chaosdrill.names import shown
 from chaosdrill.settings import real

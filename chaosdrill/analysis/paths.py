@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chaosdrill.analysis.arguments import Span
 from chaosdrill.analysis.recording import Record, record, record_returns
 from chaosdrill.analysis.sections import Section, settled_at
+from chaosdrill.analysis.spans import Span
 from chaosdrill.analysis.tuning import SECTIONS
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.numerics import Numerics

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from chaosdrill.analysis.arguments import Span
 from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.precision_advice import recommend
 from chaosdrill.analysis.precision_errors import QUANTITIES, Errors, Yardstick, measure
 from chaosdrill.analysis.precision_start import Place, Survey, find_place, survey
+from chaosdrill.analysis.spans import Span
 from chaosdrill.analysis.tuning import PRECISION
 from chaosdrill.dataset import Outcome
 from chaosdrill.declared import METHODS

@@ -7,10 +7,10 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from chaosdrill.analysis.arguments import Span
 from chaosdrill.analysis.precision_reference import DIGITS, Exact, Itinerary, Point, Truth, find_truth
 from chaosdrill.analysis.recording import Record, record
 from chaosdrill.analysis.recurrence import find_period, powers_of_two
+from chaosdrill.analysis.spans import Span
 from chaosdrill.analysis.statistics import standard_error
 from chaosdrill.analysis.tuning import PRECISION
 from chaosdrill.dataset import Outcome

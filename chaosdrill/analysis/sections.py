@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from chaosdrill.analysis.arguments import Span
 from chaosdrill.analysis.recording import record_returns, time_of_motion
+from chaosdrill.analysis.spans import Span
 from chaosdrill.analysis.tuning import SECTIONS
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.numerics import Numerics

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chaosdrill.analysis.arguments import RANDOM
+from chaosdrill.analysis.starting_states import RANDOM
 from chaosdrill.model.regions import own_mode
 
 if TYPE_CHECKING:

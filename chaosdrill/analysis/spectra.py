@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from chaosdrill.analysis.arguments import Span, tangent_count
+from chaosdrill.analysis.arguments import tangent_count
 from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.blocks import Blocks
 from chaosdrill.analysis.classification import Averages, add_rests, evidence_of_records
 from chaosdrill.analysis.recording import flow_of, time_of_motion
 from chaosdrill.analysis.resting import is_left, rests
+from chaosdrill.analysis.spans import Span
 from chaosdrill.analysis.statistics import (
     added_rounding,
     block_ends,

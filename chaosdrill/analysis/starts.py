@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.analysis.arguments import Start
+from chaosdrill.analysis.starting_states import Start
 from chaosdrill.errors import SettingsError
 from chaosdrill.names import remedy, shown
 from chaosdrill.settings import Faults, Known, Value, entries, long, real, told, within

@@ -8,9 +8,9 @@ from pathlib import Path as File
 from typing import Any
 
 from chaosdrill import systems
-from chaosdrill.analysis.arguments import Start
 from chaosdrill.analysis.base import Analysis, NumericsSettings
 from chaosdrill.analysis.registry import analyses, function
+from chaosdrill.analysis.starting_states import Start
 from chaosdrill.annotations import Dataset
 from chaosdrill.declared import unfit
 from chaosdrill.errors import ChaosdrillError, ModelError

@@ -5,7 +5,7 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.analysis.arguments import MOST_NUMBERS, check_record
+from chaosdrill.analysis.spans import MOST_NUMBERS, check_record
 
 NUMERICS = [
     ({"tolerance": "fine"}, "tolerance is 'fine'; expected a number"),

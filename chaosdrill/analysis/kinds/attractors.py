@@ -4,8 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from chaosdrill.analysis.arguments import RANDOM, Axes
+from chaosdrill.analysis.arguments import Axes
 from chaosdrill.analysis.base import POINTS, Dataset, HybridSystem, Job, Points, analysis
+from chaosdrill.analysis.starting_states import RANDOM
 from chaosdrill.analysis.starts import STARTS
 from chaosdrill.dataset.branches import AttractorEnd
 from chaosdrill.dataset.outcomes import Outcome

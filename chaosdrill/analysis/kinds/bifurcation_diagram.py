@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from chaosdrill.analysis.arguments import FIXED_SEEDS, RANDOM, RANDOM_SEEDS, SEEDS, Axes
+from chaosdrill.analysis.arguments import Axes
 from chaosdrill.analysis.base import POINTS, Dataset, HybridSystem, Job, Points, analysis
+from chaosdrill.analysis.starting_states import FIXED_SEEDS, RANDOM, RANDOM_SEEDS, SEEDS
 from chaosdrill.dataset.schema import SWEEP, need, swept, table
 from chaosdrill.settings import Choice, Whole, setting
 

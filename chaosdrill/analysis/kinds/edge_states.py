@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from chaosdrill.analysis.arguments import RANDOM
 from chaosdrill.analysis.base import POINTS, Dataset, HybridSystem, Job, Points, analysis
+from chaosdrill.analysis.starting_states import RANDOM
 from chaosdrill.analysis.starts import STARTS
 from chaosdrill.dataset.schema import COVERS, EXPONENT, RANK_LOSS, STATES, axis, forcing, need, outcome, table
 from chaosdrill.settings import Faults, Number, Whole, setting, told

@@ -4,8 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from chaosdrill.analysis.arguments import SEEDS, Ranges, Region
+from chaosdrill.analysis.arguments import Ranges
 from chaosdrill.analysis.base import AnalysisSettings, Dataset, HybridSystem, Job, analysis
+from chaosdrill.analysis.starting_states import SEEDS, Region
 from chaosdrill.dataset.branches import BranchEnd, Criticality
 from chaosdrill.dataset.equilibria import Admissibility, Beyond, EquilibriumType, SpecialEquilibrium
 from chaosdrill.dataset.schema import STATES, SWEEP, axis, may, need, outcome, table

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
-from chaosdrill.analysis.arguments import Region, Start
 from chaosdrill.analysis.base import ORBITS, Dataset, HybridSystem, Job, Orbit, analysis
+from chaosdrill.analysis.starting_states import Region, Start
 from chaosdrill.dataset.curves import CurveBreak, CurveEnd
 from chaosdrill.dataset.schema import ITERATE, MULTIPLIER, STATES, axis, forcing, need, outcome, table
 from chaosdrill.settings import Choice, Faults, Number, Whole, setting

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from chaosdrill.analysis.arguments import LONGEST_PERIOD, PARAMETERS, RANDOM, SEEDS, chosen
+from chaosdrill.analysis.arguments import LONGEST_PERIOD, PARAMETERS, chosen
 from chaosdrill.analysis.base import ORBITS, Dataset, HybridSystem, Job, Orbit, analysis
 from chaosdrill.analysis.functions import (
     FUNCTIONS,
@@ -14,6 +14,7 @@ from chaosdrill.analysis.functions import (
     values_on,
     with_functions,
 )
+from chaosdrill.analysis.starting_states import RANDOM, SEEDS
 from chaosdrill.dataset.schema import (
     ITERATE,
     MULTIPLIER,

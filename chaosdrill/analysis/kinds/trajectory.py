@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, ClassVar, Self
 
-from chaosdrill.analysis.arguments import Span, Times
+from chaosdrill.analysis.arguments import Times
 from chaosdrill.analysis.base import Dataset, HybridSystem, Job, Record, analysis
+from chaosdrill.analysis.spans import Span
 from chaosdrill.analysis.starts import STARTS, Tangents
 from chaosdrill.dataset.schema import (
     INITIAL_STATE,

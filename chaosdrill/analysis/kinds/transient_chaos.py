@@ -4,8 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from chaosdrill.analysis.arguments import RANDOM, At, section_fault
+from chaosdrill.analysis.arguments import At, section_fault
 from chaosdrill.analysis.base import AnalysisSettings, Dataset, HybridSystem, Job, analysis
+from chaosdrill.analysis.starting_states import RANDOM
 from chaosdrill.analysis.starts import STARTS
 from chaosdrill.dataset.schema import COVERS, EXPONENT, RANK_LOSS, STATES, axis, forcing, need, outcome, table
 from chaosdrill.settings import LONGEST, Amount, Faults, Whole, setting, told
