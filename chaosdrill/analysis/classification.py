@@ -142,6 +142,12 @@ def evidence_of(
     exponents, length = averages.exponents, averages.length
     points, n = len(exponents), system.free
     lead, margin, column = leading(exponents, averages.errors, averages.neutral, length, complete=averages.complete)
+    # what grows or moves where only a condition or a step sees it has no tangent that tells
+    unseen = structure.symmetries > len(shifts.lines)
+    if unseen and exponents.shape[1]:
+        nearest = np.abs(exponents).argmin(axis=1)
+        column = np.where(lead < 0, nearest, column)
+        lead = np.where(lead < 0, exponents[np.arange(points), nearest], lead)
     one_of = (np.arange(points), column)
     late = averages.late[one_of] if exponents.shape[1] else np.zeros(points)
     known_so_far = {"ended": ended, "lead": lead, "margin": margin, "length": length, "late": late}
@@ -173,8 +179,6 @@ def evidence_of(
             found.torus_possible = ~(exponents.sum(axis=1) * length < -NEUTRAL)
     found.chaos_possible = np.full(points, _chaos_possible(system, n))
     found.stirs = (ended == Outcome.OK) & stirs(shifts.quotient(windows[:, :, :-1]), shifts.sizes(known), part)
-    # what grows where only a condition or a step sees it has no tangent that tells
-    unseen = structure.symmetries > len(shifts.lines)
     untold = unseen | (averages.neutral >= exponents.shape[1])
     open_ = np.flatnonzero((ended == Outcome.OK) & (untold | ~(found.lead < -found.margin)))
     states, known = aside(windows[open_], shifts)[:, :, :-1], shifts.sizes(known[open_])

@@ -89,3 +89,30 @@ def test_attractors_are_matched_modulo_shifts():
     ds = cd.basins(pendulum, {"x": np.linspace(-9, 9, 8), "v": np.linspace(-4, 4, 4)}, transient=100, periods=64)
     assert np.unique(ds["attractor"]).tolist() == [1]
     assert ds["attractor_period"].values.tolist() == [1]
+
+
+TURN = "Mod(a + w, 1)"
+
+
+def words(found):
+    return {Outcome(int(code)).meaning for code in found["outcome"].values.ravel()}
+
+
+@pytest.mark.parametrize(
+    ("images", "word"),
+    [
+        ({"a": TURN, "x": "x/2 + 1"}, "quasiperiodic"),
+        ({"a": TURN, "x": "x/2 + Piecewise(1, a < 1/2, 0)"}, "undecided"),
+        ({"a": TURN, "x": "Mod(x + sqrt(3)/3, 1)"}, "undecided"),
+        ({"a": TURN, "x": "Mod(x + Piecewise(sqrt(3)/3, a < 1/2, sqrt(5)/5), 1)"}, "undecided"),
+    ],
+)
+def test_what_a_step_turns_repeats_by_its_parts_alone(images, word):
+    """No slope tells of an angle that `Mod` brings back: whether parts of a turn come back decides."""
+    one = cd.Map("a x", {"w": np.sqrt(2) / 2}, images, initial={"a": 0.3, "x": 0.3}, name="turns")
+    assert words(cd.lyapunov_spectrum(one, periods=512, transient=100)) == {word}
+    for extension in (0, 8):
+        length = {"transient": 100, "periods": 512, "max_extension": extension}
+        assert words(cd.bifurcation_diagram(one, {"w": [np.sqrt(2) / 2]}, **length)) == {word}
+    if "sqrt" not in images["x"]:
+        assert words(cd.lyapunov_spectrum(one.with_parameters(w=0.2), periods=512, transient=100)) == {"periodic"}
