@@ -74,6 +74,7 @@ def write(system: "HybridSystem") -> Written:
         returns=tuple(tuple(row) for row in returns(system, events)),
         moves=tuple(_moves(system)),
         targets=tuple((system.mode_names.index(t.target), int(t.marks_only())) for t in system.transitions),
+        feeds=tuple(_feeds(system)),
     )
     return Written(single=single, modes=modes, events=events, steep=steep, layout=layout)
 
@@ -230,3 +231,10 @@ def _moves(system: "HybridSystem") -> Iterator[tuple[int, ...]]:
     for transition in system.transitions:
         reset = {state for state, image in transition.reset.items() if image != state}
         yield tuple(int(bool(guard.free_symbols & reset)) for guard, _ in keys)
+
+
+def _feeds(system: "HybridSystem") -> Iterator[tuple[int, ...]]:
+    """By mode and state: 1 where rates in the mode depend on the state."""
+    for field in system.modes.values():
+        used = set().union(*(rate.free_symbols for rate in field.values()))
+        yield tuple(int(state in used) for state in system.states)

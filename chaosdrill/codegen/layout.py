@@ -74,6 +74,8 @@ class Layout(NamedTuple):
     """By transition and key: 1 where the transition resets a state that the guard depends on."""
     targets: tuple[tuple[int, int], ...]
     """By transition: target mode; 1 if the transition only marks a section."""
+    feeds: tuple[tuple[int, ...], ...]
+    """By mode and state: 1 where rates in the mode depend on the state."""
 
     @classmethod
     def of(cls, plain: Any) -> "Layout":
@@ -82,7 +84,7 @@ class Layout(NamedTuple):
         return found._replace(
             events=tuple(tuple(_watched(one) for one in events) for events in found.events),
             steep=tuple(tuple(Shape(*map(float, one)) for one in shapes) for shapes in found.steep),
-            **{name: _rows(getattr(found, name)) for name in ("watched", "returns", "moves", "targets")},
+            **{name: _rows(getattr(found, name)) for name in ("watched", "returns", "moves", "targets", "feeds")},
             held=tuple(found.held),
         )
 

@@ -47,16 +47,17 @@ class Mode:
         self.small = self._is_small(self.in_jet)
         if self.small:
             self._lower_jacobian()
-            pairs = {(index, j) for (_, j), (index, _) in self.products.items()}
-            self.small = self._is_small(self.in_jet | self.in_jacobian, len(pairs))
+            self.small = self._is_small(self.in_jet | self.in_jacobian, len(self.convolved()))
         if not self.small:
             self.tape.keep(self.rates[: self.n])
             self.kept = self.tape.kept
             self._lower_jacobian()
 
     def _is_small(self, nodes: set[int], products: int = 0) -> bool:
-        found = [self.tape.nodes[i] for i in nodes]
-        products += sum(node.op in HISTORY for node in found)
+        found, tape = [self.tape.nodes[i] for i in nodes], self.tape
+        products += sum(
+            tape.nodes[i].op in HISTORY and not tape.is_still(i) and tape.scaled_by(i) is None for i in nodes
+        )
         return (
             products <= TUNING.products_in_line
             and sum(len(node.args) for node in found if node.op == "linear") <= TUNING.sums_in_line
@@ -78,6 +79,10 @@ class Mode:
             self._columns[i].append(j)
         self.wanted = {index for index, _ in self.products.values()}
         self.in_jacobian = self.reach(sorted(self.wanted)) - self.in_jet
+
+    def convolved(self) -> set[tuple[int, int]]:
+        """Nodes and states whose series a tangent's are products of."""
+        return {(index, j) for (_, j), (index, _) in self.products.items() if not self.tape.is_still(index)}
 
     def columns_of(self, i: int) -> list[int]:
         """The states that the rate of state i depends on."""

@@ -231,6 +231,8 @@ class Recurrences:
     def factors(self, index: int) -> "tuple[tuple[bool, int], int] | None":
         """The series whose product a node's recurrence has, if it has one: whether the first is a derivative; nodes."""
         node = self.tape.nodes[index]
+        if self.tape.is_still(index) or self.tape.scaled_by(index) is not None:
+            return None
         if node.op in ("mul", "square"):
             return (False, node.args[0]), node.args[-1]
         if node.op == "div":
@@ -250,12 +252,17 @@ class Recurrences:
 
     def order(self, index: int, k: Any, ik: "Number", inner: "Number | None", time: float) -> "Number":
         """Coefficient k >= 1; ``inner`` is the value of the node's convolution, ``time`` coefficient k of time."""
-        node = self.tape.nodes[index]
+        if self.tape.is_still(index):
+            return self.function.number(0.0)
+        node, still = self.tape.nodes[index], self.tape.scaled_by(index)
         now = [None if self.tape.is_number(i) else self.now[i].now for i in node.args]
         if node.op == "time":
             return self.function.number(time) if isinstance(time, float) else time
         if node.op == "linear":
             return total([self.times(w, self.now[i].now) for w, i in self.terms(index)])
+        if still is not None:
+            moving = now[0] if node.args[-1] == still else now[-1]
+            return moving / self.begun[still] if node.op == "div" else self.begun[still] * moving
         if node.op in ("mul", "square"):
             a, b = node.args[0], node.args[-1]
             return inner + self.begun[a] * now[-1] + now[0] * self.begun[b]
@@ -273,8 +280,6 @@ class Recurrences:
             old = self._sum(k, lambda j, rest: j.number() * self.rows[index][j] * self.rows[a][rest])
             return (now[0] - ik * old) / self.begun[a]
         if node.op == "expanded":
-            if self.tape.is_still(index):
-                return self.function.number(0.0)
             relative = SPECIAL[node.name].relative
             return self.expansions[index].order(self.rows[node.args[0]], self.function.index(k), relative=relative)
         if node.op == "special":

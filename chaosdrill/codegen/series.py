@@ -249,7 +249,7 @@ class _Tangents:
             self.kept = [[table[Index(f, row) + v * n + i] for i in range(n)] for v in range(2)]
         starts = (f.row(first), f.row(second))
         self.now = [[f.variable(start[i]) for i in range(n)] for start in starts]
-        self.pairs = sorted({(series.rows[index], j) for (_, j), (index, _) in mode.products.items()})
+        self.pairs = sorted((series.rows[index], j) for index, j in mode.convolved())
         self.needed = {j for _, j in self.pairs}
 
     def write(self) -> None:
@@ -272,7 +272,7 @@ class _Tangents:
         mode = self.mode
         start = {place: self.constants[entry] for place, entry in mode.linear.items()}
         for place, (index, weight) in mode.products.items():
-            product = self._times(weight, self.begun[self.rows[index]][0])
+            product = self._times(weight, self.ws(self.rows[index])[0])
             start[place] = start[place] + product if place in start else product
         return start
 
@@ -300,6 +300,8 @@ class _Tangents:
             if (i, j) in self.mode.products:
                 index, weight = self.mode.products[i, j]
                 row = self.rows[index]
+                if (v, row, j) not in self.old:
+                    continue
                 inner = self.old[v, row, j][lane]
                 for m in range(lane):
                     inner = inner + self.begun[row][lane - m] * self.in_pass[v][j][m]

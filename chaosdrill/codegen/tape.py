@@ -123,6 +123,12 @@ class Tape:
                 self._stands[index] = node.op != "time" and all(self.is_still(i) for i in self.arguments(index))
         return self._stands[index]
 
+    def scaled_by(self, index: int) -> int | None:
+        """The argument of a product, or the divisor, that does not move and scales a series; None if there is none."""
+        node = self.nodes[index]
+        parts = node.args if node.op == "mul" else node.args[1:] if node.op == "div" else ()
+        return None if self.is_still(index) else next((i for i in parts if self.is_still(i)), None)
+
     def is_known(self, index: int) -> bool:
         """Whether a node's coefficients follow from those of order 0 alone, or from the ones before."""
         return self.turning(index) is not None or (self.nodes[index].op == "expanded" and self.is_still(index))

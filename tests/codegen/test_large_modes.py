@@ -1,6 +1,7 @@
 """Large modes: their operations stand in tables, and what many states share is varied once."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -158,3 +159,18 @@ def test_advection_is_two_products_a_state():
     (series,) = write(advected(40).placed).modes
     assert len(series.mode.kept) == 40
     assert len(series.mode.products) == 80
+
+
+def test_products_with_states_that_stand_still_are_no_products_of_series():
+    """As those of parameters that an orbit is derived by: a mode with many is written in line; x = exp(-rate t)."""
+    still = sympy.symbols("p0:30", real=True)
+    (x,) = sympy.symbols("x0:1", real=True)
+    rate = sum(a * b for a, b in pairwise(still)) / (1 + still[0])
+    system = cd.HybridSystem(
+        name="led", states=(x, *still), modes={"on": {x: -rate * x, **dict.fromkeys(still, 0)}},
+        initial={"x0": 1.0, **{p.name: 0.1 + 0.01 * i for i, p in enumerate(still)}},
+    )  # fmt: skip
+    assert write(system.placed).modes[0].mode.small
+    found = cd.trajectory(system, duration=2.0, samples=5)
+    exact = np.exp(-float(rate.subs({p: 0.1 + 0.01 * i for i, p in enumerate(still)})) * found["time"].values)
+    np.testing.assert_allclose(found["states"].values[:, 0], exact, rtol=1e-12)
