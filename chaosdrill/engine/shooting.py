@@ -50,7 +50,8 @@ FOUND = Tuple((matrix, cube, matrix, cube, vector, integer_matrix, vector))
 times of crossings since the start of the segment"""
 
 SIGNATURE = Tuple((int64, float64))(
-    *(int64, int64, integers, vector, integer_matrix, matrix, matrix, float64, vector, int64, FOUND, ROOM)
+    *(int64, int64, integers, vector, integer_matrix, integer_matrix, matrix, matrix, float64, vector, int64),
+    *(FOUND, ROOM),
 )
 
 
@@ -103,18 +104,34 @@ def _begin_sums(sizes, count, surfaces, normals, first, clock_row, monodromy):
 
 
 @inner
-def _begin_segment(functions, segments, i, start, t, tables, state, rates):
-    """Put the run at the start of a segment with the unit vectors as tangents, and fill in the rates there."""
+def _begin_segment(functions, segments, feeds, i, start, t, tables, state, rates):
+    """Put the run at the start of a segment, with the unit vectors of states that feed its mode as tangents; rates."""
     n, x, vectors = start.size, state.x, state.vectors
     mode = segments[i, SEGMENT_MODE]
+    live = 0
     for r in range(n):
         x[r] = start[r]
-        for v in range(n):
-            vectors[v, r] = 1.0 if r == v else 0.0
+        if feeds[mode, r] == 1:
+            vectors[live, :] = 0.0
+            vectors[live, r] = 1.0
+            live += 1
     functions.field(mode, t, state.c, x, rates)
     last = i - 1 if i > 0 else segments.shape[0] - 1
     ended, taken = segments[last, SEGMENT_END], segments[last, SEGMENT_OUTCOME]
-    begin(tables, state, mode, n, segments[last, SEGMENT_MODE], ended, taken)
+    begin(tables, state, mode, live, segments[last, SEGMENT_MODE], ended, taken)
+
+
+@inner
+def _put_back(feeds, live, vectors):
+    """Put the tangents that were carried in their places amid unit vectors that no rate moves."""
+    for v in range(feeds.size - 1, -1, -1):
+        if feeds[v] == 1:
+            live -= 1
+            for r in range(feeds.size):
+                vectors[v, r] = vectors[live, r]
+        else:
+            vectors[v, :] = 0.0
+            vectors[v, v] = 1.0
 
 
 @inner
@@ -344,7 +361,9 @@ def _on_surface(count, normal, start, extent, equations):
 
 
 @compiled(SIGNATURE)
-def shooting_residual(place, resting, sizes, extent, segments, plane, starts, phase, durations, watched, found, room):
+def shooting_residual(
+    place, resting, sizes, extent, feeds, segments, plane, starts, phase, durations, watched, found, room
+):
     """Follow all segments; returns (DONE or the outcome that ended a segment, residual).
 
     Parameters
@@ -353,6 +372,8 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
         Addresses of the `chaosdrill.engine.layout.Machine`, and of one that watches no guard.
     sizes, segments
         See the names above; ``segments`` has shape (N, 3).
+    feeds : ndarray of int, shape (modes, d + q)
+        1 where rates in the mode depend on the state; the others are constant and carry themselves alone.
     extent : ndarray, shape (d,)
         What distances between states are relative to at least, above zero; else it is the state where a segment ends.
     plane : ndarray, shape (4 + m, d)
@@ -403,7 +424,7 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
     t = phase
     for i in range(count):
         mode, end, own = segments[i, SEGMENT_MODE], segments[i, SEGMENT_END], lasting + i
-        _begin_segment(functions, segments, i, starts[i], t, tables, state, rates)
+        _begin_segment(functions, segments, feeds, i, starts[i], t, tables, state, rates)
         for r in range(n):
             stretch[r, 0] = rates[r]
         outcome, crossed, when = follow(
@@ -414,6 +435,7 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
         seen[i, CROSSED] = crossed
         met[i] = when
         seen[i, CAME] = segments[i, SEGMENT_OUTCOME]
+        _put_back(feeds[mode], run.live, state.vectors)
         te = t + durations[i]
         total += durations[i]
         functions.field(mode, te, c, x, rates)
