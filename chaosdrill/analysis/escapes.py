@@ -261,7 +261,8 @@ def _watched(
         outcome = np.where(met, int(Outcome.ESCAPED), np.where(stayed, int(Outcome.OK), outcome))
         length = np.where(stayed, count * unit, length)
     units = np.minimum(np.floor(length / unit + 1e-9).astype(np.int64), count)
-    return _Lives(length, units, outcome == Outcome.ESCAPED, outcome)
+    # within a step of a map nothing happens
+    return _Lives(units * unit if system.discrete else length, units, outcome == Outcome.ESCAPED, outcome)
 
 
 def _saddle(

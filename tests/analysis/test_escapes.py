@@ -103,6 +103,21 @@ def test_the_tent_map_of_slope_three():
     assert float(found["lyapunov_exponent"][0]) == pytest.approx(np.log(3), abs=1e-12)
 
 
+def test_a_life_of_a_map_is_its_iterates_within_the_bounds(skew):
+    """Counted here, while rounding has not grown; the same steps of a clock have the same rate."""
+    images = {"x": "piecewise(x/a, x < 1/2, (1 - x)/b)"}
+    tent = cd.Map("x", dict(zip("ab", WIDTHS, strict=True)), images, initial={"x": 0.3}, bounds={"x": (0, 1)})
+    found = cd.transient_chaos(tent, periods=60, random=STARTS)
+    x, inside, lives = found["initial_state"].values[:, 0], np.ones(4000, dtype=bool), np.zeros(4000)
+    for _ in range(20):
+        x = np.where(x < 0.5, x / WIDTHS[0], (1 - x) / WIDTHS[1])
+        inside &= (x >= 0) & (x <= 1)
+        lives += inside
+    np.testing.assert_array_equal(np.minimum(found["lifetime"], 20), lives)
+    for name in ("escape_rate", "escape_rate_error", "escapes", "drift"):
+        np.testing.assert_array_equal(found[name], skew[name])
+
+
 def test_runs_that_are_watched_too_short_count_as_long_as_they_were(skew):
     found = cd.transient_chaos(open_tent(WIDTHS), periods=5, transient=1, random=STARTS)
     assert (found["outcome"] == cd.Outcome.OK).sum() > 1000

@@ -17,7 +17,7 @@ VARIABLES = table(
     *STATES,
     EXPONENT,
     need("initial_state", "start state", "f8", "initial state", "State from which each run starts."),
-    need("lifetime", "start", "f8", "lifetime", "Until the run leaves, or the end of the record if it does not."),
+    need("lifetime", "start", "f8", "lifetime", "Until the run leaves, or the record ends; of a map iterates."),
     outcome("start"),
     need("surviving", "age", "f8", "surviving share", "Share of the runs that reached this age."),
     need("escape_rate", "", "f8", "escape rate", "Per unit of model time."),
@@ -136,12 +136,12 @@ def transient_chaos(system: HybridSystem, given: TransientChaos, job: Job) -> Da
     Returns
     -------
     xarray.Dataset
-        ``lifetime`` and ``outcome`` (start), ``escaped`` where a run has left and ``ok`` where it has not, with
-        ``initial_state`` (start, state); ``surviving`` (age); ``escape_rate`` and ``escape_rate_error``, per unit of
-        time, ``escapes``, ``least_age`` and ``drift``, NaN with fewer than 40 escapes; ``saddle_state`` (point, state),
-        ``lyapunov_exponent`` and ``lyapunov_error`` (exponent), ``saddle_dimension`` and ``saddle_dimension_error``,
-        NaN where fewer than 100 runs live long. Without an escape the rate is 0, and twice its error is the largest
-        rate that would have shown no escape in 5 % of all cases.
+        ``lifetime``, of a map the number of iterates before the one that leaves, and ``outcome`` (start), ``escaped``
+        where a run has left and ``ok`` where it has not, with ``initial_state`` (start, state); ``surviving`` (age);
+        ``escape_rate`` and ``escape_rate_error``, per unit of time, ``escapes``, ``least_age`` and ``drift``, NaN with
+        fewer than 40 escapes; ``saddle_state`` (point, state), ``lyapunov_exponent`` and ``lyapunov_error`` (exponent),
+        ``saddle_dimension`` and ``saddle_dimension_error``, NaN where fewer than 100 runs live long. Without an escape
+        the rate is 0, and twice its error is the largest rate that would have shown no escape in 5 % of all cases.
     """
     from chaosdrill.analysis.escapes import transients
 
