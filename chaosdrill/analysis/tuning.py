@@ -130,6 +130,11 @@ class Windows:
     """Cumulants: mean, variance, and those that are 0 for a normal distribution."""
     blocks: int = 256
     """Blocks at most from which errors are taken."""
+    enlarged: float = 1.18
+    """Times the standard deviation of a mean, for its error from eight frequencies, see `standard_error`."""
+    end: float = 0.9
+    at_end: float = 0.2
+    """Part of the largest deviation beyond which such a share of the values shows that a distribution ends there."""
     of_density: int = 32
     """Blocks at most from which the errors of a density are taken, of which there are many."""
     at_least: float = 2.25

@@ -126,13 +126,14 @@ def of_windows(records: int, rng: np.random.Generator) -> Iterator[Told]:
     system, above = baker(), exponents()[0]
     spread = SHARE * (math.log(SHARE) + above) ** 2 + (1 - SHARE) * (math.log(1 - SHARE) + above) ** 2
     third = -(SHARE * (math.log(SHARE) + above) ** 3 + (1 - SHARE) * (math.log(1 - SHARE) + above) ** 3)
+    fourth = spread**2 * (1 / (SHARE * (1 - SHARE)) - 6)
     for _ in range(records):
         begun = system.with_initial(x=rng.random(), y=rng.random())
         found = cd.finite_time_exponents(begun, transient=20, periods=1000, windows=[5], exponents=1)
         values, errors = (found[name].values.reshape(-1) for name in ("cumulant", "cumulant_error"))
-        truth = (above, spread / 5, third / 25)
+        truth = (above, spread / 5, third / 25, fourth / 125)
         yield {
-            **{f"cumulant {k + 1} over 5": (values[k], errors[k], truth[k]) for k in range(3)},
+            **{f"cumulant {k + 1} over 5": (values[k], errors[k], truth[k]) for k in range(4)},
             "correlation time": (*_of(found, "correlation_time", "correlation_time_error", 0), math.nan),
         }
 

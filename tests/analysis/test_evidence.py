@@ -358,6 +358,18 @@ def test_errors_of_cumulants_cover(window):
     assert (hits <= 0.99 * 200).all()
 
 
+@pytest.mark.parametrize(("window", "count"), [(1, 200), (10, 200)])
+def test_errors_of_high_cumulants_cover_the_tails_that_few_windows_meet(window, count):
+    """Growth that is distributed exponentially: what matters most to orders 3 and 4 is seldom met."""
+    rng = np.random.default_rng(4)
+    exact = np.array([1.0, 1.0, 2.0, 6.0]) / float(window) ** np.arange(4)
+    hits = np.zeros(4)
+    for _ in range(200):
+        found, error = cumulants(rng.exponential(1.0, (count, window)).mean(axis=1))
+        hits += abs(found - exact) <= 2 * error
+    assert (hits >= 0.88 * 200).all()
+
+
 @pytest.mark.parametrize("window", [1, 10, 100])
 def test_errors_of_densities_cover(window):
     """Windows of the skew tent map have a binomial distribution, on places that bins of any width may hold."""
