@@ -9,6 +9,7 @@ import numpy as np
 
 from chaosdrill.analysis.recurrence import CLOSE
 from chaosdrill.analysis.tuning import BOUNDARIES
+from chaosdrill.engine.shifts import Shifts, shifts_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -295,9 +296,11 @@ def measures_dataset(system: "HybridSystem", given: Any, job: "Job") -> "xr.Data
             "uncertain_fraction_error": ("distance", power.error),
             "wada_distance": ("attractor", _of_attractors(cells, count)),
         }
-        kicks = [smallest_kicks(cells, grid, *one) for one in _in_the_grid(system, grid, held, found)]
+        along = {name: grid[name] for name in system.state_names if name in grid}
+        ordered = cells.transpose([list(grid).index(name) for name in along])
+        kicks = [smallest_kicks(ordered, along, *one) for one in _in_the_grid(system, along, held, found)]
         for name, parts in zip(("smallest_kick", "smallest_kick_error"), zip(*kicks, strict=True), strict=False):
-            variables[name] = (("attractor", "state"), _of_states(system, grid, np.array(parts)))
+            variables[name] = (("attractor", "state"), _of_states(system, along, np.array(parts)))
         coords["distance"] = power.distance.astype(np.int32)
     return dataset(variables | coords, coords)
 
@@ -316,25 +319,32 @@ def _of_attractors(cells: np.ndarray, count: int) -> np.ndarray:
 
 
 def smallest_kicks(
-    cells: np.ndarray, grid: Mapping[str, np.ndarray], number: int, point: np.ndarray
+    cells: np.ndarray, grid: Mapping[str, np.ndarray], number: int, point: np.ndarray, shifts: Shifts | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """The smallest change of a point to a cell of another basin, and its error, in the units of each state of the grid.
 
     Lengths are taken in parts of the grid along every axis. NaN for a point that is not in the grid, and where all
     cells are of one basin. The boundary lies up to a cell before; and since it does, the kick may lead to any place
     where cells of other basins are farther by no more than half a cell, as along a boundary that is about as far
-    everywhere; the nearest cell is amid these. Both make the error.
+    everywhere; the nearest cell is amid these. Both make the error. Points are the same but for ``shifts``, such as
+    whole turns.
     """
+    shifts = shifts or Shifts.none(len(grid))
     axes = [np.sort(values) for values in grid.values()]
     low, extent = (np.array([of(values) for values in axes]) for of in (np.min, np.ptp))
     nothing = np.full(len(axes), np.nan)
-    others = np.argwhere(cells != number)
-    if not len(others) or not (extent > 0).all() or not ((point >= low) & (point <= low + extent)).all():
+    others, steps = np.argwhere(cells != number), [np.diff(values) for values in axes]
+    if not len(others) or not (extent > 0).all():
         return nothing, nothing
-    ways = np.column_stack([values[place] for values, place in zip(axes, others.T, strict=True)]) - point
+    # a turn is a step longer than its grid
+    reach = (extent + np.where(shifts.moves, [step.max() for step in steps], 0.0)) / 2
+    middle = low + extent / 2
+    if not (np.abs(shifts.across(point - middle)) <= reach + 4 * np.spacing(np.abs(middle) + extent)).all():
+        return nothing, nothing
+    places = np.column_stack([values[place] for values, place in zip(axes, others.T, strict=True)])
+    ways = shifts.across(places - point)
     lengths = np.linalg.norm(ways / extent, axis=1)
     best = int(np.argmin(lengths))
-    steps = [np.diff(values) for values in axes]
     cell = np.array(
         [step[max(place - 1, 0) : place + 1].max() for step, place in zip(steps, others[best].tolist(), strict=True)]
     )
@@ -344,15 +354,21 @@ def smallest_kicks(
 
 def _in_the_grid(
     system: "HybridSystem", grid: Mapping[str, np.ndarray], held: Mapping[str, float], found: "xr.Dataset"
-) -> Iterator[tuple[int, np.ndarray]]:
-    """Numbers of attractors, and their points in the states of the grid; NaN for those in another plane."""
+) -> Iterator[tuple[int, np.ndarray, Shifts]]:
+    """Numbers of attractors, their points in the states of the grid, NaN for those in another plane, and its shifts."""
     names = list(system.state_names)
     own = np.array([held.get(name, system.initial[name]) for name in names], dtype=float)
     spanned = np.array([name in grid for name in names])
+    within, beside = (_of(shifts_of(system, but_of=()), states) for states in (spanned, ~spanned))
     for number, state in enumerate(found["attractor_state"].transpose("attractor", "state").values, start=1):
         size = np.maximum(np.abs(state), np.abs(own))
-        there = (np.abs(state - own) <= CLOSE * size)[~spanned].all()
-        yield number, np.array([state[names.index(name)] if there else np.nan for name in grid])
+        there = (np.abs(beside.across((state - own)[~spanned])) <= CLOSE * size[~spanned]).all()
+        yield number, state[spanned] if there else np.full(len(grid), np.nan), within
+
+
+def _of(shifts: Shifts, states: np.ndarray) -> Shifts:
+    """Shifts of some states that move no others."""
+    return Shifts(*(one[~one[:, ~states].any(axis=1)][:, states] for one in (shifts.lines, shifts.turns)))
 
 
 def _of_states(system: "HybridSystem", grid: Mapping[str, np.ndarray], parts: np.ndarray) -> np.ndarray:

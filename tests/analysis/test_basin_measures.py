@@ -260,6 +260,22 @@ def test_the_smallest_kick_leads_to_the_boundary():
     assert np.isnan(smallest_kicks(inside, along, 1, np.array([0.0, 11.0]))[0]).all()
 
 
+@pytest.mark.parametrize("first", [-1, 5])
+def test_kicks_leave_out_whole_turns(first):
+    """Wells of an angle at the multiples of pi, with edges where its cosine is 0.1; the grid may begin anywhere."""
+    wells = cd.HybridSystem(
+        name="turning wells", states="v phi", parameters={}, period="1", initial={"phi": 0.5},
+        modes={"on": {"phi": "0.2*sin(phi) - sin(2*phi)", "v": "-v"}},
+    )  # fmt: skip
+    grid = {"phi": first + np.linspace(0, 2 * np.pi, 41)[:-1], "v": np.linspace(-20, 20, 5)}
+    measures = cd.basin_measures(wells, grid, transient=60, periods=16, max_period=4, exponents=0)
+    kick, error = (measures[name].sel(state="phi").values for name in ("smallest_kick", "smallest_kick_error"))
+    edge = np.arccos(0.1)
+    at_pi = np.cos(measures["attractor_state"].sel(state="phi").values) < 0
+    assert sorted(at_pi) == [False, True]
+    assert (np.abs(np.abs(kick) - np.where(at_pi, np.pi - edge, edge)) <= 2 * error).all()
+
+
 @pytest.mark.parametrize("basin", ["half-plane", "disc"])
 def test_errors_of_kicks_cover_along_the_boundary(basin):
     """Where a boundary is about as far in many directions, cells do not tell to which place the kick leads."""

@@ -96,7 +96,8 @@ def basin_measures(system: HybridSystem, given: BasinMeasures, job: Job) -> Data
         in cells. Of a grid ``basin_entropy``, ``boundary_entropy`` and ``uncertainty_exponent``, each with its
         ``_error``, and ``uncertain_fraction`` over ``distance``, in cells; ``smallest_kick`` (attractor, state) is the
         change of ``attractor_state``, in the units of each state, to the nearest start with another attractor, with
-        lengths relative to the grid; NaN for an attractor outside its plane. The boundary lies up to one cell closer,
+        lengths relative to the grid; NaN for an attractor outside its plane. Whole turns of an angle, if no equation
+        tells them, are left out. The boundary lies up to one cell closer,
         and where it is about as near in several directions, the error says so. A state of one value is held there.
         The error of a share of a list is that of random starts (Agresti and Coull 1998,
         doi:10.1080/00031305.1998.10480550); for a grid it is the worst case of the cells cut by the boundary, if that
