@@ -337,6 +337,15 @@ def test_distributions_do_not_depend_on_units(name):
         np.testing.assert_allclose(other[of], one[of], rtol=1e-6, atol=1e-9 * np.abs(one[of]).max().item())
 
 
+def test_a_mean_of_growth_that_does_not_vary_has_the_error_of_the_method():
+    """Of x' = -x, of which `lyapunov_spectrum` says the same."""
+    decay = cd.HybridSystem(states="x", parameters={}, modes={"on": {"x": "-x"}}, initial={"x": 1.0})
+    found, spectrum = cd.finite_time_exponents(decay, duration=40.0), cd.lyapunov_spectrum(decay, duration=40.0)
+    error = float(found["lyapunov_error"][0])
+    assert abs(found["lyapunov_exponent"][0] + 1) <= 2 * error
+    assert error >= 0.5 * float(spectrum["lyapunov_error"][0]) > 0
+
+
 def test_lost_rank_has_no_distribution():
     relay = cd.build("relay-sliding")
     found = cd.finite_time_exponents(relay, periods=40, transient=20, windows=[2])
