@@ -30,19 +30,17 @@ class Blocks:
         Ends of the blocks, in periods from there.
     exponents : int
         Number of tangents whose growth is kept.
-    all_of : bool
-        Whether integrals and states are kept, too.
     """
 
-    def __init__(self, run: Run, ends: np.ndarray, exponents: int, *, all_of: bool = True) -> None:
+    def __init__(self, run: Run, ends: np.ndarray, exponents: int) -> None:
         self._run = run
         self._targets = (run.strobes + ends).astype(np.int64)
-        n, q = (len(run.x), len(run.system.quadratures)) if all_of else (0, 0)
+        n, q = len(run.x), len(run.system.quadratures)
         # logarithms of growth but for its last factors, and the product of these
         self._growth = np.full((2, len(ends), exponents), np.nan)
         self.integrals, self.states = np.full((len(ends), q), np.nan), np.full((len(ends), n), np.nan)
         # of the beginning of the record, too; rows of lost tangents are 0
-        self._vectors = np.zeros((len(ends) + 1, exponents if all_of else 0, n))
+        self._vectors = np.zeros((len(ends) + 1, exponents, n))
         self._exponent_of = np.zeros(self._vectors.shape[:2], dtype=np.int64)
         self._keep_vectors(0)
         self._done = np.zeros(1, dtype=np.int64)

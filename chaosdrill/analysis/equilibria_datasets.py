@@ -20,7 +20,7 @@ def equilibria_dataset(system: HybridSystem, found: Found) -> xr.Dataset:
     variables = _points(system, found.equilibria)
     variables["starts_led"] = ("point", np.array(found.hits, dtype=np.int32))
     variables["guard"] = ("point", np.array([_guards(system, one) for one in found.equilibria], dtype=str))
-    return _finished(system, variables, [*_told(system, found), *_more(found)])
+    return _finished(system, variables, [*_told(found), *_more(found)])
 
 
 def branches_dataset(system: HybridSystem, task: Task, found: Found, branches: Sequence[Branch]) -> xr.Dataset:
@@ -47,7 +47,7 @@ def branches_dataset(system: HybridSystem, task: Task, found: Found, branches: S
         **_special(system, branches, marks),
     }
     jumps = [words for branch in branches for words in unexplained(branch)]
-    return _finished(system, variables, [*_told(system, found), *jumps[:3]])
+    return _finished(system, variables, [*_told(found), *jumps[:3]])
 
 
 def _special(
@@ -121,7 +121,7 @@ def _guards(system: HybridSystem, one: Equilibrium) -> str:
     return " ".join(names) or ("parameters" if one.beyond else "")
 
 
-def _told(system: HybridSystem, found: Found) -> list[str]:
+def _told(found: Found) -> list[str]:
     """Why modes have no equilibria, and which states have no eigenvalue."""
     words = [f"no equilibria: {reason}" for reason in found.refused.values()]
     dropped = dict.fromkeys(reason for one in found.equilibria for reason in one.field.dropped.values())

@@ -74,9 +74,9 @@ def manifolds_dataset(system: HybridSystem, given: Any, job: "Job") -> "xr.Datas
     found = find_orbit(begin.system, begin.period, begin.start, begin.transient, job.numerics, begin.marks)
     if found.outcome != Outcome.PERIODIC:
         words = begin.told(found.outcome, found.message)
-        return _dataset(system, [], [], _bounds(system, given, job.numerics, None), found.outcome, words)
+        return _dataset(system, [], [], _bounds(system, given, job.numerics), found.outcome, words)
     where = find_section(system, given, job.numerics, timed=True)
-    bounds = _bounds(system, given, job.numerics, found)
+    bounds = _bounds(system, given, job.numerics)
     points = _points(where, found, job.numerics, bounds.scale)
     if not points:
         words = "the orbit does not meet the section"
@@ -108,7 +108,7 @@ def _onward(job: "Job", grown: list[Grown], total: int) -> Callable[[int], None]
     return lambda count: progress(min(done + count, total), total, None)
 
 
-def _bounds(system: HybridSystem, given: Any, numerics: Numerics, found: "FoundOrbit | None") -> Bounds:
+def _bounds(system: HybridSystem, given: Any, numerics: Numerics) -> Bounds:
     """The region and its sides: as given, and twice the sizes of the states on either side of zero."""
     from chaosdrill.orbits.problem import Problem
 

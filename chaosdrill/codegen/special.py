@@ -159,14 +159,14 @@ _EXP, _SIN, _COS, _SINH, _COSH, _LOG, _ASIN, _ATAN, _ASINH, _ATANH, _TANH, _LOG_
 REST_TERMS = 200
 
 
-def series_of_rests(count: int = REST_TERMS) -> np.ndarray:
+def _series_of_rests() -> np.ndarray:
     """Taylor coefficients at 0 of the functions of `taylor_rest`, one a row; those of powers depend on the exponent."""
-    found = np.zeros((len(RESTS), count))
+    found = np.zeros((len(RESTS), REST_TERMS))
     found[:, 0] = [f in ("exp", "cos", "cosh") for f in RESTS]
     inverse, odd = 1.0, 1.0
     # T of T' = 1 + T^2, all of whose coefficients are positive
     tangent = [0.0]
-    for j in range(1, count):
+    for j in range(1, REST_TERMS):
         tangent.append((float(j == 1) + sum(tangent[i] * tangent[j - 1 - i] for i in range(j))) / j)
         inverse /= j
         turning = (-1.0) ** (j // 2)
@@ -183,7 +183,7 @@ def series_of_rests(count: int = REST_TERMS) -> np.ndarray:
     return found
 
 
-REST_SERIES = series_of_rests()
+REST_SERIES = _series_of_rests()
 
 REST_NEAR = np.array([3.0 if g <= _COSH else 1.0 if g in (_TANH, _LOG_COSH) else 0.5 for g in range(len(RESTS))])
 """Size of an argument up to which powers of it are added: half of the radius of their series, or 3. Beyond it what is
