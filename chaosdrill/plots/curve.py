@@ -124,10 +124,17 @@ def _limited(rates: Floats, state: Floats, step: Floats) -> Floats:
     """Slopes as in `_slopes`, from time derivatives, as far as the samples resolve them."""
     guessed = _slopes(state, step)
     h = np.where(step > 0, step, np.inf)[:, np.newaxis]
-    rate = np.abs(np.diff(state, axis=0) / h)
-    most = 3 * np.maximum(np.pad(rate, ((0, 1), (0, 0))), np.pad(rate, ((1, 0), (0, 0))))
+    rate = np.diff(state, axis=0) / h
+    size = np.abs(rate)
+    most = 3 * np.maximum(np.pad(size, ((0, 1), (0, 0))), np.pad(size, ((1, 0), (0, 0))))
     exact = np.clip(rates, -most, most)[:, np.newaxis]
-    return np.where(np.isfinite(exact), exact, guessed)
+    slopes = np.where(np.isfinite(exact), exact, guessed)
+    # a slope that is steeper than this would turn the curve where no rate turns
+    way = np.where(rate < 0, -1.0, 1.0)
+    start, end = way * slopes[:-1, 1], way * slopes[1:, 0]
+    slopes[:-1, 1] = way * np.minimum(start, 3 * (size + np.maximum(-end, 0)))
+    slopes[1:, 0] = way * np.minimum(end, 3 * (size + np.maximum(-start, 0)))
+    return slopes
 
 
 def rates_of(dataset: Dataset, curve: Curve) -> Floats | None:

@@ -345,7 +345,7 @@ def cobweb(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _title(dataset: Dataset, period: int, iterates: int) -> str:
     where = _place(dataset)
     if not period:
-        return f"{iterates} points {where}"
+        return f"{iterates} points, {where}"
     names = ("multiplier_real", "multiplier_imag") if "multiplier_real" in dataset.variables else ()
     pairs = np.transpose([np.atleast_1d(dataset[name].values) for name in names]) if names else ()
     multipliers = [_complex(real, imaginary) for real, imaginary in pairs if np.isfinite(real) and imaginary >= 0]

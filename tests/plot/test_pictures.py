@@ -71,7 +71,7 @@ def test_section_names_its_period_and_multipliers(section):
 
 def test_section_without_a_period_shows_every_point(section):
     axes = poincare(section.assign(period=0)).axes[0]
-    assert axes.get_title(loc="left") == "40 points once per forcing period"
+    assert axes.get_title(loc="left") == "40 points, once per forcing period"
     assert len(axes.collections[0].get_offsets()) == 40
 
 

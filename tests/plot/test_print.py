@@ -163,3 +163,12 @@ def test_what_jumps_between_samples_is_not_overshot():
     drawn = smoothed(Curve(time, state, np.zeros(12, dtype=int))).state[:, 0]
     assert drawn.min() >= -1e-12
     assert drawn.max() <= 1 + 1e-12
+
+
+def test_what_only_rises_is_drawn_rising():
+    time = np.array([0.0, 0.3, 0.6, 0.9, 1.2, 1.5, 1.54])  # as a neuron does before a spike
+    state = np.stack([np.tan(time), np.sin(9 * time)], axis=1)
+    rates = np.stack([1 + np.tan(time) ** 2, 9 * np.cos(9 * time)], axis=1)
+    drawn = smoothed(Curve(time, state, np.zeros(len(time), dtype=int)), lambda: rates).state[:, 0]
+    assert len(drawn) > len(time)
+    assert (np.diff(drawn) > 0).all()
