@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from itertools import product
+from itertools import permutations, product
 from typing import TYPE_CHECKING, Any, Unpack
 
 import sympy
@@ -135,7 +135,8 @@ class _Broken:
         moving = {*written.states, written.time} - {None}
         self._written = written
         self._rates = {
-            state: _unclipped(unfolded(rate, moving, written.parameters), moving) for state, rate in rates.items()
+            state: _unclipped(self._signed(unfolded(rate, moving, written.parameters), moving), moving)
+            for state, rate in rates.items()
         }
         self._parts: dict[Any, tuple[Any, int, Any, Any]] = {}
         for part in self._find():
@@ -143,6 +144,23 @@ class _Broken:
             surface, sign = self.canonical(g)
             self._parts[part] = (surface, sign, positive, negative)
         self.surfaces = list(dict.fromkeys(surface for surface, *_ in self._parts.values()))
+
+    def _signed(self, rate: Any, moving: set[Any]) -> Any:
+        """A rate in which a size over its own expression is a sign, as in ``Abs(x)/x``, which jumps."""
+
+        def signed(term: Any) -> Any:
+            for part, other in permutations(term.args, 2):
+                (size, power), (over, by) = part.as_base_exp(), other.as_base_exp()
+                if not (isinstance(size, sympy.Abs) and size.free_symbols & moving and power.is_odd and by.is_integer):
+                    continue
+                (g,) = size.args
+                left = power + by
+                if (power * by).is_negative and left >= 0 and self.canonical(g)[0] == self.canonical(over)[0]:
+                    once = sympy.sign(g) * g**left * sympy.cancel(over / g) ** by
+                    return signed(term / part / other * once)
+            return term
+
+        return rate.replace(lambda e: e.is_Mul, signed)
 
     def _find(self) -> Iterator[Any]:
         """The parts that break, in an order in which names have no say."""

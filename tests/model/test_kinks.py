@@ -77,6 +77,19 @@ def test_friction_is_the_filippov_system():
     assert turned.modes["above"] == other.modes["below"]
 
 
+@pytest.mark.parametrize(
+    "written", ["abs(v - u)/(v - u)", "(v - u)/abs(u - v)", "2*(v - u)/sqrt((2*v - 2*u)**2)", "sign(v - u)**3"]
+)
+def test_friction_is_the_same_however_its_sign_is_written(written):
+    common = {"name": "belt", "states": "x v", "parameters": {"f": 0.4, "u": 0.5}}
+    one, other = (cd.in_modes(**common, field={"x": "v", "v": f"-x - f*({sign})"}) for sign in ("sign(v - u)", written))
+    assert write_definition(one) == write_definition(other)
+
+
+def test_a_size_over_another_expression_does_not_jump():
+    assert "sliding" not in made("-abs(v - 1)/(v + 1) + abs(x)**3/x").modes
+
+
 def stop(**changes):
     given = {"parameters": {"k": 20.0, "mu": 0.3}, "initial": {"x": -4.0}}
     return made("-x - k*Max(x - 1, 0) - mu*sign(v)", **{**given, **changes})
