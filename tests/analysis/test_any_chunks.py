@@ -26,30 +26,30 @@ BRIEF = {"transient": 20, "periods": 40, "max_period": 16, "max_extension": 2}
 
 
 def diagram(**keywords):
-    cd.bifurcation_diagram(IMPACTS, {"omega": np.linspace(2.4, 2.8, 23)}, **BRIEF, **keywords)
+    cd.bifurcation_diagram(IMPACTS, {"omega": np.linspace(2.4, 2.8, 11)}, **BRIEF, **keywords)
 
 
 def drill_diagram():
-    cd.bifurcation_diagram(DRILL, {"eta": np.linspace(0.42, 0.66, 23)}, **BRIEF, tolerance=1e-10)
+    cd.bifurcation_diagram(DRILL, {"eta": np.linspace(0.42, 0.66, 11)}, **BRIEF, tolerance=1e-10)
 
 
 def noisy_diagram():
     system = IMPACTS.with_noise({"e": cd.Uniform(0.7, 0.9)}, at="impact", seed=1)
-    cd.bifurcation_diagram(system, {"omega": np.linspace(2.4, 2.8, 23)}, **BRIEF)
+    cd.bifurcation_diagram(system, {"omega": np.linspace(2.4, 2.8, 11)}, **BRIEF)
 
 
 def chart():
-    sweep = {"omega": np.linspace(2.5, 2.8, 5), "e": np.linspace(0.5, 0.9, 4)}
+    sweep = {"omega": np.linspace(2.5, 2.8, 4), "e": np.linspace(0.5, 0.9, 3)}
     cd.parameter_chart(IMPACTS, sweep, **BRIEF, exponents=1, random={"count": 2, "seed": 3, "x": (-0.5, 0.2)})
 
 
 def drill_chart():
-    sweep = {"eta": np.linspace(0.42, 0.66, 6), "b": np.linspace(0.3, 0.9, 4)}
+    sweep = {"eta": np.linspace(0.42, 0.66, 4), "b": np.linspace(0.3, 0.9, 3)}
     cd.parameter_chart(DRILL, sweep, **BRIEF, exponents=2, tolerance=1e-10)
 
 
 def basins():
-    cd.basins(IMPACTS, {"x": np.linspace(-1, 0.25, 5), "v": np.linspace(-1, 1, 4)}, **BRIEF)
+    cd.basins(IMPACTS, {"x": np.linspace(-1, 0.25, 4), "v": np.linspace(-1, 1, 3)}, **BRIEF)
 
 
 CASES = {

@@ -151,7 +151,7 @@ def test_a_boundary_that_is_a_function_has_its_own_exponent(ratio):
 def test_errors_cover_what_a_rough_boundary_hides_between_cells():
     """Weierstrass' function, of Hoelder exponent 0.3: between cells it leaves them and comes back."""
     rng, found = np.random.default_rng(3), []
-    for count in rng.integers(200, 700, 60).tolist():
+    for count in rng.integers(200, 500, 50).tolist():
         along = np.linspace(0, 2 * np.pi, count)
         edge = sum(np.cos(1.7**k * along + turn) / 1.7 ** (0.3 * k) for k, turn in enumerate(rng.uniform(0, 6.3, 60)))
         most = 1.1 * np.abs(edge).max()

@@ -46,7 +46,7 @@ def growth_by_scipy(start, duration):
 def known(steep):
     """The exponents are a complex pair, so that the leading one is half of the sum, which scipy knows."""
     cycle = cd.poincare_section(steep, transient=20, periods=4, method="dop853")["section"].values[-1]
-    return growth_by_scipy(cycle, 16 * 2 * np.pi / OMEGA) / 2
+    return growth_by_scipy(cycle, 4 * 2 * np.pi / OMEGA) / 2
 
 
 @pytest.mark.parametrize("methods", [["taylor"], ["taylor", "dop853"]], ids="-".join)

@@ -117,8 +117,7 @@ def neuron():
     )
 
 
-@pytest.mark.parametrize("max_extension", [0, 8])
-@pytest.mark.parametrize("at", ["strobe", "spike"])
+@pytest.mark.parametrize(("max_extension", "at"), [(0, "spike"), (8, "strobe")])
 def test_a_run_that_only_grows_is_open(neuron, max_extension, at):
     found = cd.bifurcation_diagram(
         neuron, {"I": [5.0, 10.0]}, transient=50, periods=64, max_extension=max_extension, at=at

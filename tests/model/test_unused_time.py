@@ -1,9 +1,13 @@
 """A symbol for time that nothing uses changes no result, to the bit; nor do the helpers that give every system one."""
 
+import inspect
+
 import numpy as np
 import pytest
+from support.short_calls import short_calls
 
 import chaosdrill as cd
+from chaosdrill.analysis.registry import FUNCTIONS
 
 OSCILLATOR = {
     "states": "x v",
@@ -34,48 +38,44 @@ BELT = {
     "below": {"x": "v", "v": "-x + hold + fall*(v - belt)"},
     "initial": {"x": 0.5},
 }
-CALLS = {
-    "spectrum": lambda time: cd.lyapunov_spectrum(cd.HybridSystem(**OSCILLATOR, **time), duration=60, transient=20),
-    "spectrum of a rest": lambda time: cd.lyapunov_spectrum(cd.HybridSystem(**WELLS, **time), duration=200),
-    "section": lambda time: cd.poincare_section(
-        cd.HybridSystem(**OSCILLATOR, **time), at="x > 0", transient=20, periods=8
-    ),
-    "diagram": lambda time: cd.bifurcation_diagram(
-        cd.HybridSystem(**OSCILLATOR, **time), {"mu": [0.5, 1.0]}, at="x > 0", transient=10, periods=32, exponents=2
-    ),
-    "chart": lambda time: cd.parameter_chart(
-        cd.HybridSystem(**OSCILLATOR, **time), {"mu": [0.5, 1.0], "k": [1.0, 2.0]}, duration=60, transient=30
-    ),
-    "basins": lambda time: cd.basins(
-        cd.HybridSystem(**WELLS, **time),
-        {"x": np.linspace(-2, 2, 4), "v": np.linspace(-1.5, 1.5, 4)},
-        transient=150,
-        duration=60,
-    ),
-    "no return": lambda time: cd.poincare_section(
-        cd.HybridSystem(**WELLS, **time).with_initial(x=0.5), at="x < 0", max_return=200.0, periods=2
-    ),
-    "orbit": lambda time: cd.periodic_orbit(cd.HybridSystem(**OSCILLATOR, **time), start="attractor", transient=30),
-    "impacts": lambda time: cd.periodic_orbit(
-        cd.HybridSystem(**BALL, **time), at="hit", start="attractor", transient=30
-    ),
-    "precision": lambda time: cd.work_precision(
-        cd.HybridSystem(**BALL, **time), duration=0.25, methods=["dop853"], tolerances=[1e-8], repeats=1
-    )[["error", "reference_error", "outcome"]],
+SHORT = short_calls(("x", [0.5, 1.0]), ("v", [0.0, 0.5]), ("mu", [0.5, 1.0]), ("k", [1.0, 2.0]))
+SHORT["equilibria"] = {"sweep": {"mu": (0.5, 1.0)}, "region": {"x": (-1, 1), "v": (-1, 1)}, "starts": 9}
+SHORT["transient_chaos"] = {"duration": 20.0, "initial": [{"x": 0.5}, {"x": 1.0}]}
+SHORT["periodic_orbit"] = {"start": "attractor"}
+# back in time the oscillator runs away
+SHORT["manifolds"] |= {"max_return": 20.0}
+GRID = {"x": np.linspace(-2, 2, 4), "v": np.linspace(-1.5, 1.5, 4)}
+MORE = {
+    "a duration": (OSCILLATOR, "lyapunov_spectrum", {"duration": 60, "transient": 20}),
+    "a rest": (WELLS, "lyapunov_spectrum", {"duration": 200}),
+    "two rests": (WELLS, "basins", {"grid": GRID, "transient": 150, "duration": 60}),
+    "no return": (WELLS, "poincare_section", {"at": "x < 0", "max_return": 200.0, "periods": 2}),
+    "impacts": (BALL, "periodic_orbit", {"at": "hit", "start": "attractor", "transient": 30}),
+    "steps": (BALL, "work_precision", {"duration": 0.25, "methods": ["dop853"], "tolerances": [1e-8], "repeats": 1}),
 }
 
 
-@pytest.mark.parametrize("call", CALLS.values(), ids=CALLS)
-def test_an_unused_symbol_changes_no_bit(call):
-    without, *others = (call(time) for time in ({}, {"time": "t"}, {"time": "tau"}))
-    for other in others:
-        assert set(other.variables) == set(without.variables)
-        for name, variable in without.variables.items():
-            np.testing.assert_array_equal(other[name].values, variable.values, err_msg=name)
+def over_a_section(name):
+    """An analysis of the oscillator, over a section where forced systems have their strobe."""
+    at = {"at": "x > 0"} if "at" in inspect.signature(getattr(cd, name)).parameters else {}
+    return OSCILLATOR, name, SHORT[name] | at
+
+
+CALLS = {name: over_a_section(name) for name in FUNCTIONS} | MORE
+
+
+@pytest.mark.parametrize(("given", "name", "arguments"), CALLS.values(), ids=CALLS)
+def test_an_unused_symbol_changes_no_bit(given, name, arguments):
+    without, other = (getattr(cd, name)(cd.HybridSystem(**given, time=time), **arguments) for time in (None, "tau"))
+    assert set(other.variables) == set(without.variables)
+    for variable in without.variables:
+        if not variable.startswith("wall_time"):
+            np.testing.assert_array_equal(other[variable].values, without[variable].values, err_msg=variable)
 
 
 def test_the_wells_are_two_attractors_at_rest():
-    found = CALLS["basins"]({"time": "t"})
+    wells, name, arguments = MORE["two rests"]
+    found = getattr(cd, name)(cd.HybridSystem(**wells, time="t"), **arguments)
     assert found.sizes["attractor_number"] == 2
     assert set(found["outcome"].values.ravel()) == {int(cd.Outcome.EQUILIBRIUM)}
 

@@ -242,7 +242,7 @@ def test_two_real_multipliers_are_no_pair():
 
 def test_multipliers_at_special_points_are_what_their_names_say(drill):
     """At 0.58658 a fold and a doubling of the drill's orbit of period 2 are 1e-6 apart, in steps of 0.02."""
-    branch = cd.continue_orbit(drill.with_parameters(eta=0.6), {"eta": (0.4, 0.9)}, period=2, step=0.02)
+    branch = cd.continue_orbit(drill.with_parameters(eta=0.6), {"eta": (0.5, 0.7)}, period=2, step=0.02)
     points, kinds = branch["special_index"].values, branch["special_kind"].values
     multipliers = branch["multiplier_real"].values + 1j * branch["multiplier_imag"].values
     values = branch["special_value"].values

@@ -254,7 +254,7 @@ def test_curves_of_a_flow_over_any_section(follow, c, period, critical, error):
     limits = {"c": (2.3, 5.6), "a": (0.15, 0.25)}
     places = []
     for at in ("y < 0", "x > 0"):
-        found = cd.continue_orbit(system, limits, follow=follow, at=at, period=period, step=0.05, transient=400)
+        found = cd.continue_orbit(system, limits, follow=follow, at=at, period=period, step=0.2, transient=400)
         assert int(found["outcome"]) == Outcome.PERIODIC, found.attrs["message"]
         places.append(float(found["special_value"][0]))
         one = found.isel(point=found.sizes["point"] // 3)

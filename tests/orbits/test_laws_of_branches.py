@@ -249,7 +249,7 @@ SKEW = stepped(
 )
 
 
-@settings(max_examples=5)
+@settings(max_examples=3)
 @given(
     left=st.floats(-0.9, 0.9), right=st.floats(-4, -0.2), side=st.sampled_from([-0.3, 0.3]),
     size=st.sampled_from([1.0, 1e6]),
@@ -308,7 +308,7 @@ def reversal(amplitude):
     return brentq(speed, 0.5, 1.0, xtol=1e-15)
 
 
-@settings(max_examples=5)
+@settings(max_examples=3)
 @example(step=5e-4, side=0.05, amplitude=3.0)
 @given(step=st.floats(3e-4, 5e-3), side=st.sampled_from([-0.05, 0.05]), amplitude=st.floats(2.0, 5.0))
 def test_a_reversal_begins_at_one_place_whatever_the_step(step, side, amplitude):
