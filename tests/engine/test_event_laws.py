@@ -40,7 +40,7 @@ def drawn(name, number):
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", lists.FAMILIES)
-@examples(10)
+@examples(6)
 @given(number=NUMBERS)
 def test_a_list_is_the_closed_forms(name, method, number):
     family, numbers, times = drawn(name, number)
@@ -162,7 +162,7 @@ def test_samples_do_not_change_a_list(name, method, number, samples):
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", lists.FAMILIES)
-@examples(4)
+@examples(2)
 @given(number=NUMBERS, blocks=st.sampled_from([1, 3, 64]))
 def test_blocks_do_not_change_the_number_of_events(name, method, number, blocks):
     family, numbers, times = drawn(name, number)

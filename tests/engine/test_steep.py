@@ -155,7 +155,7 @@ def test_a_rate_that_leaves_the_doubles_is_told(method):
     assert cd.Outcome(int(run["outcome"])) == cd.Outcome.NONFINITE
 
 
-@settings(max_examples=40)
+@settings(max_examples=24)
 @given(data=st.data())
 def test_nothing_is_wrong_in_silence(study, data):
     family = data.draw(st.sampled_from(study.families()))

@@ -16,7 +16,7 @@ METHODS = ("taylor", "dop853", "radau")
 
 
 @pytest.mark.parametrize("kind", writings.KINDS)
-@settings(max_examples=3, phases=[Phase.explicit, Phase.reuse, Phase.generate])
+@settings(max_examples=2, phases=[Phase.explicit, Phase.reuse, Phase.generate])
 @given(number=st.integers(0, 2**32 - 1))
 @example(number=4390)
 def test_events_do_not_depend_on_the_writing(kind, number):
