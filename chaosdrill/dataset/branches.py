@@ -89,7 +89,7 @@ class BranchEnd(Code):
     NO_EFFECT = 8, "The orbit does not depend on the parameter, so there is nothing to follow; choose another."
     JOINED = 9, "The branch meets another one that was already followed."
     DOUBLING = 10, "The doubled orbit shrank onto the orbit of half its period, at another period doubling."
-    REST = 11, "The orbit shrank onto an equilibrium, at a Hopf bifurcation."
+    REST = 11, "The orbit shrank onto an equilibrium."
 
 
 class AttractorEnd(Code):

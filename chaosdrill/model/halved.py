@@ -332,7 +332,7 @@ def drawn_places(system: "HybridSystem") -> list[dict[Any, Any]]:
 def value_at(expression: Any, point: Mapping[Any, Any]) -> complex:
     """Value of an expression where its symbols have these values, NaN where it has none."""
     try:
-        return complex(expression.xreplace(point).evalf(TUNING.symmetry_digits))
+        return complex(sympy.sympify(expression.xreplace(point)).evalf(TUNING.symmetry_digits))
     except (TypeError, ValueError, ArithmeticError):
         return complex("nan")
 

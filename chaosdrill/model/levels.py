@@ -24,11 +24,11 @@ def on_level(system: "HybridSystem", conserved: Any, *, name: str = "level", rat
     """The system drawn to a level of a quantity H that it conserves; the level is one of its parameters.
 
     In a conservative system every periodic orbit is one of a family at the same parameters. Here the term
-    ``rate*(level - H) grad H / |grad H|^2`` is added to the rates, so that H decays to the level as
-    ``exp(-rate*t)``. An orbit can close only where H is the level; there the term is zero, and the orbit is one of the
-    system. So `continue_orbit` follows the family over the level as any other branch, with its folds, doublings and
-    crossings. Of the multipliers one that was 1 is ``exp(-rate*T)`` after a period T; the others are those of the
-    system.
+    ``rate*(level - H) W grad H / (grad H . W grad H)`` is added to the rates, so that H decays to the level as
+    ``exp(-rate*t)``; W holds squares of the sizes of the states, as H shows them at the initial state. An orbit can
+    close only where H is the level; there the term is zero, and the orbit is one of the system. So `continue_orbit`
+    follows the family over the level as any other branch, with its folds, doublings and crossings. Of the multipliers
+    one that was 1 is ``exp(-rate*T)`` after a period T; the others are those of the system.
 
     Parameters
     ----------
@@ -76,17 +76,19 @@ def on_level(system: "HybridSystem", conserved: Any, *, name: str = "level", rat
         raise ModelError(f"rate is {rate!r}; it must be positive and finite")
     given = _read(system, conserved)
     _check(system, given)
-    level, modes = parameter(name), {}
-    for mode, rates in system.modes.items():
-        slopes = {x: sympy.diff(given[mode], x) for x in system.states}
-        pull = rate * (level - given[mode]) / sum(slope**2 for slope in slopes.values())
-        modes[mode] = {x: rates[x] + pull * slopes[x] if slopes[x] != 0 else rates[x] for x in system.states}
     start = {x: system.initial[x.name] for x in system.states}
-    values = {parameter(key): value for key, value in system.parameters.items()}
-    begun = value_at(given[system.initial["mode"]], {**start, **values})
+    here = {**start, **{parameter(key): value for key, value in system.parameters.items()}}
+    begun = value_at(given[system.initial["mode"]], here)
     if begun.imag or not math.isfinite(begun.real):
         told = f"in the initial state it is {begun:.6g}, not a number; begin where it has a value"
         raise ModelError(f"{system.name}: conserved: {told}")
+    level, weights, modes = parameter(name), _weights(system, given, here, abs(begun)), {}
+    for mode, rates in system.modes.items():
+        slopes = {x: sympy.diff(given[mode], x) for x in system.states}
+        pull = rate * (level - given[mode]) / sum(weights[x] * slope**2 for x, slope in slopes.items())
+        modes[mode] = {
+            x: rates[x] + weights[x] * pull * slopes[x] if slopes[x] != 0 else rates[x] for x in system.states
+        }
     return HybridSystem(
         name=f"{system.name} on a level",
         states=system.states,
@@ -101,6 +103,55 @@ def on_level(system: "HybridSystem", conserved: Any, *, name: str = "level", rat
         description=system.description,
         labels=system.labels,
     ).limited(system.limits)
+
+
+def _weights(system: "HybridSystem", given: Mapping[str, Any], here: Mapping[Any, Any], size: float) -> dict[Any, Any]:
+    """Squares of the sizes of states relative to that of the first, as powers of two: units turn no gradient."""
+
+    def largest(x: Any, order: int) -> float:
+        values = [abs(value_at(sympy.diff(one, x, order), here)) for one in given.values()]
+        return max(filter(math.isfinite, values), default=0.0)
+
+    slopes, bends = ({x: largest(x, order) for x in system.states} for order in (1, 2))
+    size = max([slopes[x] ** 2 / bends[x] for x in system.states if bends[x]], default=size) or 1.0
+    found = [1 / bends[x] if bends[x] else size / slopes[x] ** 2 if slopes[x] else 1.0 for x in system.states]
+    powers = [round(math.log2(one / found[0])) for one in found]
+    return {
+        x: sympy.Float(2.0**power) if power else sympy.Integer(1)
+        for x, power in zip(system.states, powers, strict=True)
+    }
+
+
+def undrawn(system: "HybridSystem", mode: str, name: str) -> "tuple[HybridSystem, Any] | None":
+    """The system with the rates of a mode as they were before `on_level`, and the quantity; None if it is not drawn."""
+    from chaosdrill.model.system import HybridSystem
+
+    level = parameter(name)
+    parts = {x: sympy.sympify(rate).as_independent(level, as_Add=True) for x, rate in system.modes[mode].items()}
+    pulls = {x: pull for x, (_, pull) in parts.items() if pull != 0}
+    if not pulls or system.sources:
+        return None
+    rates, (x, pull) = {y: own for y, (own, _) in parts.items()}, next(iter(pulls.items()))
+    conserved = level - pull / sympy.diff(pull, level)
+    slopes = {y: sympy.diff(conserved, y) for y in pulls}
+    if conserved.has(level) or not slopes[x]:
+        return None
+    # the term moves the quantity at the same rate everywhere: at its equilibria it has no value
+    pace = sum(sympy.diff(one, level) * slopes[y] for y, one in pulls.items())
+    places = drawn_places(system)
+    paces = [value_at(pace, point) for point in places]
+    kept = all(_balanced([slopes[y] * rates[y] for y in pulls], point) for point in places)
+    if not kept or not all(abs(one - paces[0]) <= TUNING.symmetric * abs(paces[0]) for one in paces):
+        return None
+    plain = HybridSystem(
+        name=system.name,
+        states=system.states,
+        time=system.time,
+        parameters=system.parameters,
+        modes={mode: rates},
+        initial={**system.initial, "mode": mode},
+    )
+    return plain, conserved
 
 
 def _read(system: "HybridSystem", conserved: Any) -> dict[str, Any]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import BranchEnd, Special
+from chaosdrill.engine import shooting as at
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.branch import Branch, BranchSegment, Mark
@@ -26,7 +27,7 @@ from chaosdrill.orbits.multipliers import free_multipliers, is_stable, largest_g
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.points import Border, Point
 from chaosdrill.orbits.problem import CONVERGED, LostError, Shot
-from chaosdrill.orbits.rests import rest_behind
+from chaosdrill.orbits.rests import point_behind, rest_behind
 from chaosdrill.orbits.results import NO_GRAZING, BranchResult, Cascade, NormalForm
 from chaosdrill.orbits.roots import bracketed
 from chaosdrill.orbits.sliding import TOUCHING, Landing, sliding_between, sliding_beyond
@@ -237,11 +238,15 @@ def _mark(branch: Branch, border: Border, kind: Special, text: str) -> None:
 
 
 def _at_rest(branch: Branch, curve: Curve) -> Branch:
-    """End a branch of orbits that shrink onto an equilibrium, at its Hopf point if that is found."""
+    """End a branch of orbits that shrink onto an equilibrium, at what is found there."""
     last = branch.segments[-1]
-    found = rest_behind(curve, last.points[-1])
+    planar = last.orbit(0).segments[0, at.SEGMENT_END] == at.PLANE
+    found = rest_behind(curve, last.points[-1]) if planar else point_behind(curve, last.points)
     if found is None:
         return branch.ended(BranchEnd.REST)
+    if found.point is None:
+        there = f"{curve.problem.free[0]} = {found.value:.12g} (error {found.error:.1g})"
+        return branch.ended(BranchEnd.REST, f"{found.text}, at {there}")
     branch.segments[-1] = last.with_points([*last.points, found.point])
     place = (len(branch.segments) - 1, len(last.points))
     branch.marks.append(Mark(*place, Special.HOPF, found.error, found.text, 2, found.form))
@@ -303,7 +308,8 @@ def _hidden(segment: BranchSegment) -> str:
     growth = largest_growth(problem, segment.points[-1].orbit)
     if growth * TUNING.step_error < TUNING.residual:
         return ""
-    return f"deviations grow {growth:.1e}-fold on a part of the orbit, as along a canard: rounding hides the next one"
+    where = f"deviations grow {growth:.1e}-fold on a part of the orbit, as along a canard or past a singularity"
+    return f"{where}: rounding hides the next one"
 
 
 def _escapes(segment: BranchSegment, step: float) -> bool:

@@ -15,7 +15,7 @@ from chaosdrill.orbits.curve import Curve
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.points import Border, Point, plane_at
 from chaosdrill.orbits.problem import LostError
-from chaosdrill.orbits.rests import rounds, shrinks
+from chaosdrill.orbits.rests import collapsed, rounds, shrinks
 from chaosdrill.orbits.tuning import TUNING
 
 
@@ -105,6 +105,9 @@ def continue_curve(
                 continue
             good, border = curve.bisect(last, limit)
             points += [good] if good is not last else []
+            if curve.kind == Special.REGULAR and collapsed(curve, points, home):
+                found.end = BranchEnd.REST
+                return found
             if border.bad is None:
                 border = replace(border, error=border.error + _left(points, step) * float(curve.spans[0]))
             found.end, found.border = BranchEnd.NO_CONVERGENCE, border
@@ -114,6 +117,9 @@ def continue_curve(
         if end is not None:
             points[-1] = end
             found.end = BranchEnd.CLOSED
+            return found
+        if curve.kind == Special.REGULAR and collapsed(curve, points, home):
+            found.end = BranchEnd.REST
             return found
         if limit is not point:
             found.end = BranchEnd.LIMIT

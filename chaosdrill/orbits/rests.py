@@ -1,14 +1,20 @@
-"""The equilibrium that the orbits of a branch shrink onto: a Hopf point, located on the branch of the equilibrium."""
+"""What the orbits of a branch shrink onto: a Hopf point, a centre, or a point where an event has no speed."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+import sympy
 
 from chaosdrill.codegen.layout import UNIT
 from chaosdrill.dataset.branches import Criticality, Special
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.layout import DONE
+from chaosdrill.model.halved import value_at
+from chaosdrill.model.levels import undrawn
+from chaosdrill.model.places import parameter
+from chaosdrill.orbits.curve import shares_of
 from chaosdrill.orbits.points import Point
 from chaosdrill.orbits.results import NO_FORM, NormalForm
 from chaosdrill.orbits.tuning import TUNING
@@ -23,10 +29,11 @@ if TYPE_CHECKING:
 class Rest:
     """Where a branch ends on an equilibrium."""
 
-    point: Point  # the orbit of no extent
-    error: float  # of the parameter
+    value: float  # of the parameter
+    error: float
     text: str
-    form: NormalForm
+    point: Point | None = None  # the orbit of no extent, at a Hopf point
+    form: NormalForm = NO_FORM
 
 
 def rounds(curve: "Curve", points: list[Point]) -> np.ndarray:
@@ -54,15 +61,88 @@ def shrinks(curve: "Curve", before: Point, last: Point, reach: float) -> bool:
     rest = rest_behind(curve, last)
     if rest is None:
         return False
-    away = (float(curve.values(rest.point.orbit)[0]) - values[1]) / (values[1] - values[0])
+    (low, high), left = curve.limits[0], rest.value - values[1]
+    if rest.point is None and (not low <= rest.value <= high or abs(left) > TUNING.beside_centre * (high - low)):
+        return False
+    away = left / (values[1] - values[0])
     if not away > 0:
         return False
     power = np.log(wide / small) / np.log1p(1 / away)
     return bool(abs(power - max(round(power), 1)) <= TUNING.same_power)
 
 
+def collapsed(curve: "Curve", points: Sequence[Point], home: Point) -> bool:
+    """Whether orbits have shrunk onto a point where an event has no speed, within the range of the parameter.
+
+    Their durations vanish there. On shorter ones rounding hides the parameter, and with it the branch.
+    """
+    lasting = [float(p.orbit.durations.sum()) for p in (home, *points[-3:])]
+    shorter = len(points) > 2 and lasting[1] > lasting[2] > lasting[3]
+    planar = points[-1].orbit.segments[0, at.SEGMENT_END] == at.PLANE
+    if planar or not shorter or lasting[-1] > TUNING.collapsed * lasting[0]:
+        return False
+    value, _ = _at_no_duration(curve, points)
+    (low, high), near = curve.limits[0], TUNING.same_limit * float(curve.spans[0])
+    return bool(low - near <= value <= high + near)
+
+
+def _at_no_duration(curve: "Curve", points: Sequence[Point]) -> tuple[float, float]:
+    """The parameter where durations vanish, and its error: through orbits that last ever twice as long."""
+    lasting = np.array([p.orbit.durations.sum() for p in points])
+    nodes = np.unique([max(np.flatnonzero(lasting >= many * lasting[-1]), default=0) for many in (8, 4, 2, 1)])
+    values = np.array([curve.values(points[k].orbit)[0] for k in nodes])
+    shares, fewer = (shares_of(lasting[nodes[k:]], 0.0, 0) for k in (0, 1))
+    value, rounding = float(shares @ values), UNIT * lasting.max() / lasting[-1]
+    return value, float(abs(value - fewer @ values[1:]) + rounding * (np.abs(shares) @ np.abs(values)))
+
+
+def point_behind(curve: "Curve", points: Sequence[Point]) -> Rest:
+    """The point that orbits have shrunk to, as `collapsed` tells."""
+    problem, last = curve.problem, points[-1].orbit
+    value, error = _at_no_duration(curve, points)
+    names = problem.plain.state_names
+    states = ", ".join(f"{x} = {v:.6g}" for x, v in zip(names, last.starts[0, : problem.states], strict=True))
+    events = " and ".join(dict.fromkeys(last.events(problem.plain)))
+    return Rest(value, error, f"it shrinks onto a point at rest where {events} has no speed, near {states}")
+
+
 def rest_behind(curve: "Curve", last: Point) -> Rest | None:
-    """The Hopf point that an orbit has shrunk to; None where the equilibrium has none near by."""
+    """The Hopf point that an orbit has shrunk to, or the centre of its family; None where there is none near by."""
+    return _hopf_behind(curve, last) or _centre_behind(curve, last)
+
+
+def _centre_behind(curve: "Curve", last: Point) -> Rest | None:
+    """The equilibrium that a family shrinks to, in a system that is drawn to a level, where its term has no value."""
+    from chaosdrill.equilibrium.fields import NoFieldError, field_of
+    from chaosdrill.equilibrium.points import equilibrium, polished
+
+    problem, orbit, name = curve.problem, last.orbit, curve.problem.free[0]
+    mode = problem.plain.mode_names[orbit.segments[0, at.SEGMENT_MODE]]
+    found = undrawn(problem.plain, mode, name)
+    if found is None:
+        return None
+    system, conserved = found
+    parameters = {**system.parameters, name: float(curve.values(orbit)[0])}
+    try:
+        field = field_of(system, mode)
+        zero = polished(field, field.numbers(rounds(curve, [last])[0].mean(axis=0), list(parameters.values())))
+    except NoFieldError:
+        return None
+    if zero is None:
+        return None
+    one, omega = equilibrium(field, zero), 2 * np.pi / float(orbit.durations.sum())
+    if np.abs(one.spectrum.values - 1j * omega).min() > TUNING.same_frequency * omega:
+        return None
+    place = {parameter(key): value for key, value in parameters.items()}
+    place |= dict(zip(system.states, map(float, one.states), strict=True))
+    value = value_at(conserved, place).real
+    states = ", ".join(f"{x} = {v:.9g}" for x, v in zip(system.state_names, one.states, strict=True))
+    # the quantity is stationary at the equilibrium
+    error = UNIT * (abs(value) + sum(abs(value_at(term, place)) for term in sympy.Add.make_args(conserved)))
+    return Rest(value, error, f"it shrinks onto the equilibrium {states}: a centre of mode {mode!r}")
+
+
+def _hopf_behind(curve: "Curve", last: Point) -> Rest | None:
     from chaosdrill.equilibrium.curve import Curve as Equilibria
     from chaosdrill.equilibrium.curve import LostError
     from chaosdrill.equilibrium.fields import NoFieldError, field_of
@@ -97,7 +177,7 @@ def rest_behind(curve: "Curve", last: Point) -> Rest | None:
     states = ", ".join(f"{name} = {x:.9g}" for name, x in zip(system.state_names, one.states, strict=True))
     text = f"it shrinks onto the equilibrium {states}: {told}Hopf point of mode {mode!r}"
     end = _still(curve, last, one, rests.value(one), 2 * np.pi / omega)
-    return None if end is None else Rest(end, error, text, replace(NO_FORM, criticality=kind))
+    return None if end is None else Rest(rests.value(one), error, text, end, replace(NO_FORM, criticality=kind))
 
 
 def _hopf(rests: "Equilibria", numbers: np.ndarray, omega: float) -> "tuple[Equilibrium, float, float] | None":

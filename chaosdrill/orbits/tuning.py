@@ -242,6 +242,13 @@ class Tuning:
     """Parts of an orbit without events between which it may cross a plane more than once unseen."""
     same_frequency: float = 0.3
     """Part by which the frequency of an orbit may differ from that at the Hopf point that it shrinks to."""
+    collapsed: float = 1e-4
+    """Part of the first duration below which an orbit that shrinks onto a point is followed no further: there rounding
+    moves the parameter by less than it is known by extrapolation."""
+    beside_centre: float = 1e-3
+    """Part of the parameter's range from a centre at which its family is taken to end there."""
+    same_limit: float = 1e-10
+    """Part of the parameter's range by which a point that orbits shrink to may lie beyond the range."""
     end_of_curve: float = 1e-3
     """Part of two steps of a curve within which a tangency comes to be of third order that does so at its end."""
     same_power: float = 0.3

@@ -1,5 +1,7 @@
 """Orbits that are one of a family because a quantity is conserved, here in closed form."""
 
+import re
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -93,6 +95,75 @@ def test_a_family_of_the_pendulum_is_a_branch_over_its_energy():
     np.testing.assert_allclose(branch["period_time"], period, rtol=1e-11)
     found = np.sort(branch["multiplier_real"].values, axis=1)
     np.testing.assert_allclose(found, np.stack([np.exp(-0.2 * period), np.ones(len(period))], axis=1), rtol=1e-9)
+
+
+def ending(branch):
+    """The value in the words of the end at the lower level, its error, and the words."""
+    words = branch["branch_end_text"].item().split("; at its start: ")[-1]
+    value, error = re.search(r"= (\S+) \(error (\S+)\)$", words).groups()
+    return float(value), float(error), words
+
+
+@pytest.mark.parametrize(("unit", "pace", "order"), [(1.0, 1.0, "x v"), (1e-6, 1e6, "v x")])
+def test_a_family_ends_at_its_centre_in_any_unit(unit, pace, order):
+    swing = HybridSystem(
+        name="swing", states=order, parameters={"w": pace, "u": unit}, initial={"x": unit, "v": 0.0},
+        modes={"f": {"x": "v", "v": "-w**2*u*sin(x/u)"}},
+    )  # fmt: skip
+    system, energy = on_level(swing, "v**2/2 - w**2*u**2*cos(x/u)", rate=pace), (unit * pace) ** 2
+    branch = continue_orbit(system, {"level": (-2 * energy, 0.5 * energy)}, start="guess", max_return=20 / pace)
+    value, error, words = ending(branch)
+    assert "it shrinks onto the equilibrium" in words
+    assert "a centre of mode 'f'" in words
+    assert abs(value + energy) <= error <= 1e-14 * energy
+    assert branch.sizes["special"] == 0
+    assert -energy < branch["level"].values.min() < -0.99 * energy
+    period = 4 * ellipk((1 + branch["level"].values / energy) / 2) / pace
+    np.testing.assert_allclose(branch["period_time"], period, rtol=1e-10)
+
+
+def test_the_upright_family_of_henon_and_heiles_ends_at_its_centre():
+    henon = HybridSystem(
+        name="henon", states="x y u v", parameters={}, initial={"y": 0.3},
+        modes={"f": {"x": "u", "y": "v", "u": "-x - 2*x*y", "v": "-y - x**2 + y**2"}},
+    )  # fmt: skip
+    system = on_level(henon, "(u**2 + v**2 + x**2 + y**2)/2 + x**2*y - y**3/3")
+    branch = continue_orbit(system, {"level": (-0.1, 0.1)}, start="guess", max_return=10)
+    value, error, words = ending(branch)
+    assert "a centre" in words
+    assert abs(value) <= error + 1e-15
+    # on x = 0 it is y'' = -y + y^2
+    cubic = [np.sort(np.roots([-1 / 3, 1 / 2, 0, -level]).real) for level in branch["level"].values[::20]]
+    period = [4 * np.sqrt(1.5 / (c - a)) * ellipk((b - a) / (c - a)) for a, b, c in cubic]
+    np.testing.assert_allclose(branch["period_time"].values[::20], period, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("unit", "least"), [(1e-6, 0.01), (1.0, 0.125)])
+def test_bounces_end_where_they_have_no_height(unit, least):
+    # pressed against its wall by the spring
+    pressed = HybridSystem(
+        name="pressed", states="x v", parameters={"w": 0.5 * unit}, modes={"f": {"x": "v", "v": "-x"}},
+        transitions=[Transition("hit", "f", "f", "x + w", direction=1, reset={"v": "-v"})], initial={"x": -unit},
+    )  # fmt: skip
+    system = on_level(pressed, "(x**2 + v**2)/2")
+    branch = continue_orbit(system, {"level": (least * unit**2, 2 * unit**2)}, start="guess")
+    value, error, words = ending(branch)
+    assert "hit has no speed" in words
+    assert abs(value - 0.125 * unit**2) <= error <= 1e-11 * unit**2
+    assert branch.sizes["special"] == 0
+    assert (np.diff(branch["level"]) > 0).all()
+    level = 0.125 * unit**2 / np.cos(branch["period_time"].values / 2) ** 2
+    np.testing.assert_allclose(branch["level"], level, rtol=1e-11)
+
+
+def test_bounces_reach_a_limit_above_no_height():
+    ball = HybridSystem(
+        name="ball", states="y v", parameters={}, modes={"f": {"y": "v", "v": "-1"}}, initial={"y": 1.0},
+        transitions=[Transition("hit", "f", "f", "y", direction=-1, reset={"v": "-v"})],
+    )  # fmt: skip
+    branch = continue_orbit(on_level(ball, "v**2/2 + y"), {"level": (1e-9, 2.0)}, start="guess")
+    assert branch["level"].values.min() == 1e-9
+    assert branch["branch_end_text"].item() == "the parameter reached its limit"
 
 
 ENERGY = "v**2/2 + k*x**2/2 + x**4/4"
