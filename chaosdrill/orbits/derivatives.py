@@ -195,7 +195,7 @@ def _numbered(problem: "Problem", task: _Task) -> _Task:
     )  # fmt: skip
 
 
-def _timed(carrier: Carrier, task: _Task, rows: np.ndarray, first: int) -> None:
+def _timed(task: _Task, rows: np.ndarray, first: int) -> None:
     """Let the segment before the strobe end there: an equation of the phase, the durations, and so of the period.
 
     Parameters
@@ -270,7 +270,7 @@ class _Plain:
         """Their linearised equations."""
         n, count = self.carrier.n, len(self.tasks[0].orbit)
         rows = np.array([one.equations[: count + n + 1] for one in self.shots])
-        _timed(self.carrier, self.tasks[0], rows, n)
+        _timed(self.tasks[0], rows, n)
         return _Equations(self.problem, self.tasks, rows, np.arange(n + 1 + count))
 
     @cached_property
@@ -371,7 +371,7 @@ class _Linear:
         self.own = np.r_[np.arange(n), width, width + 1 + np.arange(count)]
         self.given = width + 1 + count + np.array([carrier.free.index(name) for name in carrier.names], dtype=int)
         rows = self.equations[:, np.r_[np.arange(count + n), count + width]]
-        _timed(carrier, self.kind, rows, width)
+        _timed(self.kind, rows, width)
         solver = _Equations(problem, tasks, rows, self.own)
         self.whole = solver.regular
         right = solver.right(rows[:, :, self.given])
@@ -423,7 +423,7 @@ class _Linear:
 
     def told(self) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
         """All derivatives, and by how much a relative error of 1 in every number behind them changes them."""
-        period = self.along(self._durations(0, len(self.kind.orbit))[np.newaxis])
+        period = self.along(self._durations(len(self.kind.orbit))[np.newaxis])
         found = {
             "orbit_state": self.along(self.strobes),
             "period_time": (period[0][:, 0], period[1][:, 0]),
@@ -434,18 +434,18 @@ class _Linear:
         found["lyapunov_exponent"] = self._exponents(*found["period_time"], *found["multiplier"])
         return {name: one[0] for name, one in found.items()}, {name: one[1] for name, one in found.items()}
 
-    def _durations(self, first: int, last: int) -> np.ndarray:
-        """The row of the sum of the durations of some segments, shape (C,)."""
+    def _durations(self, count: int) -> np.ndarray:
+        """The row of the sum of the first durations, shape (C,)."""
         row = np.zeros(self.columns)
-        row[self.own[self.carrier.n + 1 + first : self.carrier.n + 1 + last]] = 1.0
+        row[self.own[self.carrier.n + 1 : self.carrier.n + 1 + count]] = 1.0
         return row
 
     def _events(self) -> tuple[np.ndarray, np.ndarray]:
         """Derivatives of the times of events since the first strobe, in order."""
-        kind, total = self.kind, self._durations(0, len(self.kind.orbit))
+        kind, total = self.kind, self._durations(len(self.kind.orbit))
         rows = np.zeros((len(kind.events), self.columns))
         for place, (segment, turns) in enumerate(zip(kind.events, kind.turns, strict=True)):
-            rows[place] = self._durations(0, segment + 1)
+            rows[place] = self._durations(segment + 1)
             if self.carrier.problem.forced:
                 rows[place, self.own[self.carrier.n]] = 1.0
                 rows[place] -= turns / kind.orbit.periods * total
@@ -460,7 +460,7 @@ class _Linear:
 
     def _rates(self) -> tuple[np.ndarray, np.ndarray]:
         """Derivatives of the mean rates of the quadratures."""
-        total = self._durations(0, len(self.kind.orbit))
+        total = self._durations(len(self.kind.orbit))
         change, off = self.along(self.moved_integrals - self.means[:, :, np.newaxis] * total)
         lengths = self.lengths[:, np.newaxis, np.newaxis]
         return change / lengths, off / lengths

@@ -82,11 +82,11 @@ class Orbit:
             drift=_between(self.drift, other.drift, part),
         )
 
-    def moved_on(self, part: float = 1.0) -> np.ndarray:
-        """What is added to a start, shape (d + q,), when the orbit was gone through once, or a part of its drift."""
+    def moved_on(self) -> np.ndarray:
+        """What is added to a start, shape (d + q,), when the orbit was gone through once."""
         added = np.zeros(self.starts.shape[1])
         if self.drift is not None:
-            added[: len(self.drift)] = part * self.drift
+            added[: len(self.drift)] = self.drift
         return added
 
     def shifted(self, by: np.ndarray) -> "Orbit":

@@ -28,7 +28,7 @@ class _Path:
     kinds: np.ndarray  # int (E,): transitions taken, without those that change nothing
 
 
-def sizes_met(system: HybridSystem, numerics: Numerics, unit: float | None = None) -> np.ndarray:
+def sizes_met(system: HybridSystem, numerics: Numerics, unit: float | None) -> np.ndarray:
     """Largest value of every state on the motion from the system's own start, shape (d,): its unit, so to speak.
 
     Of one that escapes, at its events: how far it gets after that says nothing. A state that rounding alone moves has
@@ -37,7 +37,7 @@ def sizes_met(system: HybridSystem, numerics: Numerics, unit: float | None = Non
 
     Parameters
     ----------
-    unit : float, optional
+    unit : float or None
         A period of the forcing, or a characteristic time.
     """
     d, parts, length = len(system.state_names), TUNING.characteristic_samples, unit or TUNING.unit
@@ -74,7 +74,7 @@ def _given(system: HybridSystem, numerics: Numerics, sizes: np.ndarray, unit: fl
     yield np.nan_to_num((np.where(np.eye(d, dtype=bool), 0.0, moves) * sizes).max(axis=1), posinf=0.0)
 
 
-def sizes_beside(system: HybridSystem, numerics: Numerics, known: np.ndarray, unit: float | None = None) -> np.ndarray:
+def sizes_beside(system: HybridSystem, numerics: Numerics, known: np.ndarray, unit: float | None) -> np.ndarray:
     """Sizes of the states that stay zero on the motion from the system's own start, shape (d,), and the known ones.
 
     Each such state is displaced at the start, farther and farther, until the motion departs from the linear response:

@@ -65,7 +65,7 @@ def branch_table(
     branches: "Sequence[Branch]",
     cascade: Cascade | None,
     columns: Columns,
-    missing: "Sequence[str]" = (),
+    missing: "Sequence[str]",
 ) -> BranchResult:
     """One table of the points of all branches, with what ``columns`` ask for; ``missing`` is what was not followed."""
     tables, events, infos = [], [], []

@@ -367,7 +367,7 @@ def describe(
 
 
 def no_orbit(
-    system: "HybridSystem", outcome: Outcome, message: str, period: int, residuals: np.ndarray | None = None
+    system: "HybridSystem", outcome: Outcome, message: str, period: int, residuals: np.ndarray | None
 ) -> FoundOrbit:
     """Why there is no orbit."""
     d = len(system.state_names)
