@@ -431,10 +431,13 @@ def ending(functions, tables, settings, h, t, state, scratch):
     for i in range(n):
         place[i] = x[i] + rate[i]
     functions.field(mode, t + soon, state.c, place, scratch.doubt)
-    for i in range(n):
+    for i in range(scratch.doubt.size):
         later = soon * scratch.doubt[i]
         # whether a series overflows before its step is too short is a question of its order
-        if not abs(later) < math.inf or _runs_away(state.x[i], state.scale[i], rate[i], later):
+        if not abs(later) < math.inf or (i < n and _runs_away(x[i], state.scale[i], rate[i], later)):
+            outcome = at.NONFINITE if outcome == at.STEP_UNDERFLOW else outcome
+    for j in range(tables.active[mode, 0]):
+        if not abs(functions.guard(mode, j, t + soon, state.c, place, scratch.gradient)) < math.inf:
             outcome = at.NONFINITE if outcome == at.STEP_UNDERFLOW else outcome
     read(functions, mode, t + soon, state.c, place, then)
     for k in range(tables.steep[mode, 0]):

@@ -139,7 +139,7 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
         transition, rest, unsure, flight = _completed(
             functions, tables, settings, j, transition, with_tangents, t, state, scale, scratch
         )
-    run.residual = 0.0
+    run.residual = run.pull = 0.0
     for i in range(n + 1):
         state.normal[i] = event[place.gradient + i]
     if transition < 0:
@@ -185,7 +185,8 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
         if target != mode:
             guards.enter(tables, state, target)
             run.next_step = 0.0
-        if flight > 0.0 and interpolated(tables, settings, mode, j):
+        if flight > 0.0 and rest < 0.0 and interpolated(tables, settings, mode, j):
+            run.pull, run.jerk = event[place.pull], event[place.jerk]
             # of a longer step the polynomial leaves out what is not small beside the flight
             longest = 0.1 * flight / math.sqrt(max(settings.tolerance, GUARDS.interpolated))
             if longest < run.tried:

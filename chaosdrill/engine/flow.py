@@ -92,7 +92,7 @@ def flow(place, p, samples, events):
         record_instants(method, settings, t, state, te, late, samples, scratch)
         strobe = record(method, settings, t, state, te, early, samples, scratch)
         advance(method, settings, t, state, te, scratch)
-        outcome = state_outcome(state.x, tables.bounds)
+        outcome = state_outcome(scratch.out, tables.bounds)
         j = j if happens else -1
         outcome = end_step(
             functions, tables, settings, te, strobe, j, ties, scratch.backs, outcome, state, events, scratch

@@ -11,8 +11,8 @@ from typing import Any
 from chaosdrill.codegen.layout import ROUNDING
 from chaosdrill.engine.dop853_tables import GUARD_DEGREE, NODES, PLACE, STAGES, TO_CHEBYSHEV, TO_POWERS
 from chaosdrill.engine.guards import INTERPOLATION_NOISE, truncation, unit_of
-from chaosdrill.engine.jit import inner, series
-from chaosdrill.engine.layout import AFFINE, TIMED
+from chaosdrill.engine.jit import inlined, inner, series
+from chaosdrill.engine.layout import AFFINE, AFTER, TIMED
 from chaosdrill.engine.radau_tables import DEGREE
 from chaosdrill.engine.records import state_of
 from chaosdrill.engine.tuning import GUARDS
@@ -25,7 +25,8 @@ def guard_polynomials(functions, tables, settings, state, t, h, scratch):
     That is in parts of what it may leave out, the tolerance beside the guard's own rounding error; infinite where a
     polynomial is not finite: the step has touched what the guard or the field cannot bear.
     """
-    mode, c, x, ws = state.run[0].mode, state.c, state.x, scratch.workspace
+    run, c, x, ws = state.run[0], state.c, state.x, scratch.workspace
+    mode = run.mode
     rate, place, gradient = scratch.stages[0], scratch.stages[PLACE], scratch.gradient
     marks = tables.marks[mode]
     n = x.size
@@ -51,12 +52,22 @@ def guard_polynomials(functions, tables, settings, state, t, h, scratch):
                 noise = functions.guard_error(mode, j, t, c, x, scratch.none)
                 noise = max(noise, functions.guard_error(mode, j, t + h, c, place[:n], scratch.none))
                 left = max(left, rest / (allowed + INTERPOLATION_NOISE * noise))
+            if _rebounds(run, tables, mode, j):
+                # of a rebound far shorter than the step these alone tell
+                g[2] = 0.5 * run.pull
+                g[3] = run.jerk / 6.0 if run.jerk != 0.0 else g[3]
         total = 0.0
         for k in range(GUARD_DEGREE + 1):
             total += g[k]
         if not math.isfinite(total):
             return math.inf
     return left
+
+
+@inlined
+def _rebounds(run, tables, mode, j):
+    """Whether the step begins with a rebound from guard j of which the derivatives are known."""
+    return run.pull != 0.0 and run.fresh == AFTER and run.fired == tables.keys[mode, j]
 
 
 @series
@@ -106,7 +117,8 @@ def exact_times(arrive: Any) -> Callable[..., None]:
         """Root near s of a guard along steps of that length; s itself where the two of a near double root merge.
 
         Where a step leads no nearer, as at a root of third order, the value is no more than its error. Where it is so
-        at s, what rounding makes of the values around has no part in the root, and guards that share it stay together.
+        at s, what rounding makes of the values around has no part in the root, and guards that share it stay together;
+        but for rebounds, of which each hands its error on, and which the polynomial tells better if they are short.
         """
         run, c, x, stages, gradient, out = state.run[0], state.c, state.x, scratch.stages, scratch.gradient, scratch.out
         n = x.size
@@ -114,13 +126,17 @@ def exact_times(arrive: Any) -> Callable[..., None]:
         rate = stages[STAGES]
         least = math.inf
         best = s
+        trusted = s <= GUARDS.short * h or not _rebounds(run, tables, mode, j)
         for _ in range(8):
             arrive(functions, tables, settings, t, state, s, scratch, out)
             functions.field(mode, t + s, c, out, rate)
             run.evaluations += 1
             value = functions.guard(mode, j, t + s, c, out[:n], gradient)
-            first = least == math.inf
-            if first and abs(value) <= ROUNDING * functions.guard_error(mode, j, t + s, c, out[:n], scratch.none):
+            if (
+                trusted
+                and least == math.inf
+                and abs(value) <= ROUNDING * functions.guard_error(mode, j, t + s, c, out[:n], scratch.none)
+            ):
                 return s
             if not abs(value) < least:
                 return best

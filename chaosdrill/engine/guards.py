@@ -498,15 +498,20 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
     reach = max(reach, 10.0 * GUARDS.near * h)
     for _ in range(60):
         clear = min(s + reach, h)
-        if marks & at.TIMED:
+        room = off
+        if left > 0.0 or marks & at.TIMED:
+            # what the interpolation leaves out may be far more than the guard there: a step would end across it
+            _state_at(ws, place.size, clear, place)
             across = -side * functions.guard(mode, j, t + clear, state.c, place, scratch.gradient)
+            for a in range(place.size):
+                room += settings.tolerance * abs(scratch.gradient[a]) * state.scale[a]
         else:
-            off = doubt / unit
+            room = doubt / unit
             across = -side * value(ws, uint64(i), clear)
-        if abs(across) > off or clear == h:
+        if abs(across) > room or clear == h:
             break
         reach *= 2.0
-    if not across > off:
+    if not across > room:
         return clear, -1.0
     inflection = s
     for _ in range(3):

@@ -43,6 +43,7 @@ RUN = np.dtype(
         *((name, np.int64) for name in ("blocked", "waiting")),
         *((name, np.float64) for name in ("time", "origin", "whole", "rest", "period", "fixed_step", "longest")),
         *((name, np.float64) for name in ("next_step", "tried", "strength", "residual", "wait_until", "wait_above")),
+        *((name, np.float64) for name in ("pull", "jerk")),
         ("held", np.int64),
     ],
     align=True,
@@ -55,7 +56,8 @@ was crossed (0 where a reset has thrown the state across), ``moved_by`` the tran
 what the guard's value was at the event. ``held`` says whether the motion did not leave that guard, ``turning`` whether
 a guard that was passed comes back in the step, ``blocked`` which of the mode's steep operations has ended the run, -1
 for none. Rebounds from the guard ``waiting`` are not over before ``wait_until``, as long as they are faster than
-``wait_above``.
+``wait_above``. ``pull`` and ``jerk`` are the second and third derivative of the guard that has just fired, 0 where
+these are not known.
 """
 
 Runs = Annotated[Any, Array(RecordOf(RUN), 1)]

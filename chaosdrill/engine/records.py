@@ -82,7 +82,12 @@ def within(x, n, bounds):
 
 @inner
 def state_outcome(x, bounds):
-    if within(x, x.size, bounds):
+    """What a state comes to, which integrals may follow: these only have to be numbers."""
+    n = bounds.shape[1]
+    numbers = True
+    for i in range(n, x.size):
+        numbers &= abs(x[i]) < math.inf
+    if numbers and within(x, n, bounds):
         return DONE
     for i in range(x.size):
         if not math.isfinite(x[i]):

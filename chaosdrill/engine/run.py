@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
 
-STANDING = ("mode", "fresh", "fired", "held", "surface", "way", "moved_by", "residual")
+STANDING = ("mode", "fresh", "fired", "held", "surface", "way", "moved_by", "residual", "pull", "jerk")
 BESIDE = ("scale", "sides", "hardest", "extent", "doubt", "normal")
 """Where a run keeps the sides of its guards: fields of its record, and arrays."""
 
@@ -226,7 +226,7 @@ class Run:
         run = self.states.run
         run["fresh"], run["fired"], run["surface"], run["way"] = at.AFTER, key, events[j].surface, direction
         self.states.sides[:] = 0
-        run["held"] = 0
+        run["held"], run["pull"] = 0, 0.0
         run["moved_by"] = -1 if self.system.transitions[transition].marks_only() else transition
         if self.tables.watched[run["mode"][0], key]:
             self.states.sides[0, key] = direction

@@ -25,7 +25,7 @@ def begin(tables, state, mode, live, last_mode, last_end, last_outcome):
     run.surface = -1
     run.way = 0
     run.moved_by = -1
-    run.residual = 0.0
+    run.residual = run.pull = 0.0
     run.next_step = 0.0
     state.sides[:] = 0
     state.scale[:] = 0.0

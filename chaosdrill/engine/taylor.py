@@ -205,7 +205,7 @@ def _is_held(i, marks):
 def _excess(late_size, series, n, count, marks, h, settings):
     """By how much last terms of integrals and guards, to which series of states lead, exceed a part of what they move.
 
-    0 if they do not.
+    0 if they do not, 1 if a term is no number.
     """
     order, quadratures = settings.order, settings.quadratures
     last = _power_of_four(h, order // 4) * h * h
@@ -215,8 +215,16 @@ def _excess(late_size, series, n, count, marks, h, settings):
             g = series[n + i]
             allowed = settings.tolerance * late_size(series, uint64(n + i), h, uint64(1)) * h + SMALLEST
             ends = larger(magnitude(g[order]) * (last * h), magnitude(g[order - 1]) * (last * settings.reach))
-            excess = larger(excess, ends - allowed)
+            excess = larger(excess, chosen(allowed < math.inf, ends - allowed, 1.0))
     return excess
+
+
+@inlined
+def _is_finite(ws, i, order):
+    total = 0.0
+    for k in range(order + 1):
+        total += abs(ws[i, k])
+    return total < math.inf
 
 
 @inlined
@@ -248,14 +256,17 @@ def doubts(late_size, size, series, n, tables, settings, mode, h, weights):
 
 @rare
 def settled(functions, tables, settings, h, t, state, scratch, sure, plain):
-    """The step h of one run, of which `doubts` has not been sure, shortened until it counts.
+    """The step h of one run, of which `doubts` has not been sure, shortened until it counts; no number if none does.
 
-    Integrals and guards are as exact as the states then.
+    Integrals and guards are as exact as the states then. A term of theirs that overflows is in no step.
     """
     mode, n, ws = state.run[0].mode, state.x.size, scratch.workspace
     count, marks = tables.active[mode, 0], tables.marks[mode]
     if tables.steep[mode, 0] > 0 and not _has_values(ws, n + settings.quadratures, marks, count, h):
         return math.nan
+    for i in range(settings.quadratures + count):
+        if _is_held(i - settings.quadratures, marks) and not _is_finite(ws, n + i, settings.order):
+            return math.nan
     if not sure:
         h = proven(functions, tables, settings, h, t, state, ws, scratch)
     if not plain:

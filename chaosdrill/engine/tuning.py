@@ -171,6 +171,9 @@ class Guards(NamedTuple):
     told: float = 1e-2
     """Part of the way to a root by which the last terms of a polynomial may move it: of what decays onto a guard they
     alone make a root, at which they move it by 0.1."""
+    short: float = 1e-2
+    """Part of a step below which a rebound is told better by the interpolated polynomial than by values of the guard:
+    rounding has about 1e7 times as large a part in the fourth order of that as in a value."""
     near: float = 1e-6
     """Part of the step within which two roots, or a root and a strobe, are looked at for whether they coincide."""
     far: float = 1e15

@@ -267,6 +267,23 @@ def test_tens_of_thousands_of_rebounds_are_over(method):
 
 
 @pytest.mark.parametrize("method", ["taylor", "dop853", "radau"])
+def test_each_of_many_rebounds_off_a_curved_guard_is_met_to_rounding(method):
+    """The limit moves by about 66 times what a flight is late by; the guard is rounded to 1e-16."""
+    onto = {"guard": "sqrt(1 + x) - 1", "direction": -1}
+    ball = cd.HybridSystem(
+        states="x v",
+        modes={"fly": {"x": "v", "v": "-1"}, "rest": {"x": "0", "v": "0"}},
+        transitions=[
+            cd.Transition("hit", "fly", "fly", **onto, reset={"v": "-0.97*v"}),
+            cd.Transition("rest", "fly", "rest", **onto, reset={"x": "0", "v": "0"}, completes="hit"),
+        ],
+        initial={"x": 0.5},
+    )
+    run = cd.trajectory(ball, duration=70.0, samples=1, method=method)
+    assert run["event_time"][-1] == pytest.approx(1 + 2 * 0.97 / 0.03, abs=1e-10)
+
+
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau"])
 @pytest.mark.parametrize("guard", ["x", "x + x**2/2"])
 def test_a_ball_that_never_rests_does_not_fall_through_its_floor(guard, method):
     """Off a curved guard its rebounds are lower than what interpolation leaves out."""

@@ -323,6 +323,16 @@ def test_the_events_are_those_of_the_closed_form(guard, method):
     assert len(times) >= 5
 
 
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau"])
+def test_a_triple_root_beside_a_double_one_is_met_before_a_step_ends_close_behind_it(method):
+    """Five thousandths behind it the guard is a hundredth of what interpolation may leave out, and exact to 1e-14."""
+    guard = sympy.expand((x - 2) ** 2 * (x - sympy.Rational(17, 8)) ** 3)
+    met = cd.Transition("met", "all", "all", guard, 0, reset={"n": "n + 1"})
+    clock = cd.HybridSystem(states=(x, sympy.Symbol("n", real=True)), modes={"all": {x: 1, "n": 0}}, transitions=[met])
+    run = cd.trajectory(clock, duration=2.13, samples=1, method=method)
+    np.testing.assert_allclose(run["event_time"], [2.125], atol=2e-4)
+
+
 @pytest.mark.parametrize(
     ("guard", "outcome"),
     [

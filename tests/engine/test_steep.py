@@ -155,6 +155,18 @@ def test_a_rate_that_leaves_the_doubles_is_told(method):
     assert cd.Outcome(int(run["outcome"])) == cd.Outcome.NONFINITE
 
 
+@pytest.mark.parametrize("role", ["integral", "guard"])
+def test_an_integral_and_a_guard_that_leave_the_doubles_end_a_run(role):
+    """Their series do so before they do: a run would go on by steps that obey nothing, or with no number."""
+    term = "sqrt(1 + sinh(p)**2)/cosh(p)"
+    more = {"transitions": [cd.Transition("never", "all", "all", f"{term} - 2", +1)]}
+    more = {"quadratures": {"q": term}} if role == "integral" else more
+    system = cd.HybridSystem(states="p", modes={"all": {"p": "1"}}, initial={"p": 350.0}, **more)
+    for method in (*ADAPTIVE, *(["rk4"] if role == "integral" else [])):
+        run = cd.trajectory(system, duration=10.0, samples=1, method=method)
+        assert cd.Outcome(int(run["outcome"])) == cd.Outcome.NONFINITE, method
+
+
 @settings(max_examples=24)
 @given(data=st.data())
 def test_nothing_is_wrong_in_silence(study, data):
