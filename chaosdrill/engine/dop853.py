@@ -230,6 +230,7 @@ def expand(place, p, t):
             dense_output(functions, t, state.c, x, h, run, stages, scratch.workspace)
         if watching:
             left = guard_polynomials(functions, tables, settings, state, t, h, scratch)
+            ends = ends or left == math.inf
             if left == math.inf or (left > 1.0 and halvings < STEPS.halvings):
                 halvings += 1
                 rejected = True

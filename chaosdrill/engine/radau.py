@@ -146,6 +146,7 @@ def expand(place, p, t):
         dense_output(kind, x, h, resolved, stages, scratch.workspace)
         if watching:
             left = guard_polynomials(functions, tables, settings, state, t, h, scratch)
+            ends = ends or left == math.inf
             if left == math.inf or (left > 1.0 and halvings < STEPS.halvings):
                 functions.field(mode, t, state.c, x, stages[0])
                 halvings += 1
