@@ -14,6 +14,7 @@ from chaosdrill.analysis.tori import (
     REPEATS,
     Regularity,
     aside,
+    closes,
     closes_for_good,
     drift,
     examine,
@@ -385,11 +386,9 @@ def add_passages(e: Evidence, which: np.ndarray, passages: np.ndarray, known: np
     angle.
     """
     paths, sizes = aside(passages, shifts), shifts.sizes(known)
-    rounding = e.rounding[which]
-    for some in (paths, paths[:, paths.shape[1] // 2 :]):
-        e.exact[which] |= closes_for_good(some, sizes, rounding)
+    e.exact[which] |= closes(paths, sizes) | closes(paths[:, paths.shape[1] // 2 :], sizes)
     left, asked = np.flatnonzero(~e.exact[which] & ~e.positive[which]), e.may_be_torus[which]
-    seen = examine(passages[left], known[left], shifts, None, asked[left], False, rounding[left])
+    seen = examine(passages[left], known[left], shifts, None, asked[left], False)
     e.ordered[which[left]] |= seen.ordered
 
 
