@@ -393,6 +393,8 @@ def drift(
         half = max(once.shape[1] // (2 * cycle), 1) * cycle
         early, late = (part.max(axis=2).mean(axis=1) for part in (once[:, :half], once[:, -half:]))
         closer[here] = late < STAYS * early
+        early, late = (np.median(part.max(axis=2), axis=1) for part in np.array_split(once, 2, axis=1))
+        closer[here] &= late < STAYS * early
     return moves_on, closer, rounded
 
 
