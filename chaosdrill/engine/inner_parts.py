@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from functools import cache
 from typing import Any
 
+import llvmlite.binding as llvm
 from llvmlite import ir
 from numba import _dynfunc, types
 from numba.core import codegen, cpu, registry, typing
@@ -21,19 +22,31 @@ from numba.np import arrayobj
 
 
 class _Library(codegen.JITCodeLibrary):  # type: ignore[misc]
-    """LLVM code that is linked, and neither optimised nor made machine code."""
+    """LLVM code of one function as text, and what that calls: it is linked once all of a tree of calls are there."""
 
-    def _optimize_functions(self, ll_module: Any) -> None:
-        ll_module.data_layout = self._codegen._data_layout
+    def __init__(self, *given: Any) -> None:
+        super().__init__(*given)
+        self._texts: list[str] = []
 
-    def _optimize_final_module(self) -> None:
-        pass
+    def add_linking_library(self, library: Any) -> None:
+        # the one of another kind counts references, of which there are none
+        if isinstance(library, _Library):
+            self._linking_libraries.append(library)
 
-    def _finalize_final_module(self) -> None:
+    def add_ir_module(self, ir_module: Any) -> None:
+        self._texts.append(str(ir_module))
+
+    def finalize(self) -> None:
         self._finalized = True
 
     def get_pointer_to_function(self, name: str) -> int:
         return 0
+
+    def _get_module_for_linking(self) -> Any:
+        # other code that numba compiles takes what counts references from where it was made first
+        if self._shared_module is None:
+            _linked(self)
+        return super()._get_module_for_linking()
 
 
 class _Codegen(codegen.JITCPUCodegen):  # type: ignore[misc]
@@ -68,6 +81,21 @@ def _index(context: Any, builder: Any, kind: Any, index: Any, size: Any) -> Any:
     return context.cast(builder, index, kind, types.intp)
 
 
+_type_of_call = types.Function.get_call_type
+_types_of_calls: dict[Any, Any] = {}
+
+
+def _call_type(function: Any, context: Any, args: Any, kws: Any) -> Any:
+    """What an operator makes of types is looked up once: numba asks all templates that it knows of it, twice a use."""
+    found = None if kws else _types_of_calls.get((function, args))
+    if found is None:
+        found = _type_of_call(function, context, args, kws)
+        # what is compiled for a call depends on options of the caller
+        if not kws and function.get_impl_key(found) is function.typing_key:
+            _types_of_calls[function, args] = found
+    return found
+
+
 @cache
 def _contexts() -> tuple[Any, Any]:
     typed = typing.Context()
@@ -83,11 +111,27 @@ def _own_contexts() -> Iterator[Any]:
         typed, context = _contexts()
         target.__dict__.update(_toplevel_typing_context=typed, _toplevel_target_context=context)
         counted, arrayobj.fix_integer_index = arrayobj.fix_integer_index, _index
+        types.Function.get_call_type = _call_type
         try:
             yield context
         finally:
             arrayobj.fix_integer_index = counted
+            types.Function.get_call_type = _type_of_call
             target.__dict__.update(before)
+
+
+def _linked(top: _Library) -> Any:
+    """One module of a function and of all that it calls."""
+    seen, waiting = set(), [top]
+    while waiting:
+        library = waiting.pop()
+        if library not in seen:
+            seen.add(library)
+            for text in library._texts:
+                top._final_module.link_in(llvm.parse_assembly(text))
+            waiting += reversed(library._linking_libraries)
+    top._final_module.data_layout = top._codegen._data_layout
+    return top._final_module
 
 
 def lowered(dispatcher: Any, signature: Any) -> tuple[Any, ir.Type, list[ir.Type], Callable[..., Any]]:
@@ -105,7 +149,6 @@ def lowered(dispatcher: Any, signature: Any) -> tuple[Any, ir.Type, list[ir.Type
     with _own_contexts() as context:
         dispatcher.compile(signature)
         (compiled,) = dispatcher.overloads.values()
-        compiled.library.finalize()
         descriptor, convention = compiled.fndesc, context.call_conv
         kinds = [context.get_value_type(kind) for kind in compiled.signature.args]
         result = context.get_value_type(compiled.signature.return_type)
@@ -115,4 +158,4 @@ def lowered(dispatcher: Any, signature: Any) -> tuple[Any, ir.Type, list[ir.Type
             function = ir.Function(module, kind, descriptor.llvm_func_name)
             return convention.call_function(builder, function, descriptor.restype, descriptor.argtypes, values)[1]
 
-        return compiled.library._final_module, result, kinds, call
+        return _linked(compiled.library), result, kinds, call

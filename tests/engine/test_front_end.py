@@ -2,6 +2,7 @@
 
 import inspect
 import math
+import operator
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ import llvmlite.binding as llvm
 import numba
 import numpy as np
 import pytest
+from numba import types
 from numba.core import codegen, cpu, registry
 from numba.np import arrayobj
 
@@ -23,13 +25,30 @@ from chaosdrill.engine.jit import Layout, Record, at_address, compiled, inner, p
 
 def test_the_contexts_of_the_target_are_replaced_and_put_back():
     target = registry.cpu_target
+    call_type = types.Function.get_call_type
     before = target.typing_context, target.target_context, arrayobj.fix_integer_index
     with inner_parts._own_contexts() as context:
         assert target.target_context is context
         assert target.typing_context is context.typing_context
         assert context not in before
         assert arrayobj.fix_integer_index is inner_parts._index
+        assert types.Function.get_call_type is inner_parts._call_type
     assert (target.typing_context, target.target_context, arrayobj.fix_integer_index) == before
+    assert types.Function.get_call_type is call_type
+
+
+def test_what_an_operator_makes_of_types_is_asked_of_numba_once(monkeypatch):
+    asked = []
+    ask = inner_parts._type_of_call
+    monkeypatch.setattr(inner_parts, "_type_of_call", lambda *given: asked.append(given[0].typing_key) or ask(*given))
+    monkeypatch.setattr(inner_parts, "_types_of_calls", {})
+
+    def many(x):
+        return x * x + x * x * x + x * x * x * x
+
+    put_real()
+    front_end.llvm_module(many, "many", float64(float64).real, set())
+    assert asked.count(operator.mul) == 1
 
 
 @pytest.mark.parametrize(
@@ -131,6 +150,14 @@ def test_a_record_in_memory_is_read_with_its_functions():
     record = Record(Layout(kind), LaneFunctions(compiled(float64(float64))(doubled), values, 1.25))
     assert compiled(int64(int64))(apply)(record) == 4
     assert values[0] == 2.5
+
+
+def test_numba_compiles_other_code_after_the_engine():
+    script = "import sys; sys.path.insert(0, sys.argv[1]); import test_front_end as t; "
+    script += "t.compiled(t.SIGNATURE)(t.total).code; import numba; "
+    script += "print(numba.cfunc('float64(float64)', _nrt=False)(lambda x: 2.0 * x).ctypes(1.5))"
+    command = [sys.executable, "-c", script, str(Path(__file__).parent)]
+    assert subprocess.run(command, capture_output=True, text=True, check=True).stdout == "3.0\n"
 
 
 def test_python_is_refused_a_part_of_the_engine():
