@@ -268,7 +268,7 @@ def _with_tangents(lead: Run, frame: np.ndarray, deficient: Any, blocks: _Blocks
     run = Run(lead.system, lead.period, job.numerics, tangents=frame, with_shares=True, deficient=deficient)
     run.continue_from(lead)
     if blocks.parts == 0:
-        run.begin_at(origin=lead.elapsed)
+        run.begin_at(lead.elapsed)
     elif blocks.parts > 1:
         step = float(run.standing["fixed_step"])
         run.change_period(blocks.interval)

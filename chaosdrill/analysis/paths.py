@@ -66,7 +66,7 @@ def _beside(run: Run, tangents: np.ndarray, numerics: Numerics) -> Run:
     beside = Run(run.system, run.period, numerics, tangents=tangents, orthonormalise=False)
     beside.continue_from(run)
     # the clock of a forced system restarts at every strobe
-    beside.begin_at(origin=float(run.standing["time"]) if run.system.forced else run.elapsed)
+    beside.begin_at(float(run.standing["time"]) if run.system.forced else run.elapsed)
     return beside
 
 
@@ -114,7 +114,7 @@ def _traced_to_points(where: Section, given: Any, job: "Job") -> Path:
     again, rows = Run(system, where.unit, job.numerics), [here]
     again.continue_from(run)
     if system.forced:
-        again.begin_at(origin=float(run.standing["time"]))
+        again.begin_at(float(run.standing["time"]))
     beside = None if given.tangents is None else _beside(run, given.tangents, job.numerics)
     left = count if outcome == Outcome.OK else 0
     found = record_returns(run, where.transitions, left, where.longest, every=True, report=job.report(count))

@@ -207,7 +207,7 @@ def _once_more(where: Section, run: Run, cycle: Run, period: int) -> Outcome:
     """Run on over a cycle from the event of the section at which another run stands."""
     assert where.transitions is not None
     if where.system.forced:
-        cycle.begin_at(origin=float(run.standing["time"]))
+        cycle.begin_at(float(run.standing["time"]))
     return record_returns(cycle, where.transitions, period, where.longest).outcome
 
 

@@ -240,9 +240,9 @@ class Run:
         """Let a method of fixed steps take this one."""
         self.states.run["fixed_step"] = step
 
-    def begin_at(self, *, phase: float = 0.0, origin: float = 0.0) -> None:
-        """Begin at a phase, the time since the last strobe, and with the clock of the field at ``origin`` there."""
-        self.states.run["time"], self.states.run["origin"] = phase, origin
+    def begin_at(self, origin: float) -> None:
+        """Begin at a strobe, with the clock of the field at ``origin`` there."""
+        self.states.run["time"], self.states.run["origin"] = 0.0, origin
 
     def _pin(self) -> None:
         """Drop the tangents that the present mode leaves no freedom."""

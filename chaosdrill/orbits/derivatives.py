@@ -435,7 +435,7 @@ class _Linear:
         return {name: one[0] for name, one in found.items()}, {name: one[1] for name, one in found.items()}
 
     def _durations(self, count: int) -> np.ndarray:
-        """The row of the sum of the first durations, shape (C,)."""
+        """The row of the sum of the durations of the first segments, shape (C,)."""
         row = np.zeros(self.columns)
         row[self.own[self.carrier.n + 1 : self.carrier.n + 1 + count]] = 1.0
         return row

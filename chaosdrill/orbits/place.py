@@ -34,7 +34,7 @@ class Place:
             run.continue_from(self.came)
             run.x[:] = state
         if self.system.forced:
-            run.begin_at(origin=self.phase)
+            run.begin_at(self.phase)
         return run
 
 

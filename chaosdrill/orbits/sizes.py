@@ -172,7 +172,7 @@ def _path(system: HybridSystem, unit: float, numerics: Numerics, tangents: bool 
     for k in range(TUNING.sized_units * parts):
         if system.forced:
             # the clock of the field would begin anew with every part
-            run.begin_at(origin=k % parts * run.period)
+            run.begin_at(k % parts * run.period)
         outcome, full = run.advance(1, events=events)
         kinds += events[: run.filled()[1], layout.EVENT_KIND].astype(int).tolist()
         if outcome != Outcome.OK or full:

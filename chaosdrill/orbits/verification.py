@@ -165,7 +165,7 @@ def _repeated(problem: "Problem", orbit: "Orbit", parts: int) -> Repeated:
             if parts > 1:
                 run.put(ends[part], np.eye(d))
                 if forcing:
-                    run.begin_at(origin=(orbit.phase + time + (part + 1) / parts * total) % forcing)
+                    run.begin_at((orbit.phase + time + (part + 1) / parts * total) % forcing)
         if turn == 0:
             differs = _compare(problem, orbit, segment, np.concatenate(rows))
     return Repeated(Outcome.OK, float(differences[0].max()), float(differences[1].max()), growth, differs)

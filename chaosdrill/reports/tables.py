@@ -373,7 +373,7 @@ def _special(dataset: Dataset, parameters: list[str]) -> Markup:
 
 
 def _onset(dataset: Dataset, i: int) -> tuple[Any, ...]:
-    """What follows where an orbit grazes; nothing in older archives."""
+    """What follows where an orbit grazes; nothing for equilibria."""
     if "special_onset" not in dataset:
         return ()
     codes = dataset["special_onset"]
@@ -381,7 +381,7 @@ def _onset(dataset: Dataset, i: int) -> tuple[Any, ...]:
 
 
 def _coefficient(dataset: Dataset, i: int) -> tuple[Any, ...]:
-    """The normal form's coefficient at a special point with its error; nothing in older archives."""
+    """The normal form's coefficient at a special point with its error; nothing where there are only folds."""
     if "special_coefficient" not in dataset:
         return ()
     value, error = (float(dataset[f"special_coefficient{name}"].values[i]) for name in ("", "_error"))

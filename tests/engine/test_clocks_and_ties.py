@@ -308,7 +308,7 @@ def test_a_slip_begins_whatever_is_left_of_its_speed(speed, tangents):
     system = cd.drill(eta=0.4259884424335187, b=0.7725024409931329, xi=0.06)
     system = system.with_initial(mode="stick", y=0.41059082944431274, u=0.09389970626766601, w=speed)
     run = Run(system, system.forcing_period(), Numerics(), tangents=np.eye(3)[:tangents], orthonormalise=False)
-    run.begin_at(origin=5.014884892738505)
+    run.begin_at(5.014884892738505)
     rows = np.zeros((64, EVENT_COLUMNS + 6))
     assert run.advance(1, events=rows)[0] == cd.Outcome.OK
     found = rows[: run.filled()[1], EVENT_KIND].astype(int)
