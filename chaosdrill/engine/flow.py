@@ -92,7 +92,8 @@ def flow(place, p, samples, events):
         record_instants(method, settings, t, state, te, late, samples, scratch)
         strobe = record(method, settings, t, state, te, early, samples, scratch)
         advance(method, settings, t, state, te, scratch)
-        outcome = state_outcome(scratch.out, tables.bounds)
+        # integrals whose series overflow are in no step
+        outcome = state_outcome(state.x if settings.stepping == at.BY_SERIES else scratch.out, tables.bounds)
         j = j if happens else -1
         outcome = end_step(
             functions, tables, settings, te, strobe, j, ties, scratch.backs, outcome, state, events, scratch

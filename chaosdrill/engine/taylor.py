@@ -209,14 +209,15 @@ def _excess(late_size, series, n, count, marks, h, settings):
     """
     order, quadratures = settings.order, settings.quadratures
     last = _power_of_four(h, order // 4) * h * h
-    excess = as_wide(0.0, h)
+    excess = sizes = as_wide(0.0, h)
     for i in range(quadratures + count):
         if _is_held(i - quadratures, marks):
             g = series[n + i]
             allowed = settings.tolerance * late_size(series, uint64(n + i), h, uint64(1)) * h + SMALLEST
             ends = larger(magnitude(g[order]) * (last * h), magnitude(g[order - 1]) * (last * settings.reach))
-            excess = larger(excess, chosen(allowed < math.inf, ends - allowed, 1.0))
-    return excess
+            excess = larger(excess, ends - allowed)
+            sizes += allowed
+    return chosen(sizes < math.inf, excess, 1.0)
 
 
 @inlined
@@ -264,19 +265,21 @@ def settled(functions, tables, settings, h, t, state, scratch, sure, plain):
     count, marks = tables.active[mode, 0], tables.marks[mode]
     if tables.steep[mode, 0] > 0 and not _has_values(ws, n + settings.quadratures, marks, count, h):
         return math.nan
-    for i in range(settings.quadratures + count):
-        if _is_held(i - settings.quadratures, marks) and not _is_finite(ws, n + i, settings.order):
-            return math.nan
     if not sure:
         h = proven(functions, tables, settings, h, t, state, ws, scratch)
     if not plain:
         h = look_along_series(functions, tables, settings, h, t, state, ws, scratch)
-    shorter = h
+    if _excess(late_size, ws, n, count, marks, h, settings) <= 0.0:
+        return h
+    for i in range(settings.quadratures + count):
+        if _is_held(i - settings.quadratures, marks) and not _is_finite(ws, n + i, settings.order):
+            return math.nan
     # a guard of time may be as much faster than the states as it likes
+    shorter = h
     for _ in range(100):
+        shorter *= 0.7
         if _excess(late_size, ws, n, count, marks, shorter, settings) <= 0.0:
             return shorter
-        shorter *= 0.7
     return h
 
 
