@@ -258,8 +258,9 @@ def add_record(
     residual, neutral = found.residual.copy(), np.flatnonzero((found.period > 0) & e.unmoved)
     # round-off may come from the largest that states have been
     residual[neutral] = recurrence(paths[neutral], sizes[neutral] / FLOOR, most).residual
-    moves_on, closer, _ = drift(paths, sizes, found.period, e.rounding * part)
-    e.exact |= (found.period > 0) & closes_exactly(e, residual) & (~moves_on | closer)
+    period = np.where(closes_exactly(e, residual), found.period, 0)
+    moves_on, closer, _ = drift(paths, sizes, period, e.rounding * part)
+    e.exact |= (period > 0) & (~moves_on | closer)
     if part < 1.0:
         earlier = stationarity(shifts.quotient(coarse), shifts.sizes(known))
         e.leaving, e.settling = e.leaving | earlier[0], e.settling | earlier[1]

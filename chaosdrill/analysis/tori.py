@@ -348,12 +348,10 @@ def closes(paths: np.ndarray, known: np.ndarray) -> np.ndarray:
 
 def closes_for_good(paths: np.ndarray, known: np.ndarray, rounding: np.ndarray | float) -> np.ndarray:
     """Whether they do so, and do not move on each time, as in the channel that a cycle leaves behind at a fold."""
-    back = np.flatnonzero(closes(paths, known))
-    found = np.zeros(len(paths), dtype=bool)
-    periods = recurrence(paths[back], known[back], paths.shape[1] // REPEATS).period
-    moves_on, closer, _ = drift(paths[back], known[back], periods, np.broadcast_to(rounding, len(paths))[back])
-    found[back] = ~moves_on | closer
-    return found
+    found = recurrence(paths, known, paths.shape[1] // REPEATS)
+    period = np.where(found.residual <= ROUND_OFF, found.period, 0)
+    moves_on, closer, _ = drift(paths, known, period, rounding)
+    return np.asarray((period > 0) & (~moves_on | closer))
 
 
 def drift(
@@ -376,25 +374,29 @@ def drift(
     Returns
     -------
     moves_on, closer, rounded : ndarray of bool, shape (P,)
+        ``closer`` is False, too, for those that come back to round-off and do not move on.
     """
     scale, rounding = sizes(paths[:, :, :-1], known), np.broadcast_to(rounding, len(paths))
     moves_on, closer, rounded = np.zeros((3, len(paths)), dtype=bool)
     for cycle in np.unique(periods[periods > 0]).tolist():
         here = np.flatnonzero(periods == cycle)
-        points = paths[here, :, :-1] / scale[here, np.newaxis]
-        far = max((points.shape[1] - 1) // cycle - 1, 1) * cycle
-        once = np.abs(points[:, cycle:] - points[:, :-cycle])
-        lacks = np.abs(points[:, -cycle:] - points[:, -cycle - far : -far])
-        largest, most = np.maximum(1.0, known[here] / scale[here]), once.max(axis=1)
+        points, size = np.ascontiguousarray(np.moveaxis(paths[here, :, :-1], 1, 2)), scale[here]
+        far = max((points.shape[2] - 1) // cycle - 1, 1) * cycle
+        once = points[:, :, cycle:] - points[:, :, :-cycle]
+        np.abs(once, out=once)
+        lacks = np.abs(points[:, :, -cycle:] - points[:, :, -cycle - far : -far])
+        largest, most = np.maximum(1.0, known[here] / size), once.max(axis=2) / size
         adds_up = rounding[here, np.newaxis] * largest
-        moves_on[here] = (lacks.max(axis=1) > np.clip(DRIFT * most, adds_up, CLOSE)).any(axis=1)
+        moves_on[here] = (lacks.max(axis=2) / size > np.clip(DRIFT * most, adds_up, CLOSE)).any(axis=1)
         rounded[here] = (most <= ROUND_OFF * largest).all(axis=1)
+        asked = moves_on[here] | ~rounded[here]
+        steps = (once[asked] / size[asked, :, np.newaxis]).max(axis=1)
         # of as many points of each phase, since points of a cycle are not equally far off
-        half = max(once.shape[1] // (2 * cycle), 1) * cycle
-        early, late = (part.max(axis=2).mean(axis=1) for part in (once[:, :half], once[:, -half:]))
-        closer[here] = late < STAYS * early
-        early, late = (np.median(part.max(axis=2), axis=1) for part in np.array_split(once, 2, axis=1))
-        closer[here] &= late < STAYS * early
+        half = max(steps.shape[1] // (2 * cycle), 1) * cycle
+        falls = steps[:, -half:].mean(axis=1) < STAYS * steps[:, :half].mean(axis=1)
+        early, late = np.array_split(steps, 2, axis=1)
+        falls &= np.median(late, axis=1) < STAYS * np.median(early, axis=1)
+        closer[here[asked]] = falls
     return moves_on, closer, rounded
 
 
