@@ -74,7 +74,7 @@ def _given(system: HybridSystem, numerics: Numerics, sizes: np.ndarray, unit: fl
     yield np.nan_to_num((np.where(np.eye(d, dtype=bool), 0.0, moves) * sizes).max(axis=1), posinf=0.0)
 
 
-def sizes_beside(system: HybridSystem, numerics: Numerics, known: np.ndarray, unit: float | None) -> np.ndarray:
+def sizes_beside(system: HybridSystem, numerics: Numerics, known: np.ndarray, unit: float | None = None) -> np.ndarray:
     """Sizes of the states that stay zero on the motion from the system's own start, shape (d,), and the known ones.
 
     Each such state is displaced at the start, farther and farther, until the motion departs from the linear response:
