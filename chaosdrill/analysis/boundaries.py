@@ -323,11 +323,11 @@ def smallest_kicks(
 ) -> tuple[np.ndarray, np.ndarray]:
     """The smallest change of a point to a cell of another basin, and its error, in the units of each state of the grid.
 
-    Lengths are taken in parts of the grid along every axis. NaN for a point that is not in the grid, and where all
-    cells are of one basin. The boundary lies up to a cell before; and since it does, the kick may lead to any place
-    where cells of other basins are farther by no more than half a cell, as along a boundary that is about as far
-    everywhere; the nearest cell is amid these. Both make the error. Points are the same but for ``shifts``, such as
-    whole turns.
+    Lengths are taken in parts of the grid along every axis. NaN for a point that is not in the grid (of a shifted
+    state: in its cells), and where all cells are of one basin. The boundary lies up to a cell before; and since it
+    does, the kick may lead to any place where cells of other basins are farther by no more than half a cell, as along a
+    boundary that is about as far everywhere; the nearest cell is amid these. Both make the error. Points are the same
+    but for ``shifts``, such as whole turns.
     """
     shifts = shifts or Shifts.none(len(grid))
     axes = [np.sort(values) for values in grid.values()]

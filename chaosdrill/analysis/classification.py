@@ -21,6 +21,7 @@ from chaosdrill.analysis.tori import (
     goes_on,
     only_grows,
     stopped,
+    turn,
 )
 from chaosdrill.analysis.words import FOLDS, Evidence, steady, words
 from chaosdrill.dataset import Outcome
@@ -44,6 +45,9 @@ NEUTRAL = 1e-6
 BENDS = 1e-3
 """Distance to a cycle, in parts of that between its points and of what its multiplier lacks to 1, at which it is surely
 there: beyond a fold the multiplier would be 1 before (Kantorovich's condition, for curvatures of the map up to 500)."""
+
+TURNS = 0.1
+"""Part by which the way of a point changes in a period, at least, where it does not go one way, as in a channel."""
 
 USUAL = 64
 """Longest period that is looked for at the end of a record, unless another one is asked for."""
@@ -224,11 +228,11 @@ def evidence_of_records(
     if system.draws:
         return e
     if flow is None:
-        paths, points = aside(windows, shifts), round(windows.shape[1] / part)
-        found = recurrence(paths, shifts.sizes(known), USUAL, 2 * USUAL)
+        paths, size, points = aside(windows, shifts), shifts.sizes(known), round(windows.shape[1] / part)
+        found = recurrence(paths, size, USUAL, 2 * USUAL)
         whole = (found.period > 0) & (points % np.maximum(found.period, 1) == 0)
-        add_returns(e, found, found.period * averages.length / points, whole)
-        add_ends(e, averages, paths, shifts.sizes(known), part)
+        add_returns(e, found, found.period * averages.length / points, whole, paths, size)
+        add_ends(e, averages, paths, size, part)
     add_record(e, windows, known, coarse, shifts, part, flow)
     if passages is not None:
         # along an unstable cycle that round-off does not leave, tangents grow as in chaos
@@ -236,7 +240,7 @@ def evidence_of_records(
         add_passages(e, open_, undrawn(system, passages[open_]), known[open_], shifts)
     if flow is not None:
         add_turns(e, windows, shifts)
-    add_later(e, windows, known, shifts, flow)
+    add_later(e, windows, known, shifts, part, flow)
     if flow is not None:
         add_turns(e, windows, shifts)
     return e
@@ -266,7 +270,7 @@ def add_record(
         e.leaving, e.settling = e.leaving | earlier[0], e.settling | earlier[1]
     unclear = np.flatnonzero(~e.positive & ~e.negative)
     drifts = e.drifts.copy()
-    asked = e.may_be_torus[unclear], e.settled[unclear], e.rounding[unclear]
+    asked = e.may_be_torus[unclear], e.settled[unclear], e.rounding[unclear] * part
     seen = examine(windows[unclear], known[unclear], shifts, flow, *asked)
     _add_seen(e, unclear, seen, flow is None)
     if part < 1.0 and flow is None:
@@ -289,17 +293,35 @@ def is_own_period(found: Recurrence) -> np.ndarray:
     return (found.period > 0) & (found.splitting > SPLIT) & (found.residual <= DECAY * found.splitting)
 
 
-def is_no_channel(found: Recurrence, multiplier: np.ndarray) -> np.ndarray:
+def is_no_channel(
+    found: Recurrence, multiplier: np.ndarray, paths: np.ndarray, known: np.ndarray, periods: np.ndarray
+) -> np.ndarray:
     """Whether what comes back with these logarithms of multipliers is a cycle, not what one leaves behind at a fold.
 
-    There points come back as nearly, and nearby motions come closer for a while.
+    There points come back as nearly, and nearby motions come closer for a while. But they move one way: what comes
+    closer from side to side, as beyond a doubling, or turning, is far from a fold however slowly it does so.
+
+    Parameters
+    ----------
+    found : Recurrence
+    multiplier : ndarray, shape (P,)
+    paths, known : ndarray, shapes (P, W, n + 1), (P, n)
+        Points that come closer, and sizes, as in `recurrence`.
+    periods : ndarray of int, shape (P,)
+        After how many of the points they come back.
     """
     with np.errstate(invalid="ignore", over="ignore"):
-        lacks = -np.expm1(multiplier)
-        return np.asarray((lacks > 0) & (found.residual <= BENDS * np.minimum(found.splitting, 1.0) * lacks**2))
+        lacks, bound = -np.expm1(multiplier), BENDS * np.minimum(found.splitting, 1.0)
+        closes = (lacks > 0) & (found.residual <= bound * lacks**2)
+    open_ = np.flatnonzero((lacks > 0) & ~closes & (found.residual <= bound) & (periods > 0))
+    turns = np.minimum(turn(paths[open_], known[open_], periods[open_]), 1.0)
+    closes[open_] = (turns > TURNS) & (found.residual[open_] <= bound[open_] * turns**2)
+    return np.asarray(closes)
 
 
-def add_returns(e: Evidence, found: Recurrence, lasts: np.ndarray, whole: np.ndarray) -> np.ndarray:
+def add_returns(
+    e: Evidence, found: Recurrence, lasts: np.ndarray, whole: np.ndarray, paths: np.ndarray, known: np.ndarray
+) -> np.ndarray:
     """Add whether the last points come back, and whether nearby motions come closer meanwhile.
 
     Parameters
@@ -310,6 +332,8 @@ def add_returns(e: Evidence, found: Recurrence, lasts: np.ndarray, whole: np.nda
         Times that these take.
     whole : ndarray of bool, shape (P,)
         Whether exponents are averages over whole cycles.
+    paths, known : ndarray, shapes (P, W, n + 1), (P, n)
+        The points and sizes that ``found`` is of.
 
     Returns
     -------
@@ -322,7 +346,7 @@ def add_returns(e: Evidence, found: Recurrence, lasts: np.ndarray, whole: np.nda
         e.recurs = is_own_period(found)
         attracting = np.where(whole, multiplier < -HYPERBOLIC, e.negative)
         e.attracts = attracting & (distance <= CLOSE) & (found.splitting > 10 * distance)
-        e.attracts &= is_no_channel(found, multiplier)
+        e.attracts &= is_no_channel(found, multiplier, paths, known, np.where(e.attracts, found.period, 0))
     return np.asarray(whole & (np.abs(multiplier) <= NEUTRAL))
 
 
@@ -359,7 +383,8 @@ def add_ends(e: Evidence, averages: Averages, paths: np.ndarray, known: np.ndarr
         left = np.flatnonzero(e.stopped & ~e.arrives)
         if not len(left) or count > rows:
             break
-        left = left[closes_for_good(paths[left, -count:], known[left], e.rounding[left])]
+        rounding = e.rounding[left] * part[left] * count / rows
+        left = left[closes_for_good(paths[left, -count:], known[left], rounding)]
         # of whole blocks
         share = np.maximum(1, np.floor(part[left] * count / rows * blocks)).astype(int)
         with np.errstate(invalid="ignore"):
@@ -398,9 +423,10 @@ def add_later(
     windows: np.ndarray,
     known: np.ndarray,
     shifts: Shifts,
+    part: float,
     flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
 ) -> None:
-    """Add what motions that are open so far have reached by the later half of their record.
+    """Add what motions that are open so far have reached by the later half of these last points of their record.
 
     Instants of any kind, of which the ``flow`` tells the rates, come back to a cycle only by chance; they lie on a
     closed curve there.
@@ -409,12 +435,12 @@ def add_later(
     if not len(which):
         return
     later, known = windows[which, windows.shape[1] // 2 :], known[which]
-    paths, sizes = aside(later, shifts), shifts.sizes(known)
+    paths, sizes, rounding = aside(later, shifts), shifts.sizes(known), e.rounding[which] * part / 2
     if flow is None:
-        e.cycle_reached[which] = closes_for_good(paths, sizes, e.rounding[which])
+        e.cycle_reached[which] = closes_for_good(paths, sizes, rounding)
     leaving, settling = stationarity(paths[:, :, :-1], sizes)
     stays = np.flatnonzero(~e.cycle_reached[which] & ~leaving & ~settling)
-    asked = e.may_have_reached_torus[which[stays]], False, e.rounding[which[stays]]
+    asked = e.may_have_reached_torus[which[stays]], False, rounding[stays]
     seen = examine(later[stays], known[stays], shifts, flow, *asked)
     e.torus_reached[which[stays]] = seen.ordered | seen.torus & seen.converges & ((flow is None) | seen.agrees)
     falls = e.late[which[stays]] < 0

@@ -198,9 +198,10 @@ def _measure(
         verdict.exponents[pair, :2] = shared[pair, np.newaxis]
     good = verdict.moves & np.isin(verdict.outcome, MEASURED) & (verdict.period > 0) & (multiplier < -HYPERBOLIC)
     path, known = aside(path, plan.shifts), plan.shifts.sizes(begun.known)
-    back = recurrence(path, known, period, 2 * period)
-    good &= (back.period == period) & is_no_channel(back, multiplier)
-    good &= approaches(aside(trail, plan.shifts), path[:, :period], known, multiplier / period)
+    back, trail = recurrence(path, known, period, 2 * period), aside(trail, plan.shifts)
+    periods = np.where(good & (back.period == period), period, 0)
+    good &= (periods > 0) & is_no_channel(back, multiplier, trail, known, periods)
+    good &= approaches(trail, path[:, :period], known, multiplier / period)
     return good, batch, replace(verdict, outcome=np.where(good, int(Outcome.PERIODIC), verdict.outcome))
 
 

@@ -90,7 +90,7 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
         plan.system, plan.structure, plan.shifts, averages, windows, known, batch.outcome[which], early, part
     )
     e.measured[:] = plan.exponents > 0
-    neutral = add_returns(e, found, lasts, whole)
+    neutral = add_returns(e, found, lasts, whole, paths, size)
     # round-off may come from the largest that states have been
     e.exact = e.recurs & closes_exactly(e, _residual(plan, paths, size, found, e.recurs & neutral))
     exact = np.flatnonzero(e.exact)
@@ -209,7 +209,7 @@ def _look_closer(
         ends = block_ends(points, PLAN.blocks)
         coarse = full[:, np.maximum(ends - points + full.shape[1] - 1, 0), :-1]
         add_record(some, windows, known[which], coarse, plan.shifts, part)
-        add_later(some, windows, known[which], plan.shifts)
+        add_later(some, windows, known[which], plan.shifts, part)
     e.put(which, some)
 
 

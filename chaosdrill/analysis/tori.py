@@ -390,6 +390,8 @@ def drift(
         moves_on[here] = (lacks.max(axis=2) / size > np.clip(DRIFT * most, adds_up, CLOSE)).any(axis=1)
         rounded[here] = (most <= ROUND_OFF * largest).all(axis=1)
         asked = moves_on[here] | ~rounded[here]
+        if once.shape[2] < 2:
+            continue
         steps = (once[asked] / size[asked, :, np.newaxis]).max(axis=1)
         # of as many points of each phase, since points of a cycle are not equally far off
         half = max(steps.shape[1] // (2 * cycle), 1) * cycle
@@ -398,6 +400,30 @@ def drift(
         falls &= np.median(late, axis=1) < STAYS * np.median(early, axis=1)
         closer[here[asked]] = falls
     return moves_on, closer, rounded
+
+
+def turn(paths: np.ndarray, known: np.ndarray, periods: np.ndarray) -> np.ndarray:
+    """By how much the way from a point to the one a period later changes in a period, in parts of it; shape (P,).
+
+    That is how far the multiplier of what moves is from 1. The least of all points counts; 0 where there are too few.
+
+    Parameters
+    ----------
+    paths, known, periods
+        As in `drift`.
+    """
+    # a state may be next to zero at all of the points
+    found, scale = np.zeros(len(paths)), np.maximum(sizes(paths[:, :, :-1], known), known)
+    for cycle in np.unique(periods[periods > 0]).tolist():
+        here = np.flatnonzero((periods == cycle) & (paths.shape[1] > 2 * cycle))
+        points = paths[here, :, :-1] / scale[here, np.newaxis]
+        ways = points[:, cycle:] - points[:, :-cycle]
+        changes, before = (np.abs(one).max(axis=2) for one in (ways[:, cycle:] - ways[:, :-cycle], ways[:, :-cycle]))
+        # points that do not move at all have no way
+        shares = np.divide(changes, before, out=np.full_like(changes, np.inf), where=before > 0)
+        # NaN behind the last point
+        found[here] = np.fmin.reduce(shares, axis=1, initial=np.inf)
+    return found
 
 
 def stopped(paths: np.ndarray, known: np.ndarray) -> np.ndarray:

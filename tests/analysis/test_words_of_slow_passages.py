@@ -172,3 +172,12 @@ def test_the_cycle_before_it_is_left_behind_is_one():
     found = cd.bifurcation_diagram(LOGISTIC.with_initial(x=0.3), beyond, transient=500, periods=256)
     assert words(found) == {"periodic"}
     assert set(found["period"].values.ravel()) == {3}
+
+
+def test_what_turns_as_it_comes_closer_leaves_no_channel():
+    """A forced oscillator whose damping is as small, whose strobes go round its cycle."""
+    rates = {"x": "v", "v": "-2*x - c*v + cos(t)"}
+    one = cd.HybridSystem(
+        states="x v", time="t", parameters={"c": 1e-4}, period=2 * np.pi, modes={"on": rates}, initial={"x": 1.0}
+    )
+    assert words(cd.bifurcation_diagram(one, {"c": [1e-4, 2e-4]}, transient=200, periods=64)) == {"periodic"}
