@@ -508,6 +508,8 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
         else:
             room = doubt / unit
             across = -side * value(ws, uint64(i), clear)
+        if not math.isfinite(across):
+            return -1.0, s
         if abs(across) > room or clear == h:
             break
         reach *= 2.0

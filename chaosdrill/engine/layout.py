@@ -88,6 +88,8 @@ class Tables(NamedTuple):
     """(k, n): directions in which nothing ever changes"""
     constrained: IntegerMatrix
     """(modes, n): states that a mode leaves no freedom"""
+    feeds: IntegerMatrix
+    """(modes, n): whether rates in the mode depend on the state; the others are constant, and move no tangent"""
     held: Integers
     """(modes,): number of surfaces that a mode holds; ``guard`` knows them behind the guards"""
     slack: Vector

@@ -90,6 +90,7 @@ def tables_of(
         bounds=bounds_of(system),
         symmetries=np.array(symmetries, dtype=float),
         constrained=constrained_states(system),
+        feeds=np.array(kernels.layout.feeds, dtype=np.int64),
         held=np.array(kernels.held, dtype=np.int64),
         slack=np.zeros(len(system.state_names)),
         **_steep(system),

@@ -50,8 +50,7 @@ FOUND = Tuple((matrix, cube, matrix, cube, vector, integer_matrix, vector))
 times of crossings since the start of the segment"""
 
 SIGNATURE = Tuple((int64, float64))(
-    *(int64, int64, integers, vector, integer_matrix, integer_matrix, matrix, matrix, float64, vector, int64),
-    *(FOUND, ROOM),
+    *(int64, int64, integers, vector, integer_matrix, matrix, matrix, float64, vector, int64, FOUND, ROOM)
 )
 
 
@@ -104,14 +103,14 @@ def _begin_sums(sizes, count, surfaces, normals, first, clock_row, monodromy):
 
 
 @inner
-def _begin_segment(functions, segments, feeds, i, start, t, tables, state, rates):
+def _begin_segment(functions, segments, i, start, t, tables, state, rates):
     """Put the run at the start of a segment, with the unit vectors of states that feed its mode as tangents; rates."""
     n, x, vectors = start.size, state.x, state.vectors
     mode = segments[i, SEGMENT_MODE]
     live = 0
     for r in range(n):
         x[r] = start[r]
-        if feeds[mode, r] == 1:
+        if tables.feeds[mode, r] == 1:
             vectors[live, :] = 0.0
             vectors[live, r] = 1.0
             live += 1
@@ -122,8 +121,11 @@ def _begin_segment(functions, segments, feeds, i, start, t, tables, state, rates
 
 
 @inner
-def _put_back(feeds, live, vectors):
+def _put_back(feeds, vectors):
     """Put the tangents that were carried in their places amid unit vectors that no rate moves."""
+    live = 0
+    for v in range(feeds.size):
+        live += feeds[v]
     for v in range(feeds.size - 1, -1, -1):
         if feeds[v] == 1:
             live -= 1
@@ -361,9 +363,7 @@ def _on_surface(count, normal, start, extent, equations):
 
 
 @compiled(SIGNATURE)
-def shooting_residual(
-    place, resting, sizes, extent, feeds, segments, plane, starts, phase, durations, watched, found, room
-):
+def shooting_residual(place, resting, sizes, extent, segments, plane, starts, phase, durations, watched, found, room):
     """Follow all segments; returns (DONE or the outcome that ended a segment, residual).
 
     Parameters
@@ -372,8 +372,6 @@ def shooting_residual(
         Addresses of the `chaosdrill.engine.layout.Machine`, and of one that watches no guard.
     sizes, segments
         See the names above; ``segments`` has shape (N, 3).
-    feeds : ndarray of int, shape (modes, d + q)
-        1 where rates in the mode depend on the state; the others are constant and carry themselves alone.
     extent : ndarray, shape (d,)
         What distances between states are relative to at least, above zero; else it is the state where a segment ends.
     plane : ndarray, shape (4 + m, d)
@@ -424,7 +422,7 @@ def shooting_residual(
     t = phase
     for i in range(count):
         mode, end, own = segments[i, SEGMENT_MODE], segments[i, SEGMENT_END], lasting + i
-        _begin_segment(functions, segments, feeds, i, starts[i], t, tables, state, rates)
+        _begin_segment(functions, segments, i, starts[i], t, tables, state, rates)
         for r in range(n):
             stretch[r, 0] = rates[r]
         outcome, crossed, when = follow(
@@ -435,7 +433,7 @@ def shooting_residual(
         seen[i, CROSSED] = crossed
         met[i] = when
         seen[i, CAME] = segments[i, SEGMENT_OUTCOME]
-        _put_back(feeds[mode], run.live, state.vectors)
+        _put_back(tables.feeds[mode], state.vectors)
         te = t + durations[i]
         total += durations[i]
         functions.field(mode, te, c, x, rates)

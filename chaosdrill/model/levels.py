@@ -115,7 +115,7 @@ def _weights(system: "HybridSystem", given: Mapping[str, Any], here: Mapping[Any
     slopes, bends = ({x: largest(x, order) for x in system.states} for order in (1, 2))
     size = max([slopes[x] ** 2 / bends[x] for x in system.states if bends[x]], default=size) or 1.0
     found = [1 / bends[x] if bends[x] else size / slopes[x] ** 2 if slopes[x] else 1.0 for x in system.states]
-    powers = [round(math.log2(one / found[0])) for one in found]
+    powers = [round(max(-1000.0, min(math.log2(one / found[0]), 1000.0))) for one in found]
     return {
         x: sympy.Float(2.0**power) if power else sympy.Integer(1)
         for x, power in zip(system.states, powers, strict=True)

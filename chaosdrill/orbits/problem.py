@@ -145,7 +145,6 @@ class Problem:
             self.numerics,
         )
         self._slack = tables.slack
-        self._feeds = np.array(kernels.layout.feeds, dtype=np.int64)
         scratch, functions = scratch_of(self.system, n, self.numerics.method), kernels.functions
         # the second one watches no guard
         self._machines = tuple(
@@ -275,7 +274,7 @@ class Problem:
         if orbit.drift is not None:
             plane[at.DRIFT] = orbit.drift
         outcome, residual = at.shooting_residual(
-            *self._machines, self._counts(orbit), self.sizes, self._feeds, orbit.segments, plane,
+            *self._machines, self._counts(orbit), self.sizes, orbit.segments, plane,
             np.ascontiguousarray(orbit.starts), orbit.phase, orbit.durations, int(watched), found, room,
         )  # fmt: skip
         equations, sensitivity, monodromy, factors, speeds, seen, met = (a.copy() for a in found)

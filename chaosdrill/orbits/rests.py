@@ -5,15 +5,11 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-import sympy
 
 from chaosdrill.codegen.layout import UNIT
 from chaosdrill.dataset.branches import Criticality, Special
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.layout import DONE
-from chaosdrill.model.halved import value_at
-from chaosdrill.model.levels import undrawn
-from chaosdrill.model.places import parameter
 from chaosdrill.orbits.curve import shares_of
 from chaosdrill.orbits.points import Point
 from chaosdrill.orbits.results import NO_FORM, NormalForm
@@ -113,8 +109,13 @@ def rest_behind(curve: "Curve", last: Point) -> Rest | None:
 
 def _centre_behind(curve: "Curve", last: Point) -> Rest | None:
     """The equilibrium that a family shrinks to, in a system that is drawn to a level, where its term has no value."""
+    import sympy
+
     from chaosdrill.equilibrium.fields import NoFieldError, field_of
     from chaosdrill.equilibrium.points import equilibrium, polished
+    from chaosdrill.model.halved import value_at
+    from chaosdrill.model.levels import undrawn
+    from chaosdrill.model.places import parameter
 
     problem, orbit, name = curve.problem, last.orbit, curve.problem.free[0]
     mode = problem.plain.mode_names[orbit.segments[0, at.SEGMENT_MODE]]

@@ -134,6 +134,8 @@ def _limited(rates: Floats, state: Floats, step: Floats) -> Floats:
     start, end = way * slopes[:-1, 1], way * slopes[1:, 0]
     slopes[:-1, 1] = way * np.minimum(start, 3 * (size + np.maximum(-end, 0)))
     slopes[1:, 0] = way * np.minimum(end, 3 * (size + np.maximum(-start, 0)))
+    flat = (rate == 0) & (start < 0) & (end < 0)
+    slopes[:-1, 1][flat] = slopes[1:, 0][flat] = 0.0
     return slopes
 
 

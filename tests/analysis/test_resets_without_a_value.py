@@ -31,7 +31,7 @@ FREE = {
 }
 RESETS = ["1/x", "log(x)", "x**(-1/2)", "10**300*exp(600 + x)"]
 RUNS = ("trajectory", "lyapunov_spectrum", "poincare_section")
-"""What is told apart by a reset ends the run; all analyses see its outcome alone, whatever the reset was."""
+"""Where each kind of reset is tried: it ends the run; all analyses see its outcome alone, whatever the reset was."""
 
 
 def system(reset, forced):

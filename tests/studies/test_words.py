@@ -44,7 +44,7 @@ def test_growth_is_that_of_the_map(make):
 
 def test_runs_are_called_rightly(make):
     """Flows without forcing, events, surfaces and the drill."""
-    for name, (family, right) in make.RUNS.items():
+    for name, (family, right) in make.RUN_FAMILIES.items():
         said, too_short = make.called_by_spectra(family, np.random.default_rng([7, *name.encode()]), 2, 256)
         assert set(said) <= make.OPEN_ANSWERS | {right}, name
         assert len(too_short) == 2
