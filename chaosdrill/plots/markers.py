@@ -151,7 +151,9 @@ def ends(dataset: Dataset) -> tuple[Integers, list[str]]:
     """
     names = flag_names(dataset["branch_end"])
     branch, way = dataset["branch"].values, dataset["arclength"].values
-    ended = way == dataset["branch_length"].values[branch]
+    # archives of 0.2.0 do not hold it
+    lengths = dataset.get("branch_length")
+    ended = np.ones(len(way), bool) if lengths is None else way == lengths.values[branch]
     last = [(branch == number) & ended for number in range(dataset.sizes["branch_number"])]
     found = [
         (int(np.flatnonzero(here)[-1]), names[int(code)])
