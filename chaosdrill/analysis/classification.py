@@ -94,7 +94,7 @@ class Averages:
     late: np.ndarray  # (P, m): growth rates over the later half of the record
     course: np.ndarray  # (P, B + 1, m): logarithms of growth at the beginning and at the ends of blocks of one length
     length: np.ndarray  # (P,): time of the record
-    rounding: np.ndarray  # (P,): part of the sizes of states that errors of the run may add up to in it
+    rounding: np.ndarray  # (P,): part of the sizes of states that errors of the run may add up to from point to point
     neutral: np.ndarray  # int (P,): how many are zero whatever the attractor
     complete: bool  # whether there are as many as states
 
@@ -240,7 +240,7 @@ def evidence_of_records(
         add_passages(e, open_, undrawn(system, passages[open_]), known[open_], shifts)
     if flow is not None:
         add_turns(e, windows, shifts)
-    add_later(e, windows, known, shifts, part, flow)
+    add_later(e, windows, known, shifts, flow)
     if flow is not None:
         add_turns(e, windows, shifts)
     return e
@@ -263,15 +263,15 @@ def add_record(
     # round-off may come from the largest that states have been
     residual[neutral] = recurrence(paths[neutral], sizes[neutral] / FLOOR, most).residual
     period = np.where(closes_exactly(e, residual), found.period, 0)
-    moves_on, closer, _ = drift(paths, sizes, period, e.rounding * part)
+    moves_on, closer, _ = drift(paths, sizes, period, e.rounding)
     e.exact |= (period > 0) & (~moves_on | closer)
     if part < 1.0:
         earlier = stationarity(shifts.quotient(coarse), shifts.sizes(known))
         e.leaving, e.settling = e.leaving | earlier[0], e.settling | earlier[1]
     unclear = np.flatnonzero(~e.positive & ~e.negative)
     drifts = e.drifts.copy()
-    asked = e.may_be_torus[unclear], e.settled[unclear], e.rounding[unclear] * part
-    seen = examine(windows[unclear], known[unclear], shifts, flow, *asked)
+    asked = e.may_be_torus[unclear], e.settled[unclear]
+    seen = examine(windows[unclear], known[unclear], shifts, e.rounding[unclear], flow, *asked)
     _add_seen(e, unclear, seen, flow is None)
     if part < 1.0 and flow is None:
         _add_early(e, np.flatnonzero(e.ordered), windows, known, coarse, shifts, part)
@@ -345,7 +345,7 @@ def add_returns(
         distance = found.residual / -np.expm1(np.minimum(multiplier, -1e-300))
         e.recurs = is_own_period(found)
         attracting = np.where(whole, multiplier < -HYPERBOLIC, e.negative)
-        e.attracts = attracting & (distance <= CLOSE) & (found.splitting > 10 * distance)
+        e.attracts = e.recurs & attracting & (distance <= CLOSE) & (found.splitting > 10 * distance)
         e.attracts &= is_no_channel(found, multiplier, paths, known, np.where(e.attracts, found.period, 0))
     return np.asarray(whole & (np.abs(multiplier) <= NEUTRAL))
 
@@ -375,7 +375,9 @@ def add_ends(e: Evidence, averages: Averages, paths: np.ndarray, known: np.ndarr
 
     ``paths`` and ``known`` are those of the quotient by shifts, and ``part`` is as in `evidence_of`.
     """
-    e.stopped = stopped(paths, known)
+    # of what is known to be on a cycle nothing else is asked
+    asked = np.flatnonzero(~e.attracts)
+    e.stopped[asked] = stopped(paths[asked], known[asked])
     blocks, rows = averages.course.shape[1] - 1, paths.shape[1]
     part = np.broadcast_to(part, len(paths))
     for size in ENDS:
@@ -383,13 +385,12 @@ def add_ends(e: Evidence, averages: Averages, paths: np.ndarray, known: np.ndarr
         left = np.flatnonzero(e.stopped & ~e.arrives)
         if not len(left) or count > rows:
             break
-        rounding = e.rounding[left] * part[left] * count / rows
-        left = left[closes_for_good(paths[left, -count:], known[left], rounding)]
         # of whole blocks
         share = np.maximum(1, np.floor(part[left] * count / rows * blocks)).astype(int)
         with np.errstate(invalid="ignore"):
-            shrinks = averages.course[left, -1] - averages.course[left, blocks - share]
-            e.arrives[left] = shrinks.max(axis=1, initial=-np.inf) < -2 * FOLDS
+            grown = averages.course[left, -1] - averages.course[left, blocks - share]
+        left = left[grown.max(axis=1, initial=-np.inf) < -2 * FOLDS]
+        e.arrives[left] = closes_for_good(paths[left, -count:], known[left], e.rounding[left])
 
 
 def _is_open(e: Evidence) -> np.ndarray:
@@ -414,7 +415,7 @@ def add_passages(e: Evidence, which: np.ndarray, passages: np.ndarray, known: np
     paths, sizes = aside(passages, shifts), shifts.sizes(known)
     e.exact[which] |= closes(paths, sizes) | closes(paths[:, paths.shape[1] // 2 :], sizes)
     left, asked = np.flatnonzero(~e.exact[which] & ~e.positive[which]), e.may_be_torus[which]
-    seen = examine(passages[left], known[left], shifts, None, asked[left], False)
+    seen = examine(passages[left], known[left], shifts, e.rounding[which[left]], None, asked[left], False)
     e.ordered[which[left]] |= seen.ordered
 
 
@@ -423,7 +424,6 @@ def add_later(
     windows: np.ndarray,
     known: np.ndarray,
     shifts: Shifts,
-    part: float,
     flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
 ) -> None:
     """Add what motions that are open so far have reached by the later half of these last points of their record.
@@ -435,13 +435,13 @@ def add_later(
     if not len(which):
         return
     later, known = windows[which, windows.shape[1] // 2 :], known[which]
-    paths, sizes, rounding = aside(later, shifts), shifts.sizes(known), e.rounding[which] * part / 2
+    paths, sizes, rounding = aside(later, shifts), shifts.sizes(known), e.rounding[which]
     if flow is None:
         e.cycle_reached[which] = closes_for_good(paths, sizes, rounding)
     leaving, settling = stationarity(paths[:, :, :-1], sizes)
     stays = np.flatnonzero(~e.cycle_reached[which] & ~leaving & ~settling)
-    asked = e.may_have_reached_torus[which[stays]], False, rounding[stays]
-    seen = examine(later[stays], known[stays], shifts, flow, *asked)
+    asked = e.may_have_reached_torus[which[stays]], False
+    seen = examine(later[stays], known[stays], shifts, rounding[stays], flow, *asked)
     e.torus_reached[which[stays]] = seen.ordered | seen.torus & seen.converges & ((flow is None) | seen.agrees)
     falls = e.late[which[stays]] < 0
     e.cycle_reached[which[stays]] |= (seen.line | seen.curve & falls & ~e.unmoved[which[stays]]) & seen.converges
@@ -485,7 +485,7 @@ def add_regularity(
     flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
 ) -> None:
     """Add what longer records of some points say, see `examine`."""
-    _add_seen(e, which, examine(windows, known, shifts, flow, rounding=e.rounding[which]), flow is None)
+    _add_seen(e, which, examine(windows, known, shifts, e.rounding[which], flow), flow is None)
     e.leaving[which], e.settling[which] = stationarity(aside(windows, shifts)[:, :, :-1], shifts.sizes(known))
 
 

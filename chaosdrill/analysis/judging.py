@@ -25,7 +25,7 @@ from chaosdrill.analysis.classification import (
 )
 from chaosdrill.analysis.recurrence import CLOSE, FLOOR, ROUND_OFF, Recurrence, recurrence
 from chaosdrill.analysis.resting import is_left, rests
-from chaosdrill.analysis.statistics import added_rounding, block_ends, error_of_exponents
+from chaosdrill.analysis.statistics import block_ends, error_of_exponents, rounding_of_unit
 from chaosdrill.analysis.tori import END, LENGTH, aside, drift
 from chaosdrill.analysis.tuning import PLAN
 from chaosdrill.analysis.words import Evidence, words
@@ -77,14 +77,14 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     whole = certain & (_first_whole(ends, cycle) >= 0)
     begin = np.where(whole, _first_whole(ends, cycle), 0)
     plain = _means(batch.sums[which], begin, times)
-    averages = averages_of(plan, batch, which, begin, np.where(whole[:, np.newaxis], plain, np.nan))
+    points = np.full(len(which), ends[-1])
+    if plan.section is not None:
+        points = batch.counts[which][:, sorted(plan.section)].sum(axis=1)
+    averages = averages_of(plan, batch, which, points, begin, np.where(whole[:, np.newaxis], plain, np.nan))
     exponents, errors = _in_order(plain), averages.errors
     full, known = undrawn(plan.system, batch.window[which]), batch.sizes[which]
     windows = last_rows(full, LENGTH) if full.shape[1] > LENGTH else full
     early = None if before is None else undrawn(plan.system, before[which])
-    points = np.full(len(which), ends[-1])
-    if plan.section is not None:
-        points = batch.counts[which][:, sorted(plan.section)].sum(axis=1)
     part = np.minimum(1.0, windows.shape[1] / np.maximum(points, 1))
     e = evidence_of(
         plan.system, plan.structure, plan.shifts, averages, windows, known, batch.outcome[which], early, part
@@ -92,8 +92,8 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     e.measured[:] = plan.exponents > 0
     neutral = add_returns(e, found, lasts, whole, paths, size)
     # round-off may come from the largest that states have been
-    e.exact = e.recurs & closes_exactly(e, _residual(plan, paths, size, found, e.recurs & neutral))
-    exact = np.flatnonzero(e.exact)
+    exact = e.recurs & ~e.attracts & closes_exactly(e, _residual(plan, paths, size, found, e.recurs & neutral))
+    exact = np.flatnonzero(exact)
     e.exact[exact] = _returned(paths[exact], size[exact], e.rounding[exact])
     centre = e.recurs & neutral & (found.residual <= ROUND_OFF)
     if plan.maps and not noisy:
@@ -113,7 +113,7 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
         outcome[grazed & (batch.outcome[which] == Outcome.OK)] = int(Outcome.NO_RETURN)
         exponents[grazed], errors[grazed] = np.nan, np.nan
     periodic = outcome == Outcome.PERIODIC
-    decided = (periodic & ((e.recurs & e.attracts) | centre)) | ((outcome == Outcome.CHAOTIC) & ~e.recurs)
+    decided = (periodic & (e.attracts | centre)) | ((outcome == Outcome.CHAOTIC) & ~e.recurs)
     decided |= ((outcome == Outcome.QUASIPERIODIC) & e.winds) | (outcome == Outcome.CONTRACTING)
     if not plan.maps:
         decided |= periodic & e.negative
@@ -158,9 +158,14 @@ def _residual(plan: "Plan", windows: np.ndarray, known: np.ndarray, found: Recur
 
 
 def averages_of(
-    plan: "Plan", batch: Batch, which: np.ndarray, begin: np.ndarray | int = 0, known: np.ndarray | float = np.nan
+    plan: "Plan",
+    batch: Batch,
+    which: np.ndarray,
+    points: np.ndarray | int,
+    begin: np.ndarray | int = 0,
+    known: np.ndarray | float = np.nan,
 ) -> Averages:
-    """Exponents from the beginning of a block to the end, with errors from all blocks, point by point.
+    """Exponents from the beginning of a block to the end, with errors from all blocks, of records of so many points.
 
     They are of lengths that no unit changes, by which words are told, but for those that are ``known``, NaN for none:
     over whole cycles units change no length.
@@ -184,7 +189,8 @@ def averages_of(
     if plan.structure.autonomous and plan.structure.symmetries:
         neutral = plan.structure.neutral(batch.flow(which))
     course = np.take_along_axis(sums, order[:, np.newaxis], 2)
-    rounding = np.full(len(which), added_rounding(plan.numerics, plan.system.discrete, int(batch.ends[-1])))
+    units = batch.ends[-1] / np.maximum(np.full(len(which), points), 1)
+    rounding = rounding_of_unit(plan.numerics, plan.system.discrete) * units
     return Averages(exponents, errors, late, course, length, rounding, neutral, plan.computed == plan.system.free)
 
 
@@ -209,7 +215,7 @@ def _look_closer(
         ends = block_ends(points, PLAN.blocks)
         coarse = full[:, np.maximum(ends - points + full.shape[1] - 1, 0), :-1]
         add_record(some, windows, known[which], coarse, plan.shifts, part)
-        add_later(some, windows, known[which], plan.shifts, part)
+        add_later(some, windows, known[which], plan.shifts)
     e.put(which, some)
 
 

@@ -201,7 +201,7 @@ def _look_at_instants(group: _Group, begun: Begun, evidence: Evidence, left: np.
     runs.run(fine.transient, np.array([0]))
     first = runs.x[:, np.newaxis].copy()
     runs.proceed(which, 0, np.array([0, fine.periods]))
-    averages, known = averages_of(plan, group.batch, open_), runs.sizes
+    averages, known = averages_of(plan, group.batch, open_, fine.periods), runs.sizes
     for p in which[runs.outcome == Outcome.OK].tolist():
         one, at = np.array([p]), open_[[p]]
         of = (averages.at(one), runs.window[one], known[one], first[one], 1.0, partial(runs.rates, p))

@@ -15,12 +15,12 @@ from chaosdrill.analysis.recording import flow_of, time_of_motion
 from chaosdrill.analysis.resting import is_left, rests
 from chaosdrill.analysis.spans import Span
 from chaosdrill.analysis.statistics import (
-    added_rounding,
     block_ends,
     error_of_exponents,
     error_of_mean_rate,
     kaplan_yorke,
     kaplan_yorke_error,
+    rounding_of_unit,
 )
 from chaosdrill.analysis.tori import LENGTH
 from chaosdrill.analysis.tuning import PLAN
@@ -101,7 +101,7 @@ def _evidence(
         late=means.late[np.newaxis],
         course=means.course[np.newaxis],
         length=np.array([plan.length]),
-        rounding=np.array([added_rounding(job.numerics, run.system.discrete, plan.count)]),
+        rounding=np.array([rounding_of_unit(job.numerics, run.system.discrete) / run.samples]),
         neutral=np.array([int(structure.neutral(flow_of(run)))]),
         complete=len(means.values) == run.system.free,
     )

@@ -133,9 +133,9 @@ def error_of_exponents(rates: np.ndarray, numerics: "Numerics", steps: Any, leng
         return np.hypot(standard_error(rates), of_method)
 
 
-def added_rounding(numerics: "Numerics", discrete: bool, units: int) -> float:
-    """Part of the sizes of states that the errors of a run, or of a map, may add up to in so many units."""
-    return units * (RUNS.rounding if discrete else numerics.global_error)
+def rounding_of_unit(numerics: "Numerics", discrete: bool) -> float:
+    """Part of the sizes of states that the errors of a run, or of a map, may add up to in a unit."""
+    return RUNS.rounding if discrete else numerics.global_error
 
 
 def error_of_mean_rate(totals: np.ndarray, times: np.ndarray, numerics: "Numerics", pace: np.ndarray) -> np.ndarray:

@@ -269,10 +269,10 @@ def examine(
     windows: np.ndarray,
     known: np.ndarray,
     shifts: Shifts,
+    rounding: np.ndarray | float,
     flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
     asked: np.ndarray | bool = True,
     slow: np.ndarray | bool = True,
-    rounding: np.ndarray | float = ROUND_OFF,
 ) -> Regularity:
     """What motions are by their section points alone.
 
@@ -287,14 +287,14 @@ def examine(
         Sizes that states have had on the way.
     shifts : Shifts
         What happens along them is left out.
+    rounding : float or ndarray, shape (P,)
+        As in `drift`.
     flow : callable, optional
         Rates of the states, shape (n,), at a state in a mode. To be given for instants of any kind, where a cycle does
         not show by coming back, nor a torus by its gaps.
     asked, slow : ndarray of bool, shape (P,), optional
         Of which it is asked at strobes whether they are on a torus, which takes most of the time, and of which of them
         even if averages do not converge; default all.
-    rounding : float or ndarray, shape (P,)
-        Part of their sizes that errors of the run may add up to.
     """
     paths, known = aside(windows, shifts), shifts.sizes(known)
     states = paths[:, :, :-1]
@@ -369,7 +369,7 @@ def drift(
     periods : ndarray of int, shape (P,)
         After how many iterates they come back.
     rounding : float or ndarray, shape (P,)
-        Part of their sizes that errors of the run may add up to.
+        Part of their sizes that errors of the run may add up to from point to point.
 
     Returns
     -------
@@ -386,7 +386,7 @@ def drift(
         np.abs(once, out=once)
         lacks = np.abs(points[:, :, -cycle:] - points[:, :, -cycle - far : -far])
         largest, most = np.maximum(1.0, known[here] / size), once.max(axis=2) / size
-        adds_up = rounding[here, np.newaxis] * largest
+        adds_up = points.shape[2] * rounding[here, np.newaxis] * largest
         moves_on[here] = (lacks.max(axis=2) / size > np.clip(DRIFT * most, adds_up, CLOSE)).any(axis=1)
         rounded[here] = (most <= ROUND_OFF * largest).all(axis=1)
         asked = moves_on[here] | ~rounded[here]

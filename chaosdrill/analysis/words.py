@@ -54,7 +54,7 @@ class Evidence:
     lead: np.ndarray  # the largest exponent that is free to have any sign; NaN where one is no number
     margin: np.ndarray  # beyond which it differs from zero
     length: np.ndarray  # time of the record
-    rounding: np.ndarray  # part of the sizes of states that errors of the run may add up to in it
+    rounding: np.ndarray  # part of the sizes of states that errors of the run may add up to from point to point
     late: np.ndarray  # its growth rate over the later half of the record
     quarter: np.ndarray  # logarithm of its growth in the last quarter of the record
     steady: np.ndarray  # bool: tangents grow or shrink as fast all the time, however little, not by shear
@@ -62,7 +62,7 @@ class Evidence:
     exact: np.ndarray  # bool: they come back as exactly as a run allows
     stopped: np.ndarray  # bool: the end of the record does so
     arrives: np.ndarray  # bool: a part at the end of the record does so, in which all tangents shrink
-    attracts: np.ndarray  # bool: nearby motions come closer, by the exponents over whole cycles
+    attracts: np.ndarray  # bool: and nearby motions come closer, by the exponents over whole cycles
     leaving: np.ndarray  # bool: the spread of the record, or what it lacks to a cycle, still grows
     settling: np.ndarray  # bool: it still shrinks
     lengthens: np.ndarray  # bool: turns of a motion without forcing take longer and longer, or are less than three
@@ -240,7 +240,7 @@ RULES = (
     ),
     Rule(Outcome.QUASIPERIODIC, lambda e: e.winds & ~e.positive, "nothing moves but phases without a common measure"),
     Rule(Outcome.PERIODIC, lambda e: e.exact & ~e.leaving, "the points come back to round-off"),
-    Rule(Outcome.PERIODIC, lambda e: e.recurs & e.attracts, "the points come back, and nearby motions come closer"),
+    Rule(Outcome.PERIODIC, lambda e: e.attracts, "the points come back, and nearby motions come closer"),
     Rule(
         Outcome.PERIODIC,
         lambda e: e.reached_cycle,

@@ -55,7 +55,7 @@ def averages_of(growth):
     values, errors, late = (np.take_along_axis(one, order, 1) for one in (values, errors, late))
     points = len(growth)
     course = np.take_along_axis(sums, order[:, np.newaxis], 2)
-    time, rounding = np.full(points, float(length)), np.full(points, length * RUNS.rounding)
+    time, rounding = np.full(points, float(length)), np.full(points, RUNS.rounding)
     return Averages(values, errors, late, course, time, rounding, np.zeros(points, int), False), ends
 
 

@@ -182,7 +182,7 @@ def test_what_section_points_tell():
     paths = [np.cos(golden * k), np.cos(2 * np.pi * k / 100), fades * np.cos(np.pi * k), x]
     windows = np.stack([np.stack([path, np.roll(path, 1), 0 * path], axis=1) for path in paths])[:, 1:]
     for units in ([1.0, 1.0], [1e-9, 1e6]):
-        found = examine(windows * np.array([*units, 1.0]), np.tile(units, (4, 1)), Shifts.none(2))
+        found = examine(windows * np.array([*units, 1.0]), np.tile(units, (4, 1)), Shifts.none(2), 1e-12)
         assert found.torus.tolist() == [True, False, False, False]
         assert found.long_cycle.tolist() == [False, True, False, False]
 

@@ -510,7 +510,7 @@ def test_what_comes_back_as_near_as_always_is_no_cycle(off):
     machine = digits @ (0.3 * 5e-3 ** np.arange(8))
     cycle = machine[np.arange(1024) % 64] + off * np.exp(-np.arange(1024) / 100)
     windows = np.stack([[machine, cycle], np.zeros((2, 1024))], axis=-1)
-    found = examine(windows, np.abs(windows[:, :, :1]).max(axis=1), Shifts.none(1))
+    found = examine(windows, np.abs(windows[:, :, :1]).max(axis=1), Shifts.none(1), 1e-12)
     assert found.long_cycle.tolist() == [False, True]
 
 
