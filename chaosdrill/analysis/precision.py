@@ -212,7 +212,7 @@ def _dataset(
             "period": ((), np.int32(yardstick.place.period if yardstick else 0)),
             "lyapunov_exponent": ((), exponent),
             "lyapunov_error": ((), standard),
-            "start": ("state", [start.initial[name] for name in system.state_names]),
+            "start": ("state", start.initial_values),
         },
         coords={
             "quantity": list(QUANTITIES),

@@ -139,7 +139,7 @@ def _against_truth(values: dict[str, float], place: Place, system: HybridSystem,
     if truth is None:
         return
     # on a cycle the method's own fixed point is compared with the true one, else the ends of the two runs
-    state = np.array([system.initial[name] for name in system.state_names]) if place.period else mapped.state
+    state = np.array(system.initial_values) if place.period else mapped.state
     goal, sizes = truth.start if place.period else truth.state, place.sizes
     values["strobe"] = _largest(state / sizes, goal)
     if truth.times:
@@ -183,9 +183,9 @@ def flow_direction_error(place: Place, numerics: Numerics) -> float:
     before, after = np.empty(size), np.empty(size)
     c = kernels_of(system).constants(system.parameters)
     field_of = kernels_of(system).functions.field
-    start = np.array([system.initial[name] for name in system.state_names])
+    start = np.array(system.initial_values)
     n = len(start)
-    field_of(system.mode_names.index(system.initial["mode"]), 0.0, c, start, before)
+    field_of(system.initial_mode, 0.0, c, start, before)
     run = Run(system, unit, numerics, tangents=before[np.newaxis, :n], orthonormalise=False)
     outcome, _ = run.advance(place.count)
     if outcome != Outcome.OK:

@@ -175,7 +175,7 @@ def run_map(system: HybridSystem, unit: float, count: int, numerics: Numerics) -
 
 def newton_step(mapped: Mapped, system: HybridSystem) -> np.ndarray:
     """Correction of the initial state towards the cycle: (I - M) d = map(x) - x."""
-    start = np.array([system.initial[name] for name in system.state_names])
+    start = np.array(system.initial_values)
     correction: np.ndarray = np.linalg.solve(np.eye(len(start)) - mapped.tangent, mapped.state - start)
     return correction
 
@@ -192,7 +192,7 @@ def find_cycle(
             correction = newton_step(mapped, system)
         except np.linalg.LinAlgError:
             return system, None
-        x = np.array([system.initial[name] for name in system.state_names])
+        x = np.array(system.initial_values)
         size = np.maximum(np.abs(x), mapped.sizes)
         if not np.isfinite(correction).all() or (np.abs(correction) > 1e-2 * size).any():
             return system, None

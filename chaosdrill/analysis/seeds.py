@@ -42,7 +42,7 @@ def make_seeds(system: "HybridSystem", seeds: Any, random: Any, *, needed: bool 
     drawn = [] if random is None else draw(system, RANDOM.read("random", random, system))
     systems = [system.with_initial(**values) for values in (*fixed, *drawn)]
     names = [f"{kind} {k}" for kind, some in (("fixed", fixed), ("random", drawn)) for k in range(1, len(some) + 1)]
-    starts = np.array([[s.initial[x] for x in system.state_names] for s in systems], dtype=float)
+    starts = np.array([s.initial_values for s in systems])
     return Seeds(
         starts=starts.reshape(len(systems), len(system.state_names)),
         modes=np.array([own_mode(s) for s in systems], dtype=np.int64),

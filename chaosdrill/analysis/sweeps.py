@@ -148,7 +148,7 @@ def _rates(system: HybridSystem, of: str = "") -> list[str]:
 
 def _own(system: HybridSystem) -> tuple[np.ndarray, int]:
     """State and mode from which the system itself starts; the mode may be untold."""
-    start = np.array([system.initial[name] for name in system.state_names], dtype=float)
+    start = np.array(system.initial_values)
     return start, own_mode(system)
 
 

@@ -48,7 +48,7 @@ def search(
     within : dict of int to (float, float)
         Limits of states by their numbers, outside of which none counts.
     """
-    values, own = list(system.parameters.values()), [system.initial[name] for name in system.state_names]
+    values, own = list(system.parameters.values()), system.initial_values
     found, hits, refused = list[Equilibrium](), list[int](), dict[str, str]()
     for mode in modes:
         try:

@@ -32,10 +32,10 @@ def placed(system: S) -> S:
         form = system.shared.get("placed")
         if form is None:
             form = system.shared["placed"] = _in_places(system)
-    starts = (system.initial[name] for name in system.state_names)
+    starts = dict(zip(form.state_names, system.initial_values, strict=True))
     found: S = form.changed(
         parameters=dict(zip(form.parameters, system.parameters.values(), strict=True)),
-        initial={"mode": system.initial["mode"], **dict(zip(form.state_names, starts, strict=True))},
+        initial={"mode": system.initial["mode"], **starts},
     )
     return found
 

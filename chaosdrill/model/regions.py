@@ -17,7 +17,7 @@ UNTOLD = -1
 
 def own_mode(system: System) -> int:
     """Number of the initial mode of a system, `UNTOLD` if the region of its state tells it."""
-    return system.mode_names.index(system.initial["mode"]) if system.names_mode else UNTOLD
+    return system.initial_mode if system.names_mode else UNTOLD
 
 
 def modes_at(

@@ -141,6 +141,16 @@ class System:
         return {name: value for name, value in self.initial.items() if name != "mode" or self.names_mode}
 
     @property
+    def initial_values(self) -> list[float]:
+        """The initial state in the order of the states."""
+        return [self.initial[name] for name in self.state_names]
+
+    @property
+    def initial_mode(self) -> int:
+        """Number of the initial mode."""
+        return self.mode_names.index(self.initial["mode"])
+
+    @property
     def free(self) -> int:
         """States that a perturbation can move: all but those that noise is made of, which are the last ones."""
         return len(self.state_names) - 2 * len(self.noise)

@@ -302,7 +302,7 @@ def _turn(problem: Problem, systems: list[HybridSystem], unit: float) -> tuple[f
 def _maxima(problem: Problem, system: HybridSystem, length: int, unit: float, state: int) -> Record:
     """States at the maxima of one of them, by the parabola through three samples."""
     path = _path(problem, system, unit, length)
-    mode = system.mode_names.index(system.initial["mode"])
+    mode = system.initial_mode
     top = _peaks(path[:, state]) if len(path) > 2 else np.zeros(0, dtype=np.int64)
     left, middle, right = path[top - 1], path[top], path[top + 1]
     slope, bend = (right - left) / 2, right - 2 * middle + left
@@ -348,8 +348,8 @@ def search(
     """
     problem = Problem(system, (), numerics)
     if not len(starts):
-        starts = np.array([[system.initial[x] for x in system.state_names]])
-        modes = np.array([system.mode_names.index(system.initial["mode"])])
+        starts = np.array([system.initial_values])
+        modes = np.array([system.initial_mode])
     close_returns = CloseReturns(problem, max_period, starts, modes)
     known = Known(problem, close_returns.extent)
     close_returns.orbits = known.found

@@ -216,7 +216,7 @@ def _starts(
     from chaosdrill.orbits.sizes import sizes_beside
 
     names, region = list(system.state_names), given.region or {}
-    own = np.array([[system.initial[name] for name in names]], dtype=float)
+    own = np.array([system.initial_values])
     seen = own if set(region) >= set(names) else _motion(system, job)
     low, high = seen.min(axis=0), seen.max(axis=0)
     extent = high - low
