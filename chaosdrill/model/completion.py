@@ -10,7 +10,7 @@ from typing import Any
 import sympy
 
 from chaosdrill.model.crossings import crossings
-from chaosdrill.model.derive import rate, reset_map
+from chaosdrill.model.derive import image_of, rate
 from chaosdrill.model.held import Trial
 from chaosdrill.model.python import opaque
 from chaosdrill.model.transition import Transition
@@ -70,7 +70,7 @@ def never_completed(found: Definition, parameters: Mapping[str, Any], rebound: T
             f"{rebound.name!r} leads to the mode {target!r}, from which no transition leads on to a guard that is zero "
             f"where {guard} is; {_REMEDY}"
         )
-    image = dict(zip(found.states, reset_map(system, rebound), strict=True))
+    image = image_of(system, rebound)
     leaves = rate(system, target, guard)
     pull = rate(system, target, leaves).xreplace(image)
     if zero(pull, surface):

@@ -104,9 +104,14 @@ def guard_gradient(system: System, guard: Any) -> list[Any]:
     return [*(differentiate(guard, x) if x in known else zero for x in system.states), time_derivative(system, guard)]
 
 
+def image_of(system: System, transition: Transition) -> dict[Any, Any]:
+    """Each state after the event as an expression of those before it."""
+    return {x: transition.reset.get(x, x) for x in system.states}
+
+
 def reset_map(system: System, transition: Transition) -> list[Any]:
-    """The n states after the event as expressions of those before it."""
-    return [transition.reset.get(x, x) for x in system.states]
+    """The same in the order of the states."""
+    return list(image_of(system, transition).values())
 
 
 def reset_entries(system: System, transition: Transition) -> dict[tuple[int, int], Any]:
@@ -139,7 +144,7 @@ def throw(system: System, transition: Transition, surface: Any) -> tuple[Any, An
     They are derivatives of the surface's expression along the motion after the transition. The rate counts
     as zero where it is unknown, for a guard that is a Python function.
     """
-    image = dict(zip(system.states, reset_map(system, transition), strict=True))
+    image = image_of(system, transition)
     speed = rate(system, transition.target, surface)
     pull = rate(system, transition.target, speed)
     jerk = rate(system, transition.target, pull)
@@ -157,7 +162,7 @@ def saltation(system: System, transition: Transition, source: str | None = None)
     """
     mode = source or transition.source[0]
     before = sympy.Matrix([system.modes[mode][x] for x in system.states])
-    image = dict(zip(system.states, reset_map(system, transition), strict=True))
+    image = image_of(system, transition)
     after = sympy.Matrix([system.modes[transition.target][x] for x in system.states]).xreplace(image)
     rows = reset_jacobian(system, transition)
     n = len(system.states)
@@ -219,7 +224,7 @@ def turns(system: System) -> "list[tuple[sympy.Expr, list[int]]]":
     """
     found: list[tuple[sympy.Expr, list[int]]] = []
     wholes = [e for mode in system.modes for e in system.modes[mode].values()]
-    resets = [dict(zip(system.states, reset_map(system, t), strict=True)) for t in system.transitions]
+    resets = [image_of(system, t) for t in system.transitions]
     wholes += [*(t.guard for t in system.transitions), *_deciding(system)]
     entries = [sympy.sympify(e) for e in (*wholes, *(e for reset in resets for e in reset.values()))]
     waves = {wave for e in entries for wave in e.atoms(sympy.sin, sympy.cos, sympy.tan, sympy.cot)}
@@ -267,7 +272,7 @@ def conserved_combinations(system: System) -> list[list[float]]:
         rows += _lines(jacobian_entries(system, mode), 1)
     for transition in system.transitions:
         rows += _lines(_moved(system, transition), 1)
-        image = dict(zip(system.states, reset_map(system, transition), strict=True))
+        image = image_of(system, transition)
         by_time = {i: e for (i, j), e in reset_entries(system, transition).items() if j == n}
         for source in transition.source:
             before, after = system.modes[source], system.modes[transition.target]

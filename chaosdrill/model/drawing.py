@@ -1,7 +1,6 @@
 """The equations of a system whose parameters are drawn at events: states of rate 0 that resets draw anew."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from typing import Any
 
 import sympy
@@ -135,12 +134,8 @@ def _resets(
     """The transitions of the system, with the draws that they make."""
     for t in system.transitions:
         more = {k: v for name, (named, _) in events.items() if t.name in named for k, v in drawn.reset(name).items()}
-        yield replace(
-            t,
-            guard=_put(t.guard, put),
-            reset={**{x.name: _put(image, put) for x, image in t.reset.items()}, **more},
-            condition=None if t.condition is None else {m: _put(c, put) for m, c in t.conditions.items()},
-        )
+        reset = {**{x.name: _put(image, put) for x, image in t.reset.items()}, **more}
+        yield t.rewritten(lambda expression: _put(expression, put), reset=reset)
 
 
 def _clocks(system: System, events: Mapping[str, tuple[frozenset[str], bool]], drawn: _Drawn) -> Iterator[Transition]:

@@ -151,9 +151,7 @@ def driven(
     start = {name: value for name, value in system.initial.items() if name != "mode"}
     if list(regions.values()) == [sympy.true]:
         start, regions = {**start, "mode": next(iter(regions))}, {}
-    made = HybridSystem(
-        name=system.name,
-        states=system.states,
+    made = system.remade(
         time=clock,
         parameters=values,
         modes=modes,
@@ -165,8 +163,6 @@ def driven(
             name: {f"{mode}-{k}": rate.xreplace(put) for k, put in enumerate(puts) for mode, rate in rates.items()}
             for name, rates in system.quadratures.items()
         },
-        bounds=system.bounds,
-        description=system.description,
         labels={key: label for key, label in system.labels.items() if key != drive},
     )
     return made.limited(system.limits)
@@ -197,13 +193,11 @@ def _turns(angle: Any) -> Any:
 
 def _in_piece(t: "Transition", k: int, put: Mapping[Any, Any]) -> "Transition":
     """A transition of the system in a piece of the drive."""
-    return replace(
-        t,
+    return t.rewritten(
+        lambda expression: expression.xreplace(put),
         name=f"{t.name}-{k}",
         source=tuple(f"{mode}-{k}" for mode in t.source),
         target=f"{t.target}-{k}",
-        guard=t.guard.xreplace(put),
-        reset={state: image.xreplace(put) for state, image in t.reset.items()},
         condition={f"{mode}-{k}": one.xreplace(put) for mode, one in t.conditions.items()} or None,
         completes=None if t.completes is None else f"{t.completes}-{k}",
     )

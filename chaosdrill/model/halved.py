@@ -10,6 +10,7 @@ import sympy
 
 from chaosdrill.errors import ModelError, SettingsError
 from chaosdrill.model.crossings import same_surface
+from chaosdrill.model.derive import image_of
 from chaosdrill.model.parts import read_expression, read_table
 from chaosdrill.model.places import parameter
 from chaosdrill.model.transition import REFLECTION, Transition
@@ -286,9 +287,9 @@ class _Symmetry:
                 f"its guard at the image is {guard!s:.80}, direction {other.direction}; it must be a multiple of "
                 f"{one.guard!s:.80}, direction {one.direction}"
             ), 0
-        after = {x: one.reset.get(x, x) for x in self.system.states}
+        after, theirs = image_of(self.system, one), image_of(self.system, other)
         for x, image in self.images.items():
-            wanted, given = image.xreplace(after), self.seen(other.reset.get(x, x))
+            wanted, given = image.xreplace(after), self.seen(theirs[x])
             if not self.same(wanted, given):
                 return f"after it {x.name} is {given!s:.80}, the image has {wanted!s:.80}", 1
         holds, where = one.conditions.get(source, sympy.true), self.modes[source]
@@ -389,15 +390,6 @@ def _parts(found: _Symmetry, values: Mapping[str, float], moved: Mapping[Any, An
     def put(expression: Any) -> Any:
         return sympy.sympify(expression).xreplace(found.put).xreplace(moved)
 
-    kept = [
-        replace(
-            t,
-            guard=put(t.guard),
-            reset={x: put(value) for x, value in t.reset.items()},
-            condition={mode: put(one) for mode, one in t.conditions.items()} or None,
-        )
-        for t in found.kept_transitions()
-    ]
     quadratures = {
         name: {mode: put(rate) for mode, rate in rates.items()} for name, rates in found.kept_quadratures().items()
     }
@@ -405,7 +397,7 @@ def _parts(found: _Symmetry, values: Mapping[str, float], moved: Mapping[Any, An
         "name": _name(system),
         "parameters": dict(values),
         "modes": {mode: {x: put(rate) for x, rate in rates.items()} for mode, rates in system.modes.items()},
-        "transitions": kept,
+        "transitions": [t.rewritten(put) for t in found.kept_transitions()],
         "quadratures": quadratures,
         "regions": {mode: put(one) for mode, one in system.regions.items()},
         "labels": _labels(system, {*values, *quadratures}),

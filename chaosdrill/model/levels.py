@@ -8,6 +8,7 @@ import sympy
 
 from chaosdrill.errors import ModelError
 from chaosdrill.model.crossings import crossings
+from chaosdrill.model.derive import image_of
 from chaosdrill.model.halved import drawn_places, value_at
 from chaosdrill.model.parts import is_name, read_expression, read_table
 from chaosdrill.model.places import parameter
@@ -89,20 +90,14 @@ def on_level(system: "HybridSystem", conserved: Any, *, name: str = "level", rat
         modes[mode] = {
             x: rates[x] + weights[x] * pull * slopes[x] if slopes[x] != 0 else rates[x] for x in system.states
         }
-    return HybridSystem(
+    found = system.remade(
         name=f"{system.name} on a level",
-        states=system.states,
-        time=system.time,
         parameters={**system.parameters, name: begun.real},
         modes=modes,
-        transitions=system.transitions,
-        initial=dict(system.initial),
-        regions=system.regions,
-        quadratures=system.quadratures,
-        bounds=system.bounds,
-        description=system.description,
-        labels=system.labels,
-    ).limited(system.limits)
+        period=None,
+        initial=system.initial,
+    )
+    return found.limited(system.limits)
 
 
 def _weights(system: "HybridSystem", given: Mapping[str, Any], here: Mapping[Any, Any], size: float) -> dict[Any, Any]:
@@ -186,7 +181,7 @@ def _check(system: "HybridSystem", given: Mapping[str, Any]) -> None:
     for t, surface in zip(system.transitions, surfaces, strict=True):
         if t.marks_only():
             continue
-        after = {x: t.reset.get(x, x) for x in system.states}
+        after = image_of(system, t)
         reached = [on for point in points if (on := _onto(surface, system.states, point)) is not None]
         if not reached:
             told = f"no state on the guard of {t.name!r:.60} was found, where it is to be the same after the reset"

@@ -72,7 +72,7 @@ def _lifted(system: HybridSystem, tangent: bool) -> HybridSystem:
         modes=modes,
         transitions=transitions,
         period=system.period,
-        initial={"mode": system.initial["mode"], **{name: system.initial[name] for name in system.state_names}},
+        initial=system.initial,
         bounds={**system.bounds, **{one.name: None for one in (*integrals, *changes)}},
     )
     own = {place: symbol for symbol, place in places_of(system).items()}

@@ -37,13 +37,7 @@ def surface(system: HybridSystem, at: str) -> tuple[HybridSystem, frozenset[int]
         for t, other in zip(system.transitions, others, strict=True):
             if other.surface == mark.surface and other.direction in (0, mark.direction):
                 raise ExpressionError(f"this surface is the guard of {t.name!r}; name that, as in at={t.name!r}")
-        known = HybridSystem(
-            name=system.name, states=system.states, time=system.time, parameters=system.parameters,
-            modes=system.modes, transitions=(*system.transitions, *marks), period=system.period,
-            regions=system.regions, quadratures=system.quadratures, bounds=system.bounds,
-            description=system.description, labels=system.labels,
-        )  # fmt: skip
-        system.shared["surface", at] = known
+        known = system.shared["surface", at] = system.remade(transitions=(*system.transitions, *marks))
     marked = known.changed(parameters=system.parameters, initial=system.initial, names_mode=system.names_mode)
     count = len(system.transitions)
     return marked, frozenset(range(count, len(marked.transitions)))

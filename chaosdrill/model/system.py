@@ -100,8 +100,6 @@ class HybridSystem(System):
         If a parameter or an initial value is no finite number; if a system is changed after it was made.
     """
 
-    """Attributes that an outline leaves to the whole system."""
-
     def __init__(
         self,
         *,
@@ -471,22 +469,23 @@ class HybridSystem(System):
         for key in names:
             extra[parameter(key)] = (sympy.Integer(0), self.parameters[key])
         fixed = {parameter(key): self.parameters[key] for key in names}
-        wide = HybridSystem(
+        wide = self.remade(
             name=f"{self.name} (augmented)",
             states=(*self.states, *extra),
             time=None if time else self.time,
             parameters={key: value for key, value in self.parameters.items() if key not in names},
             modes={m: {**field, **{s: rate for s, (rate, _) in extra.items()}} for m, field in self.modes.items()},
-            transitions=self.transitions,
             period=None if self.period is None else self.period.subs(fixed),
             initial={**self.start, **{s.name: value for s, (_, value) in extra.items()}},
-            regions=self.regions,
-            quadratures=self.quadratures,
             bounds={**self.bounds, **{s.name: None for s in extra}},
-            description=self.description,
-            labels=self.labels,
         )
         return wide.limited(self.limits)
+
+    def remade(self, **other: Any) -> "HybridSystem":
+        """A system made of other arguments, where they are given, and of those that this one is made of."""
+        of_all = ("name", "states", "time", "parameters", "modes", "transitions", "period", "regions", "quadratures")
+        own = {name: getattr(self, name) for name in (*of_all, "bounds", "description", "labels")}
+        return HybridSystem(**{**own, "initial": self.start, **other})
 
     def _set_initial(self, values: Mapping[str, Any]) -> None:
         start: dict[str, Any] = {}
@@ -511,7 +510,7 @@ class HybridSystem(System):
 
         from chaosdrill.model.regions import UNTOLD, modes_at
 
-        ((mode,), _) = modes_at(self, {}, np.array([[self.initial[name] for name in self.state_names]]))
+        ((mode,), _) = modes_at(self, {}, np.array([self.initial_values]))
         if mode != UNTOLD:
             self._put(initial={**self.initial, "mode": self.mode_names[mode]})
 
