@@ -98,16 +98,9 @@ def hear_numba() -> None:
 class Display:
     """Shows how far each of several pieces of work is, its rate, the time left and the counts by outcome.
 
-    Parameters
-    ----------
-    stream : text stream, optional
-        Where to; default: stderr.
-    notebook : bool, optional
-        Whether bars are widgets of a notebook.
-    live : bool, optional
-        Whether to draw bars; default: if the stream is a terminal.
-    delay : float, optional
-        Seconds that a piece of work takes before anything but its compilation is shown.
+    ``stream``: where to; default: stderr. ``notebook``: whether bars are widgets of a notebook. ``live``: whether to
+    draw bars; default: if the stream is a terminal. ``delay``: seconds that a piece of work takes before anything but
+    its compilation is shown.
     """
 
     def __init__(

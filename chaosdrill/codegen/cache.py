@@ -162,13 +162,7 @@ def read(path: Path) -> bytes | None:
 
 
 def put(path: Path, content: bytes) -> None:
-    """Write compiled code with its digest.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written.
-    """
+    """Write compiled code with its digest; raises `OSError` if it cannot be written."""
     write_private(path, hashlib.sha256(content).digest() + content)
 
 

@@ -29,12 +29,8 @@ overload = partial(numba_overload, strict=False, jit_options=INNER)
 class Carrier(types.Type):
     """Type of a number with what it carries, both of the ``inner`` type.
 
-    Parameters
-    ----------
-    kind : {"dual", "bounded"}
-        A derivative, or a bound of the rounding error in rounding units.
-    inner : numba type
-        Doubles, or numbers that carry something themselves.
+    ``kind``: "dual" for a derivative, "bounded" for a bound of the rounding error in rounding units. ``inner``:
+    doubles, or numbers that carry something themselves.
     """
 
     def __init__(self, kind: str, inner: Any) -> None:

@@ -30,37 +30,19 @@ class NoFunction:
 
 @dataclass(frozen=True)
 class Kernels:
-    """Compiled functions of a system and the layout of what they fill.
+    """Compiled functions of a system and the layout of what they fill; tables are of int64."""
 
-    Attributes
-    ----------
-    functions : tuple
-        The functions of ``codegen.signatures.SIGNATURES``; a system of Python functions has no series.
-    layout : Layout
-    mode_table : ndarray of int64, shape (modes, 1 + guards)
-        Number of guards, then their directions.
-    key_table, surface_table : ndarray of int64, shape (modes, guards)
-        Number of each guard with its direction, and of the surface on which it is zero; -1 behind the last guard.
-    moves_table : ndarray of int64, shape (transitions, keys)
-        1 where the transition resets a state that the guard depends on.
-    transition_table : ndarray of int64, shape (transitions, 2)
-        Target mode; 1 if the transition only marks a section.
-    """
-
-    functions: Functions
+    functions: Functions  # of SIGNATURES; a system of Python functions has no series
     fill_constants: Any
     layout: Layout
-    mode_table: np.ndarray
-    key_table: np.ndarray
-    surface_table: np.ndarray
-    moves_table: np.ndarray
-    transition_table: np.ndarray
-    write: "Callable[[], Written]"
-    """What writes their code."""
-    single: tuple[record.KeptCode, ...]
-    """Where the code of ``functions`` is."""
-    of_lanes: list[record.KeptCode]
-    """Where the code of ``lanes`` is; empty as long as that is not known."""
+    mode_table: np.ndarray  # shape (modes, 1 + guards): number of guards, then their directions
+    key_table: np.ndarray  # shape (modes, guards): number of a guard with its direction; -1 behind the last guard
+    surface_table: np.ndarray  # the same shape: number of the surface on which a guard is zero
+    moves_table: np.ndarray  # shape (transitions, keys): 1 where one resets a state that the guard depends on
+    transition_table: np.ndarray  # shape (transitions, 2): target mode; 1 if it only marks a section
+    write: "Callable[[], Written]"  # what writes their code
+    single: tuple[record.KeptCode, ...]  # where the code of functions is
+    of_lanes: list[record.KeptCode]  # where the code of lanes is; empty as long as that is not known
 
     @property
     def events(self) -> tuple[tuple[Watched, ...], ...]:
@@ -118,12 +100,8 @@ class Kernels:
 def kernels_of(system: "HybridSystem") -> Kernels:
     """The compiled functions of a system, compiled on first use.
 
-    Copies with other numbers share them, unless a number is a whole exponent here and another one there.
-
-    Raises
-    ------
-    ModelError
-        If an expression has no numerical code.
+    Copies with other numbers share them, unless a number is a whole exponent here and another one there. Raises
+    `ModelError` if an expression has no numerical code.
     """
     own = system.parameters
     key = tuple((name, int(own[name])) for name in system.exponent_parameters if own[name].is_integer())

@@ -185,11 +185,6 @@ class Sums:
 
     Where a number is one double they are one vector. A compiler would find that out by itself, but takes longer for it
     than for all else.
-
-    Parameters
-    ----------
-    function : Function
-    count : int
     """
 
     def __init__(self, function: "Function", count: int) -> None:
@@ -239,12 +234,7 @@ def _number(width: int) -> ir.Type:
 class Module:
     """A module of functions that are compiled together.
 
-    Parameters
-    ----------
-    width : int
-        How many doubles a number has.
-    parts : int, optional
-        In how many parts these are best computed, see `in_parts`.
+    ``width``: how many doubles a number has. ``parts``: in how many parts these are best computed, see `in_parts`.
     """
 
     def __init__(self, width: int = 1, parts: int = 1) -> None:
@@ -320,23 +310,10 @@ class Module:
 class Function:
     """One function that is being written.
 
-    Parameters
-    ----------
-    module : Module
-    name : str
-    arguments : mapping of str to llvmlite type
-        Names of its arguments with their types.
-    result : llvmlite type, optional
-    fast : bool, optional
-        Whether its operations have the rounding freedom of `FAST`.
-    own : bool, optional
-        Whether only its module sees it.
-    stays : bool, optional
-        Whether it stays a call in whatever calls it.
-    apart : bool, optional
-        Whether no two of its pointers lead to the same memory, of which one is written through.
-    width : int, optional
-        How many doubles its numbers have, if fewer than those in memory.
+    ``arguments``: types of its arguments by their names. ``fast``: whether its operations have the rounding freedom of
+    `FAST`. ``own``: whether only its module sees it. ``stays``: whether it stays a call in whatever calls it.
+    ``apart``: whether no two of its pointers lead to the same memory, of which one is written through. ``width``: how
+    many doubles its numbers have, if fewer than those in memory.
     """
 
     def __init__(

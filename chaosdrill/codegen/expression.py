@@ -32,13 +32,8 @@ _RELATIONS = {
 class Expressions:
     """Values of expressions, each of whose parts is computed once, where it is first needed.
 
-    Parameters
-    ----------
-    function : Function
-    values : mapping of symbol to Number
-        What is known.
-    expressions : iterable of expression
-        All that will be asked for, so that parts which they have in common are found.
+    ``values``: what is known, by symbol. ``expressions``: all that will be asked for, so that parts which they have in
+    common are found.
     """
 
     def __init__(self, function: "Function", values: "Mapping[Any, Number]", expressions: Iterable[Any] = ()) -> None:

@@ -37,24 +37,12 @@ def function_of(
     of: "Callable[[HybridSystem], list[Any]] | None" = None,
     arrays: bool = False,
 ) -> Any:
-    """An expression of time, states and parameters, or of other symbols, as a function of numbers.
+    """An expression of time, states and parameters, or of other symbols, as a function of numbers in this order.
 
-    Parameters
-    ----------
-    system : HybridSystem
-    name : str
-        What it is called among the formulas of the system.
-    derive : callable
-        Gives the expression of the system in its places; None for one that is nothing but zero.
-    of : callable, optional
-        Gives the symbols that it is a function of; what its terms have in common is then computed once.
-    arrays : bool
-        Whether any of its arguments may be an array.
-
-    Returns
-    -------
-    callable or None
-        Of time, all states and all parameters, or the other symbols, in order.
+    ``name``: what it is called among the formulas of the system. ``derive``: gives the expression of the system in its
+    places; None for one that is nothing but zero, for which there is no function. ``of``: gives the symbols that it is
+    a function of; what its terms have in common is then computed once. ``arrays``: whether any of its arguments may be
+    an array.
     """
     known = system.shared.setdefault("functions", {})
     if name not in known:
@@ -106,13 +94,7 @@ def _special(names: "set[str]", arrays: bool) -> dict[str, Any]:
 
 
 def _read(text: str, arrays: bool) -> Any:
-    """The function that a formula says.
-
-    Raises
-    ------
-    ValueError, SyntaxError
-        If it says anything but arithmetic.
-    """
+    """The function that a formula says; raises `ValueError` or `SyntaxError` if it says anything but arithmetic."""
     (made,) = ast.parse(text).body
     if not isinstance(made, ast.FunctionDef) or made.decorator_list or made.returns:
         raise ValueError(text)

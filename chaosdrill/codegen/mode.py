@@ -16,19 +16,11 @@ HISTORY = {"mul", "square", "div", "power", "log", "integral", "expanded"}
 class Mode:
     """The nodes behind the series of one mode.
 
-    Attributes
-    ----------
-    kept : list of int
-        Nodes whose variations are computed by themselves; behind the states they are rows and columns of the Jacobian.
-    linear : dict of (int, int) to expression
-        Entries of the Jacobian that depend on parameters only.
-    products : dict of (int, int) to (int, expression)
-        Node and weight, whose product the other entries have besides.
-    watched : list of int
-        Nodes that steep operations are applied to.
-    small : bool
-        Whether its operations are written in line, as in `chaosdrill.codegen.series`; those of a large one stand in
-        tables, as in `chaosdrill.codegen.tables`.
+    ``kept``: nodes whose variations are computed by themselves; behind the states they are rows and columns of the
+    Jacobian. ``linear``: entries of the Jacobian that depend on parameters only. ``products``: node and weight, whose
+    product the other entries have besides. ``watched``: nodes that steep operations are applied to. ``small``: whether
+    its operations are written in line, as in `chaosdrill.codegen.series`; those of a large one stand in tables, as in
+    `chaosdrill.codegen.tables`.
     """
 
     def __init__(

@@ -47,14 +47,7 @@ class Rate:
 class Pointwise:
     """Writes the functions of one mode that are evaluated at a point: ``name(t, c, x, ...)``.
 
-    Parameters
-    ----------
-    module : Module
-    system : HybridSystem
-    constants : Constants
-    mode : str
-    large : mapping of str to str
-        Modes whose operations stand in tables, and the functions of their rates: an event calls these.
+    ``large``: modes whose operations stand in tables, and the functions of their rates: an event calls these.
     """
 
     def __init__(

@@ -65,12 +65,7 @@ def composition(caller: Function, name: str) -> Any:
 class Expansion:
     """A function's Taylor coefficients at the start of a series, and its own series.
 
-    Parameters
-    ----------
-    table : Table
-        One row, or as many as the series has coefficients.
-    last : Index
-        Order of the last coefficient.
+    ``table``: one row, or as many as the series has coefficients. ``last``: order of the last coefficient.
     """
 
     def __init__(self, table: "Table", last: Index) -> None:
@@ -150,19 +145,10 @@ class Convolution:
 
 
 class Recurrences:
-    """What computes single nodes in one function.
+    """What computes single nodes of a tape in one function.
 
-    Parameters
-    ----------
-    function : Function
-    tape : Tape
-        The operations.
-    rows, slope_rows : dict of int to Row
-        Coefficients of a node, and those of its derivative.
-    constants : Loaded
-        Numbers that stand for expressions of parameters.
-    expansions : dict of int to Expansion, optional
-        Those of nodes that move.
+    ``rows``, ``slope_rows``: coefficients of a node, and those of its derivative. ``constants``: numbers that stand for
+    expressions of parameters. ``expansions``: those of nodes that move.
     """
 
     def __init__(
@@ -344,15 +330,9 @@ class Recurrences:
     ) -> None:
         """All orders from 1 to the multiple of four above ``order``, less one.
 
-        Parameters
-        ----------
-        nodes : list of int
-            Nodes in the order of their evaluation; states are no nodes to evaluate.
-        order : Index
-        before, after : callable
-            What is done at the beginning and at the end of every order, given its number.
-        store : callable
-            What keeps a node's coefficient, given the node and the number of the order.
+        ``nodes``: in the order of their evaluation; states are no nodes to evaluate. ``before``, ``after``: what is
+        done at the beginning and at the end of every order, given its number. ``store``: keeps a node's coefficient,
+        given the node and the number of the order.
         """
         function, tape = self.function, self.tape
         self.begun = {i: v.now for i, v in self.now.items()}

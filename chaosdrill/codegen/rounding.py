@@ -20,18 +20,9 @@ from chaosdrill.model.special import SPECIAL, power_rest, taylor_rest
 
 
 def rounding_bound(expression: Any, doubts: Mapping[Any, Any] | None = None) -> Any:
-    """Bound of the rounding error of an expression whose symbols are known to one rounding each.
+    """Bound of the rounding error of an expression whose symbols are known to one rounding each, in rounding units.
 
-    Parameters
-    ----------
-    expression : sympy expression
-    doubts : mapping of symbol to expression, optional
-        By how much more a symbol may be off, in units of the rounding unit.
-
-    Returns
-    -------
-    sympy expression
-        The bound at the values of the same symbols, in units of the rounding unit.
+    ``doubts``: by how much more a symbol may be off, in the same units. The bound is an expression of the same symbols.
     """
     known: dict[Any, Any] = {symbol: sympy.Abs(symbol) + more for symbol, more in (doubts or {}).items()}
 

@@ -15,12 +15,7 @@ from chaosdrill.codegen.tuning import TUNING
 
 
 class InLine:
-    """The rows that the series of one mode fill, and the functions that fill them.
-
-    Parameters
-    ----------
-    mode : Mode
-    """
+    """The rows that the series of one mode fill, and the functions that fill them."""
 
     def __init__(self, mode: Mode) -> None:
         self.mode, self.tape, self.n = mode, mode.tape, mode.n

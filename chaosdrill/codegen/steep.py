@@ -58,11 +58,7 @@ class Steep:
 def steep_operations(expressions: Iterable[Any], moving: Iterable[Any]) -> tuple[Steep, ...]:
     """The operations of expressions that are to be watched, each argument once for each kind of operation.
 
-    Parameters
-    ----------
-    expressions : iterable of sympy expression
-    moving : iterable of symbol
-        States and time; what is made of parameters alone hides nothing.
+    ``moving``: states and time; what is made of parameters alone hides nothing.
     """
     symbols = frozenset(moving)
     found: dict[tuple[Any, float], Steep] = {}

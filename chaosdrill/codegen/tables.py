@@ -35,12 +35,7 @@ Variation = tuple[int, dict[int, Any], dict[int, tuple[int, Any]]]
 
 
 class InTables:
-    """The operations of one mode, and the functions that loop over them.
-
-    Parameters
-    ----------
-    mode : Mode
-    """
+    """The operations of one mode, and the functions that loop over them."""
 
     def __init__(self, mode: Mode) -> None:
         self.mode, self.tape, self.n = mode, mode.tape, mode.n
@@ -315,12 +310,7 @@ class _Records:
 class _Sums:
     """Weighted sums of series that are stored elsewhere.
 
-    Parameters
-    ----------
-    writer : _Writer
-    name : str
-    sums : list of (int, int)
-        Where each goes, and the node that it is.
+    ``sums``: where each goes, and the node that it is.
     """
 
     def __init__(self, writer: "_Writer", name: str, sums: list[tuple[int, int]]) -> None:
@@ -349,13 +339,7 @@ class _Sums:
 class _Variations:
     """What the variations of nodes or of rates are made of.
 
-    Parameters
-    ----------
-    operations : InTables
-    function : Function
-    name : str
-    made : list
-        For each its place, weights by the places of variations, and nodes and weights by such places.
+    ``made``: for each its place, weights by the places of variations, and nodes and weights by such places.
     """
 
     def __init__(self, operations: InTables, function: Function, name: str, made: list[Variation]) -> None:
@@ -396,20 +380,10 @@ class _Variations:
 
 
 class _Writer:
-    """Writes loops over operations.
+    """Writes loops over operations, with the constants ``c`` and the workspace ``ws``.
 
-    Parameters
-    ----------
-    operations : InTables
-    function : Function
-    c : Row
-        The constants.
-    ws : Table
-        The workspace.
-    last : Index, optional
-        Order of the last coefficient; None if only values are wanted.
-    anywhere : bool
-        Whether powers that are zero where their base is not positive are taken there, too.
+    ``last``: order of the last coefficient; None if only values are wanted. ``anywhere``: whether powers that are zero
+    where their base is not positive are taken there, too.
     """
 
     def __init__(

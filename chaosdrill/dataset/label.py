@@ -21,29 +21,13 @@ NUMBERS = ("format_version", "tolerance", "random_seed", "wall_time_s")
 
 
 def label(ds: Dataset, kind: str, *, system: Any, settings: Mapping[str, Any]) -> Dataset:
-    """Check a raw dataset against the table and add its attributes and provenance.
+    """Check a raw dataset against the table of its kind and add its attributes and provenance.
 
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Raw result of an analysis.
-    kind : str
-        Kind of the analysis, a key of ``SCHEMA``.
-    system : HybridSystem
-        System that was simulated.
-    settings : mapping
-        Arguments of the analysis; ``settings["sweep"]`` names the swept parameters, ``settings["grid"]`` the
-        states of a grid of initial states, if any.
+    ``settings``: arguments of the analysis; ``settings["sweep"]`` names the swept parameters, ``settings["grid"]`` the
+    states of a grid of initial states, if any. The values stay; coordinates never get a fill value (CF forbids it).
 
-    Returns
-    -------
-    xarray.Dataset
-        A new dataset with the same values; coordinates never get a fill value (CF forbids it).
-
-    Raises
-    ------
-    ChaosdrillError
-        If a variable is undeclared or missing, has other dimensions, or has values that do not fit.
+    Raises `ChaosdrillError` if a variable is undeclared or missing, has other dimensions, or has values that do not
+    fit.
     """
     import_module("chaosdrill.dataset.words")
     ds = describe(ds, kind, system=system, sweep=axes_of(settings))

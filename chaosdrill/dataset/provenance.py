@@ -37,32 +37,16 @@ def provenance(
     settings: Mapping[str, Any] | None = None,
     scene: Any = None,
 ) -> dict[str, str | float | int]:
-    """Attributes that describe the origin of a dataset or an archive.
+    """Attributes that describe the origin of a dataset or an archive: text and numbers only, the rest as JSON text.
 
-    Parameters
-    ----------
-    title : str
-        What the data are, in a few words.
-    action : str
-        What was done, for the history line; the time (UTC) and the version are put in front of it.
-    kind : str, optional
-        Kind of the analysis.
-    variables : iterable of str, optional
-        Names of the variables, since some methods are used only where their results are there.
-    system : HybridSystem, optional
-        The system that was run; its name, definition, parameters and initial state are recorded, and the reason where
-        no text can hold its definition.
-    settings : mapping, optional
-        Arguments of the analysis. ``method``, ``tolerance`` and the number that seeds random states become attributes
-        of their own.
-    scene : Scene, optional
-        The scene that is run, for the root of an archive: its text, name and SHA-256, and its scales if it is in SI.
+    NetCDF holds neither None nor bool nor dict. The names are those of CF-1.11 and ACDD-1.3 where these have one.
 
-    Returns
-    -------
-    dict
-        Text and numbers only: NetCDF holds neither None nor bool nor dict, so the rest is JSON text. The names are
-        those of CF-1.11 and ACDD-1.3 where these have one.
+    ``title``: what the data are, in a few words. ``action``: what was done, for the history line; the time (UTC) and
+    the version are put in front of it. ``variables``: names of the variables, since some methods are used only where
+    their results are there. ``system``: that which was run; its name, definition, parameters and initial state are
+    recorded, and the reason where no text can hold its definition. ``settings``: arguments of the analysis, of which
+    ``method``, ``tolerance`` and the number that seeds random states become attributes of their own. ``scene``: for the
+    root of an archive: its text, name and SHA-256, and its scales if it is in SI.
     """
     stamp = now()
     attributes: dict[str, str | float | int] = {

@@ -29,15 +29,9 @@ _PARAMETER, _CONSTANT = "parameter", "constant"
 
 
 def period(system: System, numbers: Sequence[Any], functions: ModuleType) -> Any:
-    """The period of a forced system at numbers of its parameters.
+    """The period of a forced system at numbers of all its parameters, in order.
 
-    Parameters
-    ----------
-    system : System
-    numbers : sequence
-        Values of all parameters, in order.
-    functions : module
-        ``math``, or numpy if the values are arrays.
+    ``functions``: the module ``math``, or numpy if the numbers are arrays.
     """
     name = f"period by {functions.__name__}"
     if name not in system.shared:
@@ -55,15 +49,9 @@ def period(system: System, numbers: Sequence[Any], functions: ModuleType) -> Any
 
 
 def written(expression: Any, names: Sequence[str], *, of_arrays: bool) -> list[Any] | None:
-    """An expression of parameters as plain data; None if there is more in it than arithmetic.
+    """An expression as plain data, its parameters by their places among ``names``; None if it is more than arithmetic.
 
-    Parameters
-    ----------
-    expression : sympy expression
-    names : sequence of str
-        Names of the parameters, in the order of their values.
-    of_arrays : bool
-        Whether it is written for numpy, or else for the module ``math``.
+    ``of_arrays``: whether it is written for numpy, or else for the module ``math``.
     """
     if of_arrays:
         from sympy.printing.numpy import NumPyPrinter as Printer
@@ -93,17 +81,7 @@ def _plain(node: ast.expr, places: Mapping[str, int]) -> Any:
 
 
 def value(plain: list[Any], numbers: Sequence[Any], functions: ModuleType) -> Any:
-    """The value of an expression that was written as plain data.
-
-    Parameters
-    ----------
-    plain : list
-        As `written` gives it.
-    numbers : sequence
-        Values of the parameters.
-    functions : module
-        ``math``, or numpy if the values are arrays.
-    """
+    """The value of an expression that was `written` as plain data; other arguments as of `period`."""
     return _value(plain[0], numbers, functions)
 
 

@@ -46,15 +46,8 @@ def never_completed(found: Definition, parameters: Mapping[str, Any], rebound: T
 
     A series needs a way back: a transition on the surface of the guard in a mode to which the rebound leads. It needs
     an acceleration that brings the motion back to the surface, so that the times between rebounds fall as their speeds
-    do; a rebound that turns the speed; and a loss. Each is asked of expressions on the surface, at random numbers.
-
-    Parameters
-    ----------
-    found : Definition
-    parameters : mapping of str to number
-        The parameters; their values do not matter.
-    rebound : Transition
-        The one that is completed.
+    do; a rebound that turns the speed; and a loss. Each is asked of expressions on the surface, at random numbers; the
+    values of the ``parameters`` do not matter.
     """
     # a state or a parameter may have the name that time has in expressions
     clock = sympy.Dummy(real=True) if found.time is None else found.time

@@ -31,18 +31,9 @@ class Crossing(NamedTuple):
 
 
 def crossings(transitions: Sequence[Transition]) -> tuple[Crossing, ...]:
-    """The surface and direction of each transition, independent of how its guard is written.
+    """The surface and direction of each transition in order, independent of how its guard is written.
 
     Of guards that differ by a constant factor the simplest one stands for all.
-
-    Parameters
-    ----------
-    transitions : sequence of Transition
-
-    Returns
-    -------
-    tuple of Crossing
-        One a transition, in their order.
     """
     return _crossings(tuple((t.guard, t.direction) for t in transitions))
 

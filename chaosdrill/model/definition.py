@@ -23,22 +23,12 @@ if TYPE_CHECKING:
 def write_definition(system: "HybridSystem") -> dict[str, Any]:
     """The equations of a system as plain data, from which `build_defined` makes the same system, to the last bit.
 
-    Parameters
-    ----------
-    system : HybridSystem
+    They are texts, numbers, lists and dicts: ``name``, ``states``, ``time``, ``period``, ``modes`` (mode -> state ->
+    rate), ``transitions`` and, where there are any, ``regions``, ``quadratures``, ``bounds``, ``labels`` and
+    ``description``; of a map ``name``, ``states``, ``images`` and the last three.
 
-    Returns
-    -------
-    dict
-        Texts, numbers, lists and dicts: ``name``, ``states``, ``time``, ``period``, ``modes`` (mode -> state -> rate),
-        ``transitions`` and, where there are any, ``regions``, ``quadratures``, ``bounds``, ``labels`` and
-        ``description``; of a map ``name``, ``states``, ``images`` and the last three.
-
-    Raises
-    ------
-    ModelError
-        If text cannot hold the system, with the reason: a function that the grammar does not know, a number of more
-        digits than a double has, an expression that sympy did not evaluate.
+    Raises `ModelError` if text cannot hold the system, with the reason: a function that the grammar does not know, a
+    number of more digits than a double has, an expression that sympy did not evaluate.
     """
     if "definition" not in system.shared:
         try:
@@ -54,27 +44,10 @@ def write_definition(system: "HybridSystem") -> dict[str, Any]:
 def build_defined(
     definition: Mapping[str, Any], parameters: Mapping[str, Any], initial: Mapping[str, Any] | None = None
 ) -> "HybridSystem":
-    """The system of a definition.
+    """The system of a definition, as `write_definition` gives it, with all its parameters in order.
 
-    Parameters
-    ----------
-    definition : mapping
-        As `write_definition` gives it.
-    parameters : mapping of str to float
-        All parameters, in order.
-    initial : mapping, optional
-        ``mode`` and values of states; default as for `HybridSystem`.
-
-    Returns
-    -------
-    HybridSystem
-
-    Raises
-    ------
-    ModelError
-        With all faults, one a line, each with its place.
-    SettingsError
-        If a parameter or an initial value is no finite number.
+    Raises `ModelError` with all faults, one a line, each with its place, and `SettingsError` if a parameter or an
+    initial value is no finite number.
     """
     from chaosdrill.model.maps import Map
     from chaosdrill.model.system import HybridSystem

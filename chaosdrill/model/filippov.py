@@ -186,48 +186,25 @@ def equivalent_control(
 
 @dataclass(frozen=True)
 class Parts:
-    """Modes and transitions on the two sides of a surface and on it.
-
-    Attributes
-    ----------
-    modes : dict
-    transitions : list of Transition
-    up, down : sympy expression
-        Rates of h on the surface, along the fields above and below.
-    slides : bool
-        Whether there is a sliding mode.
-    """
+    """Modes and transitions on the two sides of a surface and on it."""
 
     modes: dict[str, Field]
     transitions: "list[Transition]"
-    up: Any
-    down: Any
-    slides: bool
+    up: Any  # rate of h on the surface, along the field above
+    down: Any  # and along the field below
+    slides: bool  # whether there is a sliding mode
 
 
 @dataclass(frozen=True)
 class Written:
-    """A system without its modes and transitions, as read.
-
-    Attributes
-    ----------
-    name : str
-    states : tuple of sympy.Symbol
-        As the fields name them.
-    time : sympy.Symbol or None
-    parameters : mapping of str to float
-    quadratures : dict of str to dict of str to expression
-        By mode; the mode ``""`` stands for all.
-    more : dict
-        Other arguments of the system.
-    """
+    """A system without its modes and transitions, as read."""
 
     name: str
-    states: tuple[Any, ...]
+    states: tuple[Any, ...]  # as the fields name them
     time: Any
     parameters: Mapping[str, float]
-    quadratures: dict[str, Any]
-    more: dict[str, Any]
+    quadratures: dict[str, Any]  # by mode; the mode "" stands for all
+    more: dict[str, Any]  # other arguments of the system
 
     @staticmethod
     def read(
@@ -324,20 +301,11 @@ class Written:
 
 @dataclass(frozen=True)
 class TwoSided(Written):
-    """The same with a surface.
-
-    Attributes
-    ----------
-    surface : sympy expression
-    solved : sympy.Symbol
-        The state that the surface determines.
-    own : sympy.Symbol or None
-        The state that is the surface, in the place of the one it determines.
-    """
+    """The same with a surface."""
 
     surface: Any
-    solved: Any
-    own: Any
+    solved: Any  # the state that the surface determines
+    own: Any  # the state that is the surface, in the place of the one it determines; or None
 
     @staticmethod
     def beside(written: Written, surface: Any) -> "TwoSided":

@@ -60,16 +60,9 @@ class ExpressionError(ValueError):
 class Node:
     """A part of an expression.
 
-    Parameters
-    ----------
-    kind : str
-        ``number``, ``name``, ``truth``, ``call``, ``sum``, ``product``, ``negative``, ``inverse``, ``power``,
-        ``compare``, ``and``, ``or`` or ``not``. A term that is subtracted is a ``negative`` in a sum, a divisor an
-        ``inverse`` in a product.
-    value : str
-        Digits, name, or the signs of a comparison in order, separated by blanks.
-    parts : tuple of Node
-        What it is made of.
+    ``kind``: ``number``, ``name``, ``truth``, ``call``, ``sum``, ``product``, ``negative``, ``inverse``, ``power``,
+    ``compare``, ``and``, ``or`` or ``not``. A term that is subtracted is a ``negative`` in a sum, a divisor an
+    ``inverse`` in a product. ``value``: digits, name, or the signs of a comparison in order, separated by blanks.
     """
 
     kind: str
@@ -83,13 +76,7 @@ class Node:
 
 
 def parse(text: str) -> Node:
-    """Read a text.
-
-    Raises
-    ------
-    ExpressionError
-        If it is no expression, or longer or deeper than allowed.
-    """
+    """Read a text; raises `ExpressionError` if it is no expression, or longer or deeper than allowed."""
     if len(text) > TUNING.letters:
         raise ExpressionError(f"is {len(text)} letters long; at most {TUNING.letters} are read, name its parts instead")
     return _Parser(text).whole()

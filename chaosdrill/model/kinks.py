@@ -118,18 +118,7 @@ def in_modes(
 
 
 class _Broken:
-    """A field with kinks and jumps.
-
-    Parameters
-    ----------
-    written : Written
-    rates : dict of state to expression
-
-    Attributes
-    ----------
-    surfaces : list of sympy expression
-        Where the field changes, each once, with one of its two signs.
-    """
+    """A field with kinks and jumps; ``surfaces`` are where it changes, each once, with one of its two signs."""
 
     def __init__(self, written: Written, rates: Field) -> None:
         moving = {*written.states, written.time} - {None}

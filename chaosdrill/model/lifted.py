@@ -26,12 +26,7 @@ def lifted(system: HybridSystem, *, tangent: bool) -> Lifted:
     """The system whose states are (x, Q, a): Q' = w(x), the integrands of its quadratures, and a' = A(x) a, a := S a.
 
     First derivatives of the lifted motion are second ones of the own one: the linearised equations of an orbit of the
-    lifted system hold those of the saltation matrix S by state, time and parameters.
-
-    Parameters
-    ----------
-    tangent : bool
-        Whether a tangent is carried; else only quadratures are.
+    lifted system hold those of the saltation matrix S by state, time and parameters. ``tangent``: whether a is carried.
     """
     taken = {way: place for place, way in enumerate(_ways(system))}
     return Lifted(system.relative(("lifted", str(tangent)), partial(_lifted, system, tangent)), taken)

@@ -314,12 +314,8 @@ def seeds_of_starts(
 ) -> "dict[str, np.ndarray]":
     """Parameters of runs from some of many starts, each with noise of its own: that of the seed plus its place.
 
-    Parameters
-    ----------
-    starts : ndarray of int, shape (P,)
-        Places of the starts among all of them, from 0.
-    parameters : mapping of str to ndarray, shape (P,), optional
-        Those that the runs have already.
+    ``starts``: places of the starts among all of them, from 0, shape (P,). ``parameters``: those that the runs have
+    already, each of shape (P,).
     """
     given = dict(parameters)
     if system.draws:

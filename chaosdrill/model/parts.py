@@ -52,19 +52,9 @@ class TooManyFaults(Exception):
 class PartReader:
     """Reads parts of a definition; without parameters those of one that is not known yet, and may name anything.
 
-    Parameters
-    ----------
-    parameters : mapping of str to float, optional
-        The names that expressions may hold besides states and time, and their values.
-
-    Attributes
-    ----------
-    faults : list of (tuple, str)
-        All that is wrong: the keys that lead there, where a transition is its number, and what it is.
-    states : tuple of str or None
-        Names of the states, if they can be told.
-    used : set of str
-        Names of states, parameters and time that expressions hold.
+    ``parameters``: the names that expressions may hold besides states and time, and their values. ``faults``: all that
+    is wrong: the keys that lead there, where a transition is its number, and what it is. ``states``: their names, if
+    they can be told. ``used``: names of states, parameters and time that expressions hold.
     """
 
     def __init__(self, parameters: Any = None) -> None:
@@ -369,12 +359,7 @@ class PartReader:
 def read_expression(where: str, value: Any, names: Collection[str] = ()) -> Any:
     """An expression that is given outside of a definition, and may name anything; errors begin with ``where``.
 
-    ``pi`` is the number, unless it is one of the names.
-
-    Raises
-    ------
-    ModelError
-        If it is none.
+    ``pi`` is the number, unless it is one of the ``names``. Raises `ModelError` if the value is no expression.
     """
     found = _alone(where, lambda reader: reader._expression((), value))
     return found if PI.name in names else found.xreplace({PI: sympy.pi})

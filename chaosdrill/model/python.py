@@ -38,16 +38,9 @@ class Source(sympy.Atom):
 
     Two are equal if they hold the same code, constants and data under the same names, wherever they stand.
 
-    Attributes
-    ----------
-    function : function or numba dispatcher
-    name : str
-    states, parameters : tuple of str
-        Names of the numbers that it finds in ``x`` and ``p``.
-    count : int
-        How many numbers it returns in a tuple; 0 for one number alone.
-    digest : str
-        SHA-256, in hexadecimal digits, of all this and of the data that the function reads.
+    ``states``, ``parameters``: names of the numbers that it finds in ``x`` and ``p``. ``count``: how many numbers it
+    returns in a tuple; 0 for one number alone. ``digest``: SHA-256, in hexadecimal digits, of all this and of the data
+    that the function reads.
     """
 
     __slots__ = ("_seen", "count", "digest", "function", "name", "parameters", "states")

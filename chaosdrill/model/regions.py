@@ -23,22 +23,12 @@ def own_mode(system: System) -> int:
 def modes_at(
     system: System, parameters: Mapping[str, "np.ndarray"], states: "np.ndarray"
 ) -> "tuple[np.ndarray, np.ndarray]":
-    """The modes in whose regions starts are, and whether any start is possible at the parameters.
+    """The modes in whose regions starts are, and whether any start is possible at the parameters, shapes (P,).
 
-    Parameters
-    ----------
-    system : System
-        One with regions.
-    parameters : mapping of str to ndarray, shape (P,)
-        Those that differ from the system's own.
-    states : ndarray, shape (P, n)
+    ``parameters``: those that differ from the system's own, each of shape (P,). ``states``: shape (P, n).
 
-    Returns
-    -------
-    modes : ndarray of int, shape (P,)
-        The first whose region holds the start; `UNTOLD` without one.
-    possible : ndarray of bool, shape (P,)
-        Whether all that the regions ask of parameters alone, each of them the same, holds.
+    The mode is the first whose region holds the start; `UNTOLD` without one. A start is possible where all that the
+    regions ask of parameters alone, each of them the same, holds.
     """
     import numpy as np
 

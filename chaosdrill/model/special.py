@@ -391,22 +391,13 @@ class random_uniform(sympy.Function):
 
 @dataclass(frozen=True)
 class Special:
-    """Properties of one special function.
+    """Properties of one special function: how it is made, and the largest relative error of its code.
 
-    Attributes
-    ----------
-    make : type
-        The sympy function, with its derivatives.
-    error : float
-        Largest relative error of its code.
-    moving : tuple of int
-        Arguments, from 0, that may move in rates, guards and quadratures, as the function has a Taylor series in them.
-        The others may be parameters there.
-    expanded : bool
-        Whether its code gives its Taylor coefficients at a point, which are composed with the series of its first
-        argument. Otherwise the derivatives by what moves are operations on the arguments and on the function itself.
-    relative : bool
-        Whether these are coefficients by powers of the argument's relative change; otherwise by those of its change.
+    ``moving``: arguments, from 0, that may move in rates, guards and quadratures, as the function has a Taylor series
+    in them; the others may be parameters there. ``expanded``: whether its code gives its Taylor coefficients at a
+    point, which are composed with the series of its first argument; otherwise the derivatives by what moves are
+    operations on the arguments and on the function itself. ``relative``: whether these are coefficients by powers of
+    the argument's relative change; otherwise by those of its change.
     """
 
     make: Any

@@ -13,10 +13,7 @@ from chaosdrill.model.transition import Transition
 def surface(system: HybridSystem, at: str) -> tuple[HybridSystem, frozenset[int]]:
     """The system with transitions that mark where a comparison becomes true, and their indices.
 
-    Raises
-    ------
-    ExpressionError
-        If that is no comparison of what moves, or if an event of the system has that surface.
+    Raises `ExpressionError` if that is no comparison of what moves, or if an event of the system has that surface.
     """
     known = system.shared.get(("surface", at))
     if known is None:

@@ -150,14 +150,8 @@ class HybridSystem(System):
     ) -> "HybridSystem":
         """A system of the library with its defaults, or of a scene, from a stored outline or built.
 
-        Parameters
-        ----------
-        key : tuple of str
-            Determines the system, together with the code of the package.
-        make : callable
-            What builds it, which can be sent to another process.
-        limits : mapping of str to Limit
-            Those of its parameters.
+        ``key``: determines the system, together with the code of the package. ``make``: builds it, and can be sent to
+        another process. ``limits``: those of its parameters.
         """
         with deriving:
             found = cls.known(key, make, limits)
@@ -194,14 +188,8 @@ class HybridSystem(System):
     ) -> "HybridSystem":
         """A system derived from the equations of this one, with numbers of its own; stored or built.
 
-        Parameters
-        ----------
-        how : tuple of str
-            Identifies it among the systems derived from this one.
-        make : callable
-            What builds it, which can be sent to another process.
-        kind : type, optional
-            Of what is built, as a record of it is read; default: `HybridSystem`.
+        ``how``: identifies it among the systems derived from this one. ``make``: builds it, and can be sent to another
+        process. ``kind``: of what is built, as a record of it is read; default: `HybridSystem`.
         """
         kind = kind or HybridSystem
         related = self.shared.setdefault(RELATED, {})

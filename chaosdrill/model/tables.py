@@ -39,13 +39,7 @@ class _ReadOnly:
 
 
 class Table(_ReadOnly, dict[Any, Any]):
-    """A table that is read only: parameters, the initial state, rates of modes.
-
-    Raises
-    ------
-    SettingsError
-        On any attempt to change, add or remove an entry.
-    """
+    """A table that is read only: parameters, the initial state, rates of modes; changes raise `SettingsError`."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Table, (dict(self),)

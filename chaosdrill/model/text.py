@@ -31,41 +31,19 @@ def read_text(
     hints: Mapping[str, str] | None = None,
     clock: str | None = None,
 ) -> Any:
-    """Read an expression.
+    """Read an expression, as `grammar.parse` reads it; ``pi`` is the number, unless it is a name.
 
-    Parameters
-    ----------
-    text : str
-        As `grammar.parse` reads it; ``pi`` is the number, unless it is a name.
-    names : mapping of str to sympy.Symbol
-        The names that it may hold.
-    condition : bool
-        Whether it is to be true or false rather than a number.
-    hints : mapping of str to str, optional
-        What to do about names that are likely to be meant but are not among those.
-    clock : str, optional
-        What the time is called.
+    ``names``: symbols of the names that it may hold. ``condition``: whether it is to be true or false rather than a
+    number. ``hints``: what to do about names that are likely to be meant but are not among those. ``clock``: what the
+    time is called.
 
-    Returns
-    -------
-    sympy expression
-
-    Raises
-    ------
-    ExpressionError
-        With all that is wrong with it.
+    Raises `ExpressionError` with all that is wrong with it.
     """
     return _read_tree(text, parse(text), names, condition=condition, hints=hints, clock=clock)
 
 
 def read_open_text(text: str, *, condition: bool = False) -> Any:
-    """Read an expression whose names are not known yet: each is a symbol, ``pi`` among them.
-
-    Raises
-    ------
-    ExpressionError
-        With all that is wrong with it.
-    """
+    """Read an expression whose names are not known yet: each is a symbol, ``pi`` among them; raises as `read_text`."""
     tree = parse(text)
     names = {name: sympy.Symbol(name, real=True) for name in _names(tree) if name not in FUNCTIONS}
     return _read_tree(text, tree, names, condition=condition)
@@ -289,12 +267,7 @@ def write_text(expression: Any) -> str:
     """An expression or a condition as text.
 
     Whether the text gives the expression back to the last bit is for the caller to see: `read_text` reads no function
-    or number that it does not know.
-
-    Raises
-    ------
-    RecursionError
-        If it is nested too deeply.
+    or number that it does not know. Raises `RecursionError` if it is nested too deeply.
     """
     return str(_Printer().doprint(expression))
 
@@ -344,18 +317,10 @@ class _Printer(StrPrinter):
 
 @dataclass(frozen=True)
 class Function:
-    """A function that may stand in an expression.
+    """A function that may stand in an expression, with its numbers of arguments.
 
-    Parameters
-    ----------
-    make : callable
-        That of sympy.
-    least, most : int
-        Number of arguments.
-    level : {FLOW, RESET, CONDITION}, optional
-        What may hold it where states or time stand in it; None: nothing, until it is taken apart into modes.
-    value : callable, optional
-        Its value as a double.
+    ``make``: that of sympy. ``level``: what may hold it where states or time stand in it; None: nothing, until it is
+    taken apart into modes. ``value``: its value as a double.
     """
 
     make: Callable[..., Any]

@@ -32,21 +32,11 @@ _HALF = sympy.Rational(1, 2)
 
 @dataclass(frozen=True)
 class Fold:
-    """A part of an expression with a kink or a jump, where something is zero.
+    """A part of an expression with a kink or a jump, where something is zero."""
 
-    Attributes
-    ----------
-    part : sympy expression
-        As it is written,
-    instead : sympy expression or None
-        and with ``Abs`` and ``sign``; None if factors touch together that have nothing in common to be taken out.
-    where : sympy expression or None
-        What is zero there; None if the part has no kink, since it is smooth where its base is zero.
-    """
-
-    part: Any
-    instead: Any
-    where: Any
+    part: Any  # as it is written
+    instead: Any  # with Abs and sign; None if factors touch together that have nothing in common to be taken out
+    where: Any  # what is zero; None if the part has no kink, since it is smooth where its base is zero
 
 
 def find_fold(
@@ -54,15 +44,8 @@ def find_fold(
 ) -> Fold | None:
     """The first part of an expression that has a kink or a jump by what it does.
 
-    Parameters
-    ----------
-    expression : sympy expression
-    moving : iterable of sympy.Symbol
-        States and time.
-    numbers : mapping of str to float
-        Values of the parameters, at which zeros are looked for.
-    smooth : bool
-        Look for the first part, instead, whose base touches zero and which is smooth there.
+    ``moving``: states and time. ``numbers``: values of the parameters, at which zeros are looked for. ``smooth``: look
+    for the first part, instead, whose base touches zero and which is smooth there.
     """
     moving = frozenset(moving)
     for part in sympy.postorder_traversal(expression):
@@ -227,20 +210,12 @@ def _units(expression: Any, kinds: tuple[Any, ...]) -> dict[Any, Any]:
 
 @dataclass
 class _Variables:
-    """Of what polynomials are made.
+    """Of what polynomials are made."""
 
-    Attributes
-    ----------
-    meant : dict of symbol to expression
-        What each variable stands for.
-    halves : dict of symbol to (expression, expression)
-        Variables that stand for the tangent of half an angle, with its sine and its cosine.
-    """
-
-    meant: dict[Any, Any] = field(default_factory=dict)
+    meant: dict[Any, Any] = field(default_factory=dict)  # what each variable stands for
     halves: dict[Any, tuple[Any, Any]] = field(default_factory=dict)
-    radical: Any = None
-    """A root of a number, which is kept; others are variables."""
+    """Variables that stand for the tangent of half an angle, with its sine and its cosine."""
+    radical: Any = None  # a root of a number, which is kept; others are variables
     _of: dict[Any, Any] = field(default_factory=dict)
     _units: dict[tuple[Any, ...], dict[Any, Any]] = field(default_factory=dict)
 
@@ -255,13 +230,7 @@ class _Variables:
             self._units[kinds] = _units(expression, kinds)
 
     def put(self, e: Any) -> Any:
-        """An expression in variables.
-
-        Raises
-        ------
-        BasePolynomialError
-            If it has powers that are too high.
-        """
+        """An expression in variables; raises `BasePolynomialError` if it has powers that are too high."""
         if e.is_Rational:
             return e
         if e.is_Add or e.is_Mul:
@@ -439,19 +408,10 @@ def _touches(factor: Any, others: Any, times: int, moving: frozenset[Any], numbe
 
 
 def _together(at: Callable[[Any], Any], left: Any, right: Any) -> Any:
-    """Whether others change their sign where a factor does, to one that agrees with it on each side.
+    """Whether others change their sign where a factor does, to one that agrees with it on the left and on the right.
 
-    Parameters
-    ----------
-    at : callable
-        Values of the factor and of the others, shape (2, N), at N places.
-    left, right : ndarray, shape (N,)
-        Next to where the factor changes its sign.
-
-    Returns
-    -------
-    list of two ndarrays of bool, shape (N,)
-        On the left, and on the right.
+    ``at``: values of the factor and of the others, shape (2, N), at N places. ``left``, ``right``: places next to where
+    the factor changes its sign, shape (N,), as both answers have it.
     """
     import numpy as np
 

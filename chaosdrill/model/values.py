@@ -37,12 +37,8 @@ deriving = RLock()
 class Shared(dict[Any, Any]):
     """Compiled kernels and derived expressions that systems with the same equations share.
 
-    In another process, to which systems are sent, it starts empty; copies sent together share it again.
-
-    Parameters
-    ----------
-    key : tuple of str, optional
-        Identifies a system of the library; its derived code is kept on the disk under this key.
+    In another process, to which systems are sent, it starts empty; copies sent together share it again. ``key``:
+    identifies a system of the library; its derived code is kept on the disk under this key.
     """
 
     outline: Any = None

@@ -92,21 +92,10 @@ def soft_and_hard(dataset: Dataset) -> list[tuple[str, bool, Integers]]:
 
 
 def mark(axes: Axes, x: ArrayLike, y: ArrayLike, name: str, size: float, jumps: bool = False, **options: Any) -> None:
-    """Draw special points of one kind, and name them in the legend.
+    """Draw special points of one kind, and name them in the legend; ``options``: further ones of ``Axes.plot``.
 
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    x, y : array_like, the same shape
-        Where they are; NaN draws nothing.
-    name : str
-        Kind of the points.
-    size : float
-        Width of the marks in points.
-    jumps : bool
-        Whether they are hard, as from `soft_and_hard`.
-    **options
-        Further options of ``Axes.plot``.
+    ``x``, ``y``: where they are; NaN draws nothing. ``size``: width of the marks in points. ``jumps``: whether they are
+    hard, as from `soft_and_hard`.
     """
     axes.plot(
         np.ravel(x),

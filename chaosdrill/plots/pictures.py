@@ -69,20 +69,9 @@ class Picture:
     ) -> Figure:
         """Return the figure of a dataset, or of several that belong together.
 
-        Parameters
-        ----------
-        *datasets : xarray.Dataset
-        over : xarray.Dataset, optional
-            What it is drawn over.
-        ax : matplotlib.axes.Axes, optional
-            Where its main panel alone is drawn.
-        state : str or sequence of str, optional
-            States that it shows.
+        ``over``: what it is drawn over. ``ax``: where its main panel alone is drawn. ``state``: states that it shows.
 
-        Raises
-        ------
-        SettingsError
-            If no state can be chosen for it, or it has no main panel.
+        Raises `SettingsError` if no state can be chosen for it, or it has no main panel.
         """
         given = {name: value for name, value in (("ax", ax), ("state", state)) if value is not None}
         taken = signature(self.function).parameters

@@ -113,17 +113,9 @@ class Plane:
     ) -> None:
         """Draw cells by value, with legend and colour bar; those without a value show the outcome of their run.
 
-        Parameters
-        ----------
-        values : xarray.DataArray
-            The numbers, over the dimensions of the variable.
-        norm, colours : matplotlib norm and colormap
-        extend : str
-            Ends at which values exceed the colour bar, in matplotlib's words.
-        apart : sequence of (float, Category)
-            Values with their own category, such as minus infinity.
-        dotted : (ndarray, Category), optional
-            Cells that are hatched over their colour, and their category.
+        ``values``: over the dimensions of the variable. ``extend``: ends at which values exceed the colour bar, in
+        matplotlib's words. ``apart``: values with their own category, such as minus infinity. ``dotted``: cells that
+        are hatched over their colour, and their category.
         """
         codes, ended = by_outcome(self._dataset)
         categories = [NO_RESULT if category.name in MOTIONS else category for category in ended]
@@ -188,20 +180,10 @@ def draw_cells(
 ) -> None:
     """Draw cells in the colours, hatchings and names of their categories.
 
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    x, y : ndarray, shapes (n + 1,) and (m + 1,)
-        Bounds of the cells.
-    codes : ndarray, shape (m, n)
-        Index of each cell's category in ``categories``; -1 for a cell with its own colour.
-    categories : sequence of Category
-    size : (float, float)
-        Width and height of the axes in inches, for the finest detail of hatchings and names.
-    colours : ndarray, shape (m, n, 3), optional
-        Colours of the cells of code -1.
-    names : bool, default True
-        Whether large regions carry the short name of their category.
+    ``x``, ``y``: bounds of the cells, shapes (n + 1,) and (m + 1,). ``codes``: index of each cell's category, shape (m,
+    n); -1 for a cell with its own colour. ``size``: width and height of the axes in inches, for the finest detail of
+    hatchings and names. ``colours``: of the cells of code -1, shape (m, n, 3). ``names``: whether large regions carry
+    the short name of their category.
     """
     shown = np.zeros((*codes.shape, 3), dtype=np.float32) if colours is None else colours.copy()
     for index, category in enumerate(categories):

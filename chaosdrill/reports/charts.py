@@ -71,18 +71,10 @@ def is_said(name: str, picture: "Picture") -> bool:
 
 
 def explorer(dataset: Dataset, name: str, number: int, share: float = 1.0) -> Markup:
-    """The frame and data of a chart, which the script of the page draws.
+    """The frame and data of a chart, which the script of the page draws; nothing for kinds without a chart.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        A diagram or a parameter chart; other kinds have no chart.
-    name : str
-        Name of its group.
-    number : int
-        Number of the chart in the page, for ids.
-    share : float, default 1
-        Fraction of the largest size that it may have, when many share a page.
+    ``name``: name of the dataset's group. ``number``: number of the chart in the page, for ids. ``share``: fraction of
+    the largest size that it may have, when many share a page.
     """
     if dataset.attrs.get("kind") not in KINDS:
         return NOTHING

@@ -120,13 +120,9 @@ def known_columns(head: Sequence[str], rows: Sequence[Sequence[Any]]) -> tuple[l
 
 
 def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[Any]], most: int = MOST_ROWS) -> Markup:
-    """A table whose first column names its rows; empty without rows.
-    head : sequence of str
-        Names of the columns.
-    rows : iterable of sequences
-        Cells; the digits of numbers are aligned.
-    most : int
-        Rows shown; a line counts the others.
+    """A table whose first column names its rows; empty without rows. The digits of numbers are aligned.
+
+    ``head``: names of the columns. ``most``: rows shown; a line counts the others.
     """
     listed = list(rows)
     if not listed:

@@ -23,25 +23,13 @@ _NUMBER = re.compile(r"[0-9]{1,9}")
 
 
 def parse_change(text: str) -> tuple[str, Any]:
-    """Read a change as the command line gives it.
+    """Read a change as the command line gives it: its key, and its value as `tomllib` gives it.
 
-    Parameters
-    ----------
-    text : str
-        ``KEY=VALUE`` with a dotted key and a value as in TOML: ``system.parameters.eta=0.5``. Anything that is not a
-        TOML value and does not begin like a quoted or bracketed one is text: ``numerics.method=rk4``,
-        ``system.si.m1=250 kg``.
+    It is ``KEY=VALUE`` with a dotted key and a value as in TOML: ``system.parameters.eta=0.5``. Anything that is not a
+    TOML value and does not begin like a quoted or bracketed one is text: ``numerics.method=rk4``, ``system.si.m1=250
+    kg``.
 
-    Returns
-    -------
-    key : str
-    value : object
-        As `tomllib` gives it.
-
-    Raises
-    ------
-    SettingsError
-        If it cannot be read.
+    Raises `SettingsError` if it cannot be read.
     """
     found = _KEY.match(text)
     if found is not None and text.startswith("[", found.end()):
@@ -64,29 +52,14 @@ def parse_change(text: str) -> tuple[str, Any]:
 
 
 def change(text: str, key: str, value: Any) -> tuple[str, Path]:
-    """Set one value in the text of a scene.
+    """Set one value in the text of a scene; return the text with it, and the parts of its key.
 
-    Parameters
-    ----------
-    text : str
-        A document that ``tomllib.loads`` accepts.
-    key : str
-        Dotted key, as ``system.parameters.eta``. Entries of lists go by their number from 0, or by the ``name`` that
-        they hold: ``system.definition.transitions.impact.guard``.
-    value : bool, number, str, list or dict
-        The new value; arrays count as lists.
+    ``text``: a document that ``tomllib.loads`` accepts. ``key``: a dotted one, as ``system.parameters.eta``. Entries of
+    lists go by their number from 0, or by the ``name`` that they hold: ``system.definition.transitions.impact.guard``.
+    ``value``: also a list or a table; arrays count as lists.
 
-    Returns
-    -------
-    text : str
-        With the value in it.
-    path : tuple of str and int
-        The parts of the key.
-
-    Raises
-    ------
-    SettingsError
-        If the key is invalid, or passes through a value that is not a table, or if TOML has no such value.
+    Raises `SettingsError` if the key is invalid, or passes through a value that is not a table, or if TOML has no such
+    value.
     """
     path: Path = _path(key)
     text = text.replace("\r\n", "\n")

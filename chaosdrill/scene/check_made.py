@@ -135,18 +135,10 @@ def _expanded(path: Path, expression: Any) -> Faults:
                 )
 
 
-def drive_faults(name: str, drive: Any, names: Mapping[str, Any], used: set[str]) -> Faults:
+def drive_faults(drive: Any, names: Mapping[str, Any], used: set[str]) -> Faults:
     """Faults of one drive; the parameters in its expressions are added to ``used``.
 
-    Parameters
-    ----------
-    name : str
-        The parameter that it replaces.
-    drive : object
-        The value in the scene.
-    names : mapping of str to symbol
-        States, parameters and time.
-    used : set of str
+    ``drive``: the value in the scene. ``names``: symbols of states, parameters and time.
     """
     from chaosdrill.model.drives import PHASE, SHAPES
 

@@ -295,7 +295,7 @@ def _check_drives(checked: CheckedSystem, drives: Mapping[str, Any]) -> None:
             told = f"there is no parameter {name!r:.60} to drive; {remedy(name, checked.known)}"
             checked.problems.append(Problem(place, told))
         else:
-            checked.problems += problems_of(check_made.drive_faults(name, drive, names, checked.used), place)
+            checked.problems += problems_of(check_made.drive_faults(drive, names, checked.used), place)
 
 
 def _check_definition(checked: CheckedSystem, key: str = "definition") -> None:

@@ -16,24 +16,11 @@ SUFFIX = "_si"
 
 
 def in_si(result: Dataset, kind: str, system: "HybridSystem", scales: Mapping[str, float]) -> Dataset:
-    """Add the variables in SI units that the table of variables declares to a result.
+    """Add the variables in SI units that the table of variables declares to a result of the drill.
 
-    Parameters
-    ----------
-    result : xarray.Dataset
-        What an analysis gave.
-    kind : str
-        Kind of the analysis.
-    system : HybridSystem
-        The drill.
-    scales : mapping of str to float
-        Sizes of the dimensionless units; empty for a scene that is not in SI units, whose result stays as it is.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``progression_rate_si`` in m/h beside ``progression_rate``, times in s, the penetration in m, and the force of
-        spring and damper along a trajectory in N; and what one unit of each state is in SI units.
+    These are ``progression_rate_si`` in m/h beside ``progression_rate``, times in s, the penetration in m, and the
+    force of spring and damper along a trajectory in N; and what one unit of each state is in SI units. ``scales``:
+    sizes of the dimensionless units; empty for a scene that is not in SI units, whose result stays as it is.
     """
     if not scales:
         return result

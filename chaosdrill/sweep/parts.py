@@ -43,23 +43,12 @@ _DATASET = "result.nc"
 class Parts:
     """Finished parts of a run, as a context manager; the folder is removed on exit, unless a fault leaves parts in it.
 
-    Parameters
-    ----------
-    folder : path-like
-        Their folder; created if it does not exist.
-    scene : mapping
-        Everything that determines the numbers: ``"analysis"`` (by name) and what all analyses depend on.
-    resume : bool
-        Whether to continue an unfinished run found there.
+    ``folder``: created if it does not exist. ``scene``: everything that determines the numbers: ``"analysis"`` (by
+    name) and what all analyses depend on. ``resume``: whether to continue an unfinished run found there.
 
-    Raises
-    ------
-    SettingsError
-        On entering, if an unfinished run is found and ``resume`` is false.
-    SceneError
-        On entering, if ``resume`` is set but its parts are of another scene; the message says what has changed.
-    ArchiveError
-        If the folder cannot be used, or another process uses it.
+    Raises, on entering, `SettingsError` if an unfinished run is found and ``resume`` is false, `SceneError` if
+    ``resume`` is set but its parts are of another scene, with what has changed, and `ArchiveError` if the folder cannot
+    be used, or another process uses it.
     """
 
     def __init__(self, folder: str | os.PathLike[str], scene: Mapping[str, Any], *, resume: bool) -> None:

@@ -170,39 +170,20 @@ def execute(
     store: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
 ) -> Arrays:
-    """Run all units of a task in chunks and return their results.
+    """Run all units of a task in chunks and return their results by name.
 
-    The same function runs the same units wherever that is, so that the results depend neither on the number of
-    workers nor on the chunks, to the bit. Only a few chunks are under way at a time. An interruption cancels those that
-    have not begun and leaves those that have finished in the store.
+    The same function runs the same units wherever that is, so that the results depend neither on the number of workers
+    nor on the chunks, to the bit. Only a few chunks are under way at a time. An interruption cancels those that have
+    not begun and leaves those that have finished in the store.
 
-    Parameters
-    ----------
-    task : Task
-        Task to run.
-    workers : int, default 1
-        Threads of this process; the kernels hold no lock.
-    scheduler : str, optional
-        Address of a Dask scheduler, as ``"tcp://10.0.0.5:8786"``, whose workers are used instead. Chunks of a worker
-        that dies are run again by another.
-    store : path-like, optional
-        Folder in which finished chunks are kept on the disk. If some of the same task are there already, only the
-        others are run. Without it results stay in memory.
-    progress : callable, optional
-        Called with points done, their total, and points by outcome: before the work begins with what was there, and
-        after every chunk.
+    ``workers``: threads of this process; the kernels hold no lock. ``scheduler``: address of a Dask scheduler, as
+    ``"tcp://10.0.0.5:8786"``, whose workers are used instead. Chunks of a worker that dies are run again by another.
+    ``store``: folder in which finished chunks are kept on the disk; if some of the same task are there already, only
+    the others are run. The results are then mapped from files, and changes stay in memory. ``progress``: called with
+    points done, their total, and points by outcome: before the work begins with what was there, and after every chunk.
 
-    Returns
-    -------
-    dict of str to ndarray
-        Results of all units; with a store they are mapped from files, and changes stay in memory.
-
-    Raises
-    ------
-    SettingsError
-        If the store holds results of other work, or the scheduler cannot be used.
-    ArchiveError
-        If the store cannot be read or written; what had finished before is kept.
+    Raises `SettingsError` if the store holds results of other work, or the scheduler cannot be used, and `ArchiveError`
+    if the store cannot be read or written; what had finished before is kept.
     """
     if scheduler is not None and workers != 1:
         raise SettingsError(

@@ -70,21 +70,9 @@ EFFECTS: dict[str, dict[str, str]] = OPTIONS
 def parameters(name: str, effects: Mapping[str, str] | None = None) -> dict[str, float]:
     """Names and defaults of the parameters that a system has with these effects.
 
-    Parameters
-    ----------
-    name : str
-        Name of a system, a key of `REGISTRY`.
-    effects : mapping of str to str, optional
-        Option of each effect, from `EFFECTS`; absent effects are not simulated. None: those of the system.
+    ``effects``: option of each effect, from `EFFECTS`; absent effects are not simulated. None: those of the system.
 
-    Returns
-    -------
-    dict of str to float
-
-    Raises
-    ------
-    ModelError
-        If the system, an effect or an option does not exist, or if effects exclude each other.
+    Raises `ModelError` if the system, an effect or an option does not exist, or if effects exclude each other.
     """
     entry, module = _module(name, effects)
     return module.parameters(effects) if entry.effects else _defaults(module)
@@ -114,17 +102,8 @@ def states(name: str, effects: Mapping[str, str] | None = None) -> tuple[str, ..
 def bodies_of(name: str, known: Collection[str]) -> dict[str, str]:
     """The height of each body of a system, as expressions in its states, quadratures, parameters and ``t``.
 
-    Parameters
-    ----------
-    name : str
-        Name of a system.
-    known : collection of str
-        Names of its states, quadratures and parameters.
-
-    Returns
-    -------
-    dict
-        Empty for a system without bodies on a line, and for one that only has the name of one in the library.
+    ``known``: names of its states, quadratures and parameters. There are none for a system without bodies on a line,
+    and for one that only has the name of one in the library.
     """
     if name not in REGISTRY:
         return {}

@@ -5,7 +5,7 @@ within the error of the method; in chaos two runs diverge, and only averages agr
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,9 +15,6 @@ from chaosdrill.dataset.outcomes import Outcome
 from chaosdrill.dataset.references import mapping
 from chaosdrill.dataset.schema import SCHEMA, table_of
 from chaosdrill.workflow.tuning import TUNING
-
-if TYPE_CHECKING:
-    import numpy as np
 
 PASSING = frozenset({"history", "date_created", "wall_time_s", "versions", "platform", "recommendation", DIGESTS})
 """Attributes that a second run on another day or machine may change."""
@@ -221,23 +218,8 @@ def _largest(one: Any, other: Any, differs: Any) -> float:
     return float(np.where(np.isnan(apart), np.inf, apart).max())
 
 
-def agreement(name: str, first: Dataset, second: Dataset) -> "tuple[str, np.ndarray]":
-    """How one variable of two runs is compared, and where it disagrees.
-
-    Parameters
-    ----------
-    name : str
-        A variable of the same shape in both.
-    first, second : xarray.Dataset
-        One group of each archive.
-
-    Returns
-    -------
-    how : str
-        In words, for a table.
-    wrong : ndarray of bool
-        True where the two disagree.
-    """
+def agreement(name: str, first: Dataset, second: Dataset) -> tuple[str, np.ndarray]:
+    """How one variable of the same shape in two groups is compared, in words for a table, and where they disagree."""
     table = table_of(str(second.attrs.get("kind")), map(str, second.variables))
     declared = table.get(name)
     rule, bar = ("", "") if declared is None else (declared.rule, declared.bar)
@@ -334,7 +316,7 @@ def _settled(first: Dataset, second: Dataset, variable: Variable) -> Any:
     return np.asarray(outcome.copy(data=regular).set_dims(dict(variable.sizes)).transpose(*variable.dims).values)
 
 
-def _spread(name: str, first: Dataset, second: Dataset, variable: Variable) -> "np.ndarray":
+def _spread(name: str, first: Dataset, second: Dataset, variable: Variable) -> np.ndarray:
     """Standard error of the difference of two estimates, in the shape of the estimates."""
     bars = second[name].variable
     total = np.hypot(np.nan_to_num(first[name].values), np.nan_to_num(bars.values))
@@ -370,8 +352,8 @@ def _parting(dim: str, first: Dataset, second: Dataset, bound: float) -> tuple[A
 
 
 def _recorded(
-    name: str, first: Dataset, second: Dataset, wrong: "np.ndarray", loose: "np.ndarray", bound: float
-) -> "tuple[str, np.ndarray]":
+    name: str, first: Dataset, second: Dataset, wrong: np.ndarray, loose: np.ndarray, bound: float
+) -> tuple[str, np.ndarray]:
     """Records of runs that may be chaotic agree until they diverge gradually, and in their range thereafter."""
     variable = second[name].variable
     dim = next(dim for dim in variable.dims if dim in LEADERS)

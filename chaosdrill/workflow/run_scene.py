@@ -135,32 +135,13 @@ def compute(
     report: "Callable[[str], Progress] | None" = None,
     command: str | None = None,
 ) -> DataTree:
-    """Run every analysis of a scene that has been read.
+    """Run every analysis of a scene that has been read; further arguments, and what it returns, as for `run`.
 
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-    workers, scheduler, report
-        As for `run`.
-    parts : Parts, optional
-        Where finished chunks and analyses are kept; existing ones are not run again.
-    command : str, optional
-        Entry in the archive's history; default: ``run`` with the scene's name and its changes.
+    ``parts``: where finished chunks and analyses are kept; existing ones are not run again. ``command``: entry in the
+    archive's history; default: ``run`` with the scene's name and its changes.
 
-    Returns
-    -------
-    xarray.DataTree
-        As for `run`.
-
-    Raises
-    ------
-    SceneError
-        If the scene contains no analysis.
-    SettingsError
-        If the scheduler cannot be used.
-    ArchiveError
-        If a part cannot be kept.
+    Raises `SceneError` if the scene contains no analysis, `SettingsError` if the scheduler cannot be used, and
+    `ArchiveError` if a part cannot be kept.
     """
     import xarray as xr
 

@@ -25,21 +25,10 @@ CONTACT = "-contact"
 
 
 class Balance:
-    """Symbols, forces and equations of motion of a drill with these effects.
+    """Symbols, forces and equations of motion of a drill with these effects, every one with its option.
 
-    Parameters
-    ----------
-    effects : mapping of str to str
-        Every effect with its option.
-
-    Attributes
-    ----------
-    rests : bool
-        Whether the rock can be at rest: the mode ``stick`` exists.
-    slides : dict of str to int
-        Modes in which the rock moves, and the direction in which it does.
-    added : sympy.Symbol or None
-        The state that the contact adds.
+    ``rests``: whether the rock can be at rest: the mode ``stick`` exists. ``slides``: modes in which the rock moves,
+    and the direction in which it does. ``added``: the state that the contact adds, or None.
     """
 
     def __init__(self, effects: Mapping[str, str]) -> None:
@@ -121,22 +110,13 @@ def stick_slip(
 ) -> list["Transition"]:
     """Transitions of the rock between rest and sliding.
 
-    Parameters
-    ----------
-    balance : Balance
-        Symbols of the drill.
-    demand : sympy expression
-        Force on the rock at rest, which friction has to balance.
-    suffix : str
-        What follows the names of the modes: ``""``, ``"-contact"`` or ``"-held"``.
-    always, at_rest : mapping
-        Reset that goes with every transition, and with those that bring the rock to rest.
-
-    Notes
-    -----
     A rock that stops stays at rest if friction can hold it, else it slides on the other way. Where the demand stands at
     the threshold itself, its first derivative that does not vanish decides: a guard at zero lies on the side to which
     it moves.
+
+    ``demand``: force on the rock at rest, which friction has to balance. ``suffix``: what follows the names of the
+    modes: ``""``, ``"-contact"`` or ``"-held"``. ``always``, ``at_rest``: resets that go with every transition, and
+    with those that bring the rock to rest.
     """
     if not balance.grips:
         return []

@@ -65,15 +65,7 @@ def exit_speed(option: str, approach: Any) -> Any:
 
 
 def exchange(option: str, bit: Any, rock: Any) -> tuple[Any, Any]:
-    """Speeds of bit and rock after a hit of free masses.
-
-    Parameters
-    ----------
-    option : str
-        An option that jumps.
-    bit, rock : sympy expressions
-        Speeds before the hit; ``bit - rock`` is the approach speed.
-    """
+    """Speeds of bit and rock after a hit of free masses, by those before it; ``bit - rock`` is the approach speed."""
     import sympy
 
     eps = sympy.Symbol("eps", real=True)
@@ -83,15 +75,10 @@ def exchange(option: str, bit: Any, rock: Any) -> tuple[Any, Any]:
 
 
 def peak(approach: Any, *, free: bool) -> Any:
-    """Largest force of a Hunt-Crossley hit, over the static friction force.
+    """Largest force of a Hunt-Crossley hit at an approach speed, over the static friction force.
 
-    Parameters
-    ----------
-    approach : sympy expression
-        Approach speed.
-    free : bool
-        Whether the rock gives way. The relative mass is then 1/(1 + eps) and the stiffness per unit of it (1 + eps) k
-        (equation 4 of the paper); against a rock at rest the bit's own mass 1 counts.
+    ``free``: whether the rock gives way. The relative mass is then 1/(1 + eps) and the stiffness per unit of it (1 +
+    eps) k (equation 4 of the paper); against a rock at rest the bit's own mass 1 counts.
     """
     import sympy
 

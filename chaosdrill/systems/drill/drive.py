@@ -36,20 +36,7 @@ LABELS = {
 
 
 def load(option: str, time: Any) -> tuple[Any, Any]:
-    """Dynamic load and its period.
-
-    Parameters
-    ----------
-    option : str
-        A name of `OPTIONS`.
-    time : sympy.Symbol
-        Dimensionless time.
-
-    Returns
-    -------
-    load, period : sympy expressions
-        Load over the static friction force, and period in units of 1/w0; (0, None) without a drive.
-    """
+    """Dynamic load over the static friction force, and its period in units of 1/w0; (0, None) without a drive."""
     import sympy
 
     if option == "none":

@@ -28,17 +28,9 @@ PAPER = {"drive": "harmonic", "friction": "stribeck", "rock": "moving", "contact
 
 
 def complete(effects: Mapping[str, str] | None) -> dict[str, str]:
-    """Every effect with its option.
+    """Every effect with its option; one that is absent is not simulated. None: the paper's effects.
 
-    Parameters
-    ----------
-    effects : mapping of str to str or None
-        What is simulated; an effect that is absent is not. None: the paper's effects.
-
-    Raises
-    ------
-    ModelError
-        If an effect or option does not exist, or if friction is to act on a rock that never moves.
+    Raises `ModelError` if an effect or option does not exist, or if friction is to act on a rock that never moves.
     """
     if effects is None:
         return dict(PAPER)

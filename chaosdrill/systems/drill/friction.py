@@ -45,20 +45,7 @@ def two_sided(option: str) -> bool:
 
 
 def resistance(option: str, speed: Any) -> Any:
-    """Friction force on the sliding rock, against its motion.
-
-    Parameters
-    ----------
-    option : str
-        A name of `OPTIONS`.
-    speed : sympy expression
-        Speed at which the rock slides, positive.
-
-    Returns
-    -------
-    sympy expression
-        Force over the static friction force.
-    """
+    """Friction on the rock that slides at a positive speed, against its motion, over the static friction force."""
     import sympy
 
     if option == "none":

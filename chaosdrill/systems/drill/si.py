@@ -128,23 +128,12 @@ STATE_UNITS = {"y": "m", "u": "m s-1", "w": "m s-1", "timer": "s", "depth": "m"}
 def si_to_dimensionless(si: Mapping[str, float]) -> tuple[dict[str, float], dict[str, float]]:
     """Dimensionless parameters and scales of a drill given in SI units.
 
-    Parameters
-    ----------
-    si : mapping of str to float
-        Quantities in kg, m, s, N, rad by the names of ``QUANTITIES``: at least m1, K, F_N and mu_e; ``rpm`` is in
-        rad/s, ``k_c`` in N/m^n.
+    ``si``: quantities in kg, m, s, N, rad by the names of ``QUANTITIES``: at least m1, K, F_N and mu_e; ``rpm`` is in
+    rad/s, ``k_c`` in N/m^n.
 
-    Returns
-    -------
-    parameters : dict of str to float
-        Those of a b xi eps eta spin lobes mu g r lam phi n k for which there are quantities.
-    scales : dict of str to float
-        ``time_s`` (seconds), ``length_m`` (metres) and ``force_N`` (newtons) of one dimensionless unit.
-
-    Notes
-    -----
-    ``k`` is per unit of bit mass: the force ``k_c d^n`` over ``mu_e F_N`` with the depth in dimensionless units. With
-    n = 1 that is ``k_c / K``.
+    Returns: those of a b xi eps eta spin lobes mu g r lam phi n k for which there are quantities; ``time_s`` (seconds),
+    ``length_m`` (metres) and ``force_N`` (newtons) of one dimensionless unit. ``k`` is per unit of bit mass: the force
+    ``k_c d^n`` over ``mu_e F_N`` with the depth in dimensionless units. With n = 1 that is ``k_c / K``.
     """
     frequency = math.sqrt(si["K"] / si["m1"])
     length = _friction(si) / si["K"]
@@ -177,21 +166,10 @@ def read_si(
 ) -> tuple[ReadSI, list[Fault]]:
     """Read the table ``system.si`` of a scene.
 
-    Parameters
-    ----------
-    raw : mapping of str to str or number
-        The table as written.
-    parameters : mapping
-        The table ``system.parameters``: what is given there is not made from SI quantities.
-    known : mapping of str to float
-        The parameters that the scene's system has.
+    ``raw``: the table as written. ``parameters``: the table ``system.parameters``: what is given there is not made from
+    SI quantities. ``known``: the parameters that the scene's system has.
 
-    Returns
-    -------
-    ReadSI
-        Empty if there are faults.
-    faults : list of (path, message)
-        Paths are those of a scene.
+    Returns: what was read, empty if there are faults, and the faults, whose paths are those of a scene.
     """
     values, faults = _values(raw)
     faults += _surplus(raw, parameters, known) + _missing(raw, parameters, known)
