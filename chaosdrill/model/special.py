@@ -19,7 +19,22 @@ FLOW, RESET, CONDITION = range(3)
 value; each may hold all that those before it may."""
 
 
-class hunt_crossley_exit(sympy.Function):
+class WithSlopes(sympy.Function):
+    """A function that knows its derivatives, by the first of its arguments or by all."""
+
+    def slopes(self) -> tuple[Any, ...]:
+        """They in the order of the arguments."""
+        raise NotImplementedError
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Derivative by an argument, counted from 1."""
+        known = self.slopes()
+        if not 1 <= argindex <= len(known):
+            raise ArgumentIndexError(self, argindex)
+        return known[argindex - 1]
+
+
+class hunt_crossley_exit(WithSlopes):
     """Exit speed s(v, lam) > 0 of a contact entered at speed v, with damping constant lam (1/speed).
 
     s = [1 + W0(-(1 + lam v) exp(-(1 + lam v)))] / lam, with W0 the principal Lambert branch.
@@ -27,14 +42,10 @@ class hunt_crossley_exit(sympy.Function):
 
     nargs = 2
 
-    def fdiff(self, argindex: int = 1) -> Any:
-        """Derivative by v (closed form in s itself) or by lam (the similarity s(v, lam) = S(lam v)/lam)."""
+    def slopes(self) -> tuple[Any, ...]:
+        """By v (closed form in s itself) and by lam (the similarity s(v, lam) = S(lam v)/lam)."""
         v, lam = self.args
-        if argindex == 1:
-            return v / (1 + lam * v) * (1 - lam * self) / self
-        if argindex == 2:
-            return hunt_crossley_exit_lam(v, lam)
-        raise ArgumentIndexError(self, argindex)
+        return v / (1 + lam * v) * (1 - lam * self) / self, hunt_crossley_exit_lam(v, lam)
 
 
 class hunt_crossley_exit_lam(sympy.Function):
@@ -53,7 +64,7 @@ class hunt_crossley_peak(sympy.Function):
     nargs = 4
 
 
-class hunt_crossley_duration(sympy.Function):
+class hunt_crossley_duration(WithSlopes):
     """Duration of the contact d'' = -k d^n (1 + lam d') entered at speed v: arguments v, lam, n, k.
 
     A time where k is a stiffness per unit of relative mass. It is k^(-1/(n + 1)) v^((1 - n)/(1 + n)) f(lam v, n), so
@@ -63,21 +74,19 @@ class hunt_crossley_duration(sympy.Function):
 
     nargs = 4
 
-    def fdiff(self, argindex: int = 1) -> Any:
-        """Derivative by v, lam, n (integrals of their own) or k (the power -1/(n + 1))."""
-        by_lam = hunt_crossley_duration_lam(*self.args)
-        return _derivative(self, argindex, 0, by_lam, hunt_crossley_duration_n)
+    def slopes(self) -> tuple[Any, ...]:
+        """By v, lam, n (integrals of their own) and k (the power -1/(n + 1))."""
+        return _by_all(self, 0, hunt_crossley_duration_lam, hunt_crossley_duration_n)
 
 
-class hunt_crossley_duration_lam(sympy.Function):
+class hunt_crossley_duration_lam(WithSlopes):
     """Derivative of the duration by the damping constant."""
 
     nargs = 4
 
-    def fdiff(self, argindex: int = 1) -> Any:
-        """Derivative by v, lam, n or k."""
-        by_lam = hunt_crossley_duration_lam_lam(*self.args)
-        return _derivative(self, argindex, 1, by_lam, hunt_crossley_duration_lam_n)
+    def slopes(self) -> tuple[Any, ...]:
+        """By v, lam, n and k."""
+        return _by_all(self, 1, hunt_crossley_duration_lam_lam, hunt_crossley_duration_lam_n)
 
 
 class hunt_crossley_duration_n(sympy.Function):
@@ -98,21 +107,15 @@ class hunt_crossley_duration_lam_n(sympy.Function):
     nargs = 4
 
 
-def _derivative(function: Any, argindex: int, order: int, by_lam: Any, by_n: Any) -> Any:
-    """Derivative of the duration's derivative of this order by lam, by its similarity."""
+def _by_all(function: Any, order: int, of_lam: Any, of_n: Any) -> tuple[Any, ...]:
+    """Derivatives of the duration's derivative of this order by lam, by its similarity."""
     v, lam, n, k = function.args
-    if argindex == 1:
-        return (((1 - n) / (1 + n) + order) * function + lam * by_lam) / v
-    if argindex == 2:
-        return by_lam
-    if argindex == 3:
-        return by_n(v, lam, n, k)
-    if argindex == 4:
-        return -function / ((n + 1) * k)
-    raise ArgumentIndexError(function, argindex)
+    by_lam = of_lam(v, lam, n, k)
+    by_v = (((1 - n) / (1 + n) + order) * function + lam * by_lam) / v
+    return by_v, by_lam, of_n(v, lam, n, k), -function / ((n + 1) * k)
 
 
-class positive_power(sympy.Function):
+class positive_power(WithSlopes):
     """max(d, 0)^n, a force that pushes and never pulls, with its derivative n max(d, 0)^(n - 1).
 
     It is for modes that hold while d >= 0: with a whole number n >= 0, written 2 or 2.0, it is the polynomial d^n,
@@ -127,17 +130,13 @@ class positive_power(sympy.Function):
         whole = sympy.Integer(int(n)) if n.is_Float and float(n).is_integer() else n
         return d**whole if whole.is_Integer and whole >= 0 else None
 
-    def fdiff(self, argindex: int = 1) -> Any:
-        """Derivative by d or by n; the logarithm in the latter wants d > 0."""
+    def slopes(self) -> tuple[Any, ...]:
+        """By d and by n; the logarithm in the latter wants d > 0."""
         d, n = self.args
-        if argindex == 1:
-            return n * positive_power(d, n - 1)
-        if argindex == 2:
-            return self * sympy.log(d)
-        raise ArgumentIndexError(self, argindex)
+        return n * positive_power(d, n - 1), self * sympy.log(d)
 
 
-class WithFormula(sympy.Function):
+class WithFormula(WithSlopes):
     """A function of `gates`, with its value in many digits and in numpy by a formula of other functions."""
 
     def formula(self) -> Any:
@@ -176,18 +175,10 @@ class gate(WithFormula):
             return 1 / (m * (1 + sympy.exp(u + exact_logarithm(n, m))))
         return None
 
-    def fdiff(self, argindex: int = 1) -> Any:
-        """Derivative by m, n, u or e."""
+    def slopes(self) -> tuple[Any, ...]:
+        """By m, n, u and e."""
         m, n, u, _ = self.args
-        if argindex == 1:
-            return -self * gate(m, n, u, sympy.S.Zero)
-        if argindex == 2:
-            return -self * gate(m, n, u, u)
-        if argindex == 3:
-            return -n * self * gate(m, n, u, u)
-        if argindex == 4:
-            return self
-        raise ArgumentIndexError(self, argindex)
+        return -self * gate(m, n, u, sympy.S.Zero), -self * gate(m, n, u, u), -n * self * gate(m, n, u, u), self
 
 
 class log_sum(WithFormula):
@@ -208,16 +199,10 @@ class log_sum(WithFormula):
             return sympy.log(n) + u
         return sympy.log(m) if n.is_zero else None
 
-    def fdiff(self, argindex: int = 1) -> Any:
-        """Derivative by m, n or u."""
+    def slopes(self) -> tuple[Any, ...]:
+        """By m, n and u."""
         m, n, u = self.args
-        if argindex == 1:
-            return gate(m, n, u, sympy.S.Zero)
-        if argindex == 2:
-            return gate(m, n, u, u)
-        if argindex == 3:
-            return n * gate(m, n, u, u)
-        raise ArgumentIndexError(self, argindex)
+        return gate(m, n, u, sympy.S.Zero), gate(m, n, u, u), n * gate(m, n, u, u)
 
 
 class log_cosh(WithFormula):
@@ -236,11 +221,9 @@ class log_cosh(WithFormula):
         size = sympy.Abs(self.args[0])
         return size + sympy.log(1 + sympy.exp(-2 * size)) - sympy.log(2)
 
-    def fdiff(self, argindex: int = 1) -> Any:
+    def slopes(self) -> tuple[Any, ...]:
         """tanh(u)."""
-        if argindex == 1:
-            return sympy.tanh(self.args[0])
-        raise ArgumentIndexError(self, argindex)
+        return (sympy.tanh(self.args[0]),)
 
 
 class bernoulli_ratio(WithFormula):
@@ -264,12 +247,10 @@ class bernoulli_ratio(WithFormula):
         """1 for the function itself at 0."""
         return sympy.S.One if u.is_zero and order.is_zero else None
 
-    def fdiff(self, argindex: int = 1) -> Any:
-        """Derivative by u."""
+    def slopes(self) -> tuple[Any, ...]:
+        """By u."""
         u, s, order = self.args
-        if argindex == 1:
-            return bernoulli_ratio(u, s, order + 1)
-        raise ArgumentIndexError(self, argindex)
+        return (bernoulli_ratio(u, s, order + 1),)
 
 
 _U = sympy.Dummy("u", real=True)
@@ -322,12 +303,10 @@ class _Rest(WithFormula):
             return cls.term(told, int(m + order)) * sympy.factorial(order)
         return None
 
-    def fdiff(self, argindex: int = 1) -> Any:
-        """Derivative by u."""
+    def slopes(self) -> tuple[Any, ...]:
+        """By u."""
         u, told, m, order = self.args
-        if argindex == 1:
-            return self.func(u, told, m, order + 1)
-        raise ArgumentIndexError(self, argindex)
+        return (self.func(u, told, m, order + 1),)
 
 
 class taylor_rest(_Rest):
@@ -409,7 +388,8 @@ class Special:
     @property
     def level(self) -> int:
         """Where it may stand if its arguments hold states or time."""
-        return FLOW if self.moving else RESET if "fdiff" in vars(self.make) else CONDITION
+        known = {"slopes", "fdiff"} & vars(self.make).keys()
+        return FLOW if self.moving else RESET if known else CONDITION
 
 
 SPECIAL: dict[str, Special] = {
