@@ -7,11 +7,10 @@ state. A strobe lies between any two of its events, so that the points of the se
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Unpack
 
-from chaosdrill.errors import ModelError
-from chaosdrill.model.system import HybridSystem, Words, arguments_of
+from chaosdrill.model.system import HybridSystem, Words
 from chaosdrill.model.tables import UNNAMED_MAP
 from chaosdrill.model.values import LATE
-from chaosdrill.typed import constructor, meant
+from chaosdrill.typed import constructor
 
 if TYPE_CHECKING:
     from chaosdrill.model.images import MapReader
@@ -81,16 +80,8 @@ class Map(HybridSystem):
         bounds: Mapping[Any, Any] | None = None,
         **words: Unpack[Words],
     ) -> None:
-        for key in words:
-            if key not in Words.__annotations__:
-                way = meant(key, words, arguments_of(Map))
-                raise TypeError(f"Map() got an unexpected keyword argument {key!r}; {way}")
-        given = {"name": name, "states": states, "images": images, "bounds": bounds, **words}
-        reader = self.reader({} if parameters is None else parameters)
-        found = reader.read(given)
-        if found is None:
-            raise ModelError(reader.told(f"{name!s:.60}"))
-        self._become(found, reader.parameters, initial)
+        given = {"name": name, "states": states, "images": images, "bounds": bounds}
+        self._read(given, words, parameters, initial)
 
     @staticmethod
     def reader(parameters: Any) -> "MapReader":

@@ -116,18 +116,23 @@ class HybridSystem(System):
         bounds: Mapping[Any, Any] | None = None,
         **words: Unpack[Words],
     ) -> None:
-        for key in words:
-            if key not in Words.__annotations__:
-                way = meant(key, words, arguments_of(HybridSystem))
-                raise TypeError(f"HybridSystem() got an unexpected keyword argument {key!r}; {way}")
         given = {
             "name": name, "states": states, "time": time, "period": period, "modes": modes, "transitions": transitions,
-            "regions": regions, "quadratures": quadratures, "bounds": bounds, **words,
+            "regions": regions, "quadratures": quadratures, "bounds": bounds,
         }  # fmt: skip
+        self._read(given, words, parameters, initial)
+
+    def _read(self, given: dict[str, Any], words: Mapping[str, Any], parameters: Any, initial: Any) -> None:
+        """Become what these arguments say, or refuse them."""
+        kind = type(self)
+        for key in words:
+            if key not in Words.__annotations__:
+                way = meant(key, words, arguments_of(kind))
+                raise TypeError(f"{kind.__name__}() got an unexpected keyword argument {key!r}; {way}")
         reader = self.reader({} if parameters is None else parameters)
-        found = reader.read(given)
+        found = reader.read({**given, **words})
         if found is None:
-            raise ModelError(reader.told(f"{name!s:.60}"))
+            raise ModelError(reader.told(f"{given['name']!s:.60}"))
         self._become(found, reader.parameters, initial)
 
     @staticmethod

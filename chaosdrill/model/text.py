@@ -39,32 +39,7 @@ def read_text(
 
     Raises `ExpressionError` with all that is wrong with it.
     """
-    return _read_tree(text, parse(text), names, condition=condition, hints=hints, clock=clock)
-
-
-def read_open_text(text: str, *, condition: bool = False) -> Any:
-    """Read an expression whose names are not known yet: each is a symbol, ``pi`` among them; raises as `read_text`."""
     tree = parse(text)
-    names = {name: sympy.Symbol(name, real=True) for name in _names(tree) if name not in FUNCTIONS}
-    return _read_tree(text, tree, names, condition=condition)
-
-
-def _names(node: Node) -> Iterator[str]:
-    if node.kind == "name":
-        yield node.value
-    for part in node.parts:
-        yield from _names(part)
-
-
-def _read_tree(
-    text: str,
-    tree: Node,
-    names: Mapping[str, Any],
-    *,
-    condition: bool,
-    hints: Mapping[str, str] | None = None,
-    clock: str | None = None,
-) -> Any:
     if tree.is_condition != condition:
         wanted = "a comparison, such as x > 0" if condition else "a number, not a comparison"
         raise ExpressionError(f"{text!r:.60} must be {wanted}")
@@ -87,6 +62,19 @@ def _read_tree(
     if found.has(sympy.I):
         raise ExpressionError(f"{text!r:.60} is complex")
     return found
+
+
+def read_open_text(text: str, *, condition: bool = False) -> Any:
+    """Read an expression whose names are not known yet: each is a symbol, ``pi`` among them; raises as `read_text`."""
+    names = {name: sympy.Symbol(name, real=True) for name in _names(parse(text)) if name not in FUNCTIONS}
+    return read_text(text, names, condition=condition)
+
+
+def _names(node: Node) -> Iterator[str]:
+    if node.kind == "name":
+        yield node.value
+    for part in node.parts:
+        yield from _names(part)
 
 
 def _unknown(node: Node, names: Mapping[str, Any], hints: Mapping[str, str], clock: str | None) -> Iterator[str]:
