@@ -48,8 +48,9 @@ class Distribution:
             if number is None:
                 raise SettingsError(f"{self.title}: {name} is {shown(value):.60}; it must be a finite number")
             object.__setattr__(self, name, number)
-        if told := self.fault():
-            raise SettingsError(f"{self.title}: {told}")
+        for name, limit in self.limits.items():
+            if told := limit.refuses(getattr(self, name)):
+                raise SettingsError(f"{self.title}: {name}: {told}")
 
     @property
     def title(self) -> str:
@@ -59,10 +60,6 @@ class Distribution:
     def numbers(self) -> dict[str, Any]:
         """Its parameters, by name."""
         return {one.name: getattr(self, one.name) for one in fields(self)}
-
-    def fault(self) -> str:
-        """Why it is no distribution, else empty."""
-        return ""
 
     def value(self, variate: Any, of: Mapping[str, Any]) -> Any:
         """The value of a standard variate, by symbols of the parameters."""
@@ -104,9 +101,10 @@ class Uniform(Distribution):
     low: float
     high: float
 
-    def fault(self) -> str:
-        given = f"low is {self.low:g} and high {self.high:g}"
-        return "" if self.low <= self.high else f"{given}; low must not be above high"
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.low > self.high:
+            raise SettingsError(f"uniform: low is {self.low:g} and high {self.high:g}; low must not be above high")
 
     def value(self, variate: Any, of: Mapping[str, Any]) -> Any:
         return of["low"] + (of["high"] - of["low"]) * variate
@@ -129,9 +127,6 @@ class Normal(Distribution):
     deviation: float
     uniforms: ClassVar[int] = 2
     limits: ClassVar[Mapping[str, Limit]] = {"deviation": NOT_NEGATIVE}
-
-    def fault(self) -> str:
-        return "" if self.deviation >= 0 else f"deviation is {self.deviation:g}; it must be >= 0"
 
     def value(self, variate: Any, of: Mapping[str, Any]) -> Any:
         return of["mean"] + of["deviation"] * variate
@@ -161,11 +156,6 @@ class LogNormal(Distribution):
     uniforms: ClassVar[int] = 2
     limits: ClassVar[Mapping[str, Limit]] = {"median": POSITIVE, "sigma": NOT_NEGATIVE}
 
-    def fault(self) -> str:
-        if self.median <= 0:
-            return f"median is {self.median:g}; it must be > 0"
-        return "" if self.sigma >= 0 else f"sigma is {self.sigma:g}; it must be >= 0"
-
     def value(self, variate: Any, of: Mapping[str, Any]) -> Any:
         return of["median"] * variate
 
@@ -193,9 +183,6 @@ class Exponential(Distribution):
 
     mean: float
     limits: ClassVar[Mapping[str, Limit]] = {"mean": NOT_NEGATIVE}
-
-    def fault(self) -> str:
-        return "" if self.mean >= 0 else f"mean is {self.mean:g}; it must be >= 0"
 
     def value(self, variate: Any, of: Mapping[str, Any]) -> Any:
         return of["mean"] * variate

@@ -346,7 +346,7 @@ def test_an_analysis_takes_noise_or_refuses_it_with_the_reason(name):
         (lambda: ball(cd.Uniform(0.5, 0.4)), "low must not be above high"),
         (lambda: cd.Choice([]), "values is"),
         (lambda: cd.Choice([1, 2], [0, 0]), "weights is"),
-        (lambda: cd.LogNormal(0, 1), "median is 0; it must be > 0"),
+        (lambda: cd.LogNormal(0, 1), "median: it must be greater than 0, received 0"),
         (lambda: cd.lyapunov_spectrum(NOISY, periods=10, exponents=3), "the system has 2 states"),
     ],
 )
