@@ -97,6 +97,11 @@ def compare(first: DataTree, second: DataTree) -> list[Difference]:
     return examine(first, second)[0]
 
 
+def groups_of(tree: DataTree) -> dict[str, Dataset]:
+    """The groups of an archive by their paths, each with what is its own."""
+    return {node.path: node.to_dataset(inherit=False) for node in tree.subtree}
+
+
 def examine(
     first: DataTree, second: DataTree, *, exact: bool = True, older: bool = False
 ) -> tuple[list[Difference], list[Check]]:
@@ -106,8 +111,7 @@ def examine(
     the criteria for other machines and versions (`agreement`). ``older``: the first archive is of another version,
     whose descriptions in words may differ.
     """
-    groups = {node.path: node.to_dataset(inherit=False) for node in first.subtree}
-    others = {node.path: node.to_dataset(inherit=False) for node in second.subtree}
+    groups, others = groups_of(first), groups_of(second)
     found = [Difference(path, "", "group is missing") for path in others if path not in groups]
     checks: list[Check] = []
     passing = PASSING | DESCRIPTIVE if older else PASSING

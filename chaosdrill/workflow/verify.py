@@ -12,7 +12,7 @@ from chaosdrill.archive.read import format_of, open_archive
 from chaosdrill.dataset.provenance import FORMAT, library_versions
 from chaosdrill.errors import ArchiveError, ChaosdrillError, SettingsError
 from chaosdrill.typed import COUNT, FUNCTION, PATH, expecting
-from chaosdrill.workflow.compare import CLOCKED, Check, Difference, examine
+from chaosdrill.workflow.compare import CLOCKED, Check, Difference, examine, groups_of
 from chaosdrill.workflow.describe import stored_versions
 from chaosdrill.workflow.run_scene import compute, hindrance, rerun
 
@@ -141,9 +141,8 @@ def _from_scene(
     except ChaosdrillError as fault:
         raise ArchiveError(f"{path}: the scene in it cannot be run:\n{fault}") from fault
     notes = _notes(tree.attrs, again.attrs)
-    computed = {node.path: node.to_dataset(inherit=False) for node in again.subtree}
-    groups = {node.path: node.to_dataset(inherit=False) for node in tree.subtree}
-    known = {path: _only_known_attributes(ds, computed.get(path, ds)) for path, ds in groups.items()}
+    computed = groups_of(again)
+    known = {path: _only_known_attributes(ds, computed.get(path, ds)) for path, ds in groups_of(tree).items()}
     first = xr.DataTree.from_dict(known)
     differences, checks = examine(first, again, exact=not notes, older=_is_older(tree.attrs))
     return differences, checks, notes
@@ -159,8 +158,7 @@ def _from_definitions(
     checks: list[Check] = []
     notes: list[str] = []
     refused: dict[str, str] = {}
-    groups = {node.path: node.to_dataset(inherit=False) for node in tree.subtree}
-    groups = {place: ds for place, ds in groups.items() if ds.variables or "kind" in ds.attrs}
+    groups = {place: ds for place, ds in groups_of(tree).items() if ds.variables or "kind" in ds.attrs}
     for place, ds in groups.items():
         again = _computed(path, ds, workers, report(place.strip("/") or "result") if report else None)
         if isinstance(again, str):
@@ -220,15 +218,14 @@ def _with_digests(
     named = {(item.group, item.variable.split(":")[0]) for item in differences}
     found = list(differences)
     clocked = set()
-    for node in tree.subtree:
-        group = node.to_dataset(inherit=False)
+    for path, group in groups_of(tree).items():
         changed = altered(group)
         if changed is None:
             continue
-        clocked |= {(node.path, str(name)) for name in group.variables}
+        clocked |= {(path, str(name)) for name in group.variables}
         for name in changed:
-            if (node.path, name.split(":")[0]) not in named:
-                found.append(Difference(node.path, name, "is not as it was written, by its digest"))
+            if (path, name.split(":")[0]) not in named:
+                found.append(Difference(path, name, "is not as it was written, by its digest"))
     checks = [
         replace(check, how="by the checksum of its values alone: measured time", agrees=True)
         if check.how == CLOCKED and (check.group, check.variable) in clocked
