@@ -71,6 +71,12 @@ def two_of(found: dict[Any, Any]) -> "tuple[tuple[Any, Any], tuple[Any, Any]] | 
     return first, second
 
 
+def two_in(expression: Any) -> "tuple[tuple[Any, Any], tuple[Any, Any]] | None":
+    """Two exponentials whose sum an expression is, as `two_of`; None if it is no such sum."""
+    summed = expression.is_Add or isinstance(expression, (sympy.cosh, sympy.sinh))
+    return two_of(exponentials(expression)) if summed and expression.has(*EXPONENTIAL) else None
+
+
 def is_positive_number(m: Any) -> bool:
     return bool(m.is_number and m.is_positive)
 
@@ -119,7 +125,7 @@ def logarithm(e: Any) -> Any:
         return e
     found, rest = [], []
     for factor in sympy.Mul.make_args(inner):
-        base, power = (factor, sympy.S.One) if isinstance(factor, sympy.exp) else factor.as_base_exp()
+        base, power = base_and_power(factor)
         whole = _log_of(base)
         # the square of what may be negative is positive
         known = isinstance(factor, sympy.exp) or inner == factor == base or _is_positive(base)
@@ -155,13 +161,15 @@ def _log_of(base: Any) -> Any:
         return base.args[0]
     if isinstance(base, sympy.cosh):
         return log_cosh(base.args[0])
-    if not base.has(*EXPONENTIAL) or not (base.is_Add or isinstance(base, sympy.sinh)):
-        return None
-    two = two_of(exponentials(base))
-    if two is None:
+    if (two := two_in(base)) is None:
         return None
     (a, m), (b, n) = two
     return log_of_two(m, a, n, b)
+
+
+def base_and_power(factor: Any) -> tuple[Any, Any]:
+    """Base and exponent of a factor; an exponential is its own base, not a power of e."""
+    return (factor, sympy.S.One) if isinstance(factor, sympy.exp) else factor.as_base_exp()
 
 
 def with_parts(e: Any, parts: list[Any]) -> Any:

@@ -13,11 +13,12 @@ import sympy
 
 from chaosdrill.model.logarithms import (
     EXPONENTIAL,
+    base_and_power,
     exponential,
     exponentials,
     is_positive_number,
     multiplied_out,
-    two_of,
+    two_in,
 )
 from chaosdrill.model.special import bernoulli_ratio, exact_logarithm, gate
 from chaosdrill.model.text import undivided
@@ -52,10 +53,7 @@ class Divisor:
     @classmethod
     def of(cls, base: Any) -> "Divisor | None":
         """That which an expression is, if it is one."""
-        if not base.has(*EXPONENTIAL) or not (base.is_Add or isinstance(base, (sympy.cosh, sympy.sinh))):
-            return None
-        two = two_of(exponentials(base))
-        if two is None:
+        if (two := two_in(base)) is None:
             return None
         (a, m), (b, n) = two
         return cls(m, a, n, b)
@@ -159,7 +157,7 @@ def quotient(product: Any) -> Any:
         power = int(-power)
         changed = []
         for i, factor in enumerate(rest):
-            above, times = factor.as_base_exp() if not isinstance(factor, sympy.exp) else (factor, sympy.S.One)
+            above, times = base_and_power(factor)
             if above.has(*EXPONENTIAL) and (above.is_Add or isinstance(above, (sympy.sinh, sympy.cosh))):
                 while times.is_Integer and times.is_positive and power > 0:
                     divided = below.under(above)

@@ -15,6 +15,7 @@ from typing import Any
 
 import sympy
 
+from chaosdrill.model.logarithms import base_and_power, with_parts
 from chaosdrill.model.special import RESTS, gate, log1p, power_rest, taylor_rest
 from chaosdrill.model.touching import degree_bound, exact
 from chaosdrill.model.tuning import TUNING
@@ -61,8 +62,7 @@ def _filled(e: Any, known: dict[Any, Any]) -> Any:
     if not e.args or not isinstance(e, sympy.Basic):
         return e
     if e not in known:
-        parts = [_filled(a, known) for a in e.args]
-        made = e if all(new is old for new, old in zip(parts, e.args, strict=True)) else e.func(*parts)
+        made = with_parts(e, [_filled(a, known) for a in e.args])
         if (made.is_Mul or made.is_Add) and _divides(made) and _has_functions(made):
             made = _joined(made) if made.is_Add else _quotient(made)
         known[e] = made
@@ -166,7 +166,7 @@ def _near(e: Any, symbol: Any, distance: Any) -> Iterator[tuple[int, int, Any]]:
     """Factors of a product about a place: how often each is zero there, its power, and what it is over that."""
     put = {symbol: symbol - distance + _U}
     for factor in sympy.Mul.make_args(_turned(e)):
-        base, times = factor.as_base_exp() if not isinstance(factor, sympy.exp) else (factor, sympy.S.One)
+        base, times = base_and_power(factor)
         if not times.is_Integer:
             base, times = factor, sympy.S.One
         if symbol not in base.free_symbols:
@@ -176,7 +176,7 @@ def _near(e: Any, symbol: Any, distance: Any) -> Iterator[tuple[int, int, Any]]:
         above, below = sympy.fraction(sympy.together(moved)) if _divides(moved) else (moved, sympy.S.One)
         for side, way in ((above, 1), (below, -1)):
             for one in sympy.Mul.make_args(side):
-                inner, again = one.as_base_exp() if not isinstance(one, sympy.exp) else (one, sympy.S.One)
+                inner, again = base_and_power(one)
                 if not (again.is_Integer and again.is_positive):
                     inner, again = one, sympy.S.One
                 power, rest = _zeros(inner)
@@ -280,7 +280,7 @@ class _Term:
             if _U not in factor.free_symbols:
                 self.constant *= factor
                 continue
-            base, times = factor.as_base_exp() if not isinstance(factor, sympy.exp) else (factor, sympy.S.One)
+            base, times = base_and_power(factor)
             whole = times.is_Integer and times.is_positive
             if base == _U and whole:
                 self.power += int(times)
