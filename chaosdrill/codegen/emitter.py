@@ -28,6 +28,16 @@ def array(dimensions: int) -> ir.Type:
     return ir.LiteralStructType([_BYTES, _BYTES, INT, INT, DOUBLE.as_pointer(), places, places])
 
 
+def _operator(name: str, *, turned: bool = False) -> Callable[["Number", Any], "Number"]:
+    """An operator of numbers; ``turned``: the other operand comes first."""
+
+    def operate(self: "Number", other: Any) -> "Number":
+        first, second = (other, self) if turned else (self, other)
+        return self.function.operate(name, first, second)
+
+    return operate
+
+
 class Number:
     """A floating-point value."""
 
@@ -37,29 +47,10 @@ class Number:
         self.function = function
         self.value = value
 
-    def __add__(self, other: Any) -> "Number":
-        return self.function.operate("fadd", self, other)
-
-    def __radd__(self, other: Any) -> "Number":
-        return self.function.operate("fadd", other, self)
-
-    def __sub__(self, other: Any) -> "Number":
-        return self.function.operate("fsub", self, other)
-
-    def __rsub__(self, other: Any) -> "Number":
-        return self.function.operate("fsub", other, self)
-
-    def __mul__(self, other: Any) -> "Number":
-        return self.function.operate("fmul", self, other)
-
-    def __rmul__(self, other: Any) -> "Number":
-        return self.function.operate("fmul", other, self)
-
-    def __truediv__(self, other: Any) -> "Number":
-        return self.function.operate("fdiv", self, other)
-
-    def __rtruediv__(self, other: Any) -> "Number":
-        return self.function.operate("fdiv", other, self)
+    __add__, __radd__ = _operator("fadd"), _operator("fadd", turned=True)
+    __sub__, __rsub__ = _operator("fsub"), _operator("fsub", turned=True)
+    __mul__, __rmul__ = _operator("fmul"), _operator("fmul", turned=True)
+    __truediv__, __rtruediv__ = _operator("fdiv"), _operator("fdiv", turned=True)
 
     def __neg__(self) -> "Number":
         return Number(self.function, self.function.builder.fneg(self.value))
