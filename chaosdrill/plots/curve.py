@@ -191,14 +191,10 @@ def _slopes(state: Floats, step: Floats) -> Floats:
     most = np.maximum(3 * np.minimum(np.abs(before), np.abs(after)), 1.5 * agreed)
     central = np.clip(central, -most, most)
     # where the curve ends, at an event above all, the parabola through the next point goes on
-    for place, own, other, beside in (
-        (0, before, central, ~_joined(inner, -1)),
-        (1, after, central, ~_joined(inner, 1)),
-    ):
-        end = np.flatnonzero(inner & beside)
-        at, side = (end, 1) if place == 0 else (end + 2, 0)
+    for way, own, side in ((-1, before, 1), (1, after, 0)):
+        end = np.flatnonzero(inner & ~_joined(inner, way))
         most_here = 3 * np.abs(own[end])
-        slopes[at, side] = np.clip(2 * own[end] - other[end], -most_here, most_here)
+        slopes[end + 1 + way, side] = np.clip(2 * own[end] - central[end], -most_here, most_here)
     slopes[1:-1][inner] = central[inner][:, np.newaxis]
     return slopes
 

@@ -73,9 +73,9 @@ def stacked(heights: Sequence[float], edge: float, least: float = 0.0) -> tuple[
     return figure, figure.subplots(len(heights), 1, height_ratios=heights, squeeze=False)[:, 0].tolist()
 
 
-def owner(ax: Axes) -> Figure:
-    """Return the figure that axes stand in."""
-    figure = ax.get_figure(root=True)
+def owner(part: Axes | Legend) -> Figure:
+    """Return the figure that axes or a legend stand in."""
+    figure = part.get_figure(root=True)
     assert figure is not None
     return figure
 
@@ -133,9 +133,7 @@ def legend_inside(axes: Axes, handles: Sequence[Artist] | None = None, **options
 
 def _fitted(legend: Legend, handles: Sequence[Artist], loc: Any, most: int) -> None:
     entries[legend] = Entries(handles, loc, most)
-    figure = legend.get_figure(root=True)
-    assert figure is not None
-    fit_legend(legend, figure)
+    fit_legend(legend, owner(legend))
 
 
 def title_legend(legend: Legend, text: str, colour: str) -> None:
