@@ -107,31 +107,10 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
             _check_drives(checked, table_in(raw, "drives"))
     elif isinstance(raw.get(ways[0]), Mapping):
         checked.known = dict(table_in(raw, "parameters"))
-        if ways[0] == "definition":
-            checked.definition = dict(raw["definition"])
-            found = _before(checked, raw)
-            if found is not None:
-                checked.states = found.state_names
-            else:
-                _check_drives(checked, table_in(raw, "drives"))
-                _check_definition(checked)
-        elif ways[0] == "map":
-            # which tells it from other definitions
-            checked.definition = {"images": None, **raw["map"]}
-            found = _before(checked, raw)
-            if found is not None:
-                checked.states = found.state_names
-            else:
-                _check_definition(checked, "map")
-            if table_in(raw, "drives"):
-                from chaosdrill.model.drives import UNDRIVEN
-
-                problems.append(Problem(("system", "drives"), UNDRIVEN))
+        if ways[0] == "filippov":
+            _check_filippov(checked, raw)
         else:
-            if _slid_before(checked, raw):
-                checked.states = check_made.begun_by(raw["filippov"])
-            else:
-                _check_filippov(checked, raw["filippov"], table_in(raw, "drives"))
+            _check_written(checked, raw, ways[0])
         if table_in(raw, "effects"):
             problems.append(
                 Problem(("system", "effects"), "a definition is not assembled from effects; leave them out")
@@ -202,13 +181,31 @@ def check_limits(checked: CheckedSystem, values: Mapping[str, Any], at: tuple[st
     return [Problem((*at, name), fault) for name, fault in faults if fault]
 
 
-def _check_filippov(checked: CheckedSystem, table: Mapping[str, Any], drives: Mapping[str, Any]) -> None:
+def _check_written(checked: CheckedSystem, raw: Mapping[str, Any], key: str) -> None:
+    """Check the definition of a system or a map, which has images."""
+    checked.definition = {**({"images": None} if key == "map" else {}), **raw[key]}
+    drives = table_in(raw, "drives")
+    if (found := _before(checked, raw)) is not None:
+        checked.states = found.state_names
+    else:
+        _check_drives(checked, drives if key == "definition" else {})
+        _check_definition(checked, key)
+    if drives and key == "map":
+        from chaosdrill.model.drives import UNDRIVEN
+
+        checked.problems.append(Problem(("system", "drives"), UNDRIVEN))
+
+
+def _check_filippov(checked: CheckedSystem, raw: Mapping[str, Any]) -> None:
     """Check two fields and a surface by the check of definitions."""
+    place, table = ("system", "filippov"), raw["filippov"]
+    if _slid_before(checked, raw):
+        checked.states = check_made.begun_by(table)
+        return
     from chaosdrill.model.reading import Reader
 
-    place = ("system", "filippov")
     checked.definition = check_made.as_definition(table)
-    _check_drives(checked, drives)
+    _check_drives(checked, table_in(raw, "drives"))
     checked.problems += problems_of(check_made.filippov_faults(table), place)
     if checked.problems:
         checked.states = None
