@@ -41,6 +41,7 @@ FOLDER = Kind(
     "the name of a folder, as text or a pathlib.Path",
     lambda value: _is_path(value) and value != "" and "\0" not in os.fspath(value),
 )
+SYSTEM = Kind("a HybridSystem, as chaosdrill.build returns one", lambda value: hasattr(type(value), "with_parameters"))
 RESULT = Kind("what an analysis returned", lambda value: not _is_path(value))
 TEXT = Kind("text", lambda value: isinstance(value, str))
 TABLE = Kind("a mapping of names to values, as in {'a': 0.3}", _is_table)

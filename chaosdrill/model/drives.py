@@ -15,7 +15,7 @@ from chaosdrill.model.period import value_of
 from chaosdrill.model.places import parameter
 from chaosdrill.model.transition import Transition
 from chaosdrill.names import remedy
-from chaosdrill.typed import TEXT, expecting, refuse
+from chaosdrill.typed import SYSTEM, TEXT, expecting
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -39,7 +39,7 @@ Part = tuple[Any, Any, Any]
 """The phases at which a piece, or a half of it, begins and ends, and the drive between them."""
 
 
-@expecting(ModelError)
+@expecting(ModelError, system=SYSTEM, drive=TEXT)
 def driven(
     system: "HybridSystem",
     drive: str,
@@ -87,13 +87,8 @@ def driven(
         state; if there is no period, or the phases are not between 0 and 1; if there are more modes or transitions than
         a system may have.
     """
-    from chaosdrill.model.system import HybridSystem
-
-    if not isinstance(system, HybridSystem):
-        raise ModelError(f"system is {system!r:.60}; it must be a HybridSystem")
     if system.discrete:
         raise ModelError(f"{system.name}: {UNDRIVEN}")
-    refuse(ModelError, "drive", drive, TEXT)
     if drive not in system.parameters:
         raise ModelError(f"{system.name}: there is no parameter {drive!r} to drive; {remedy(drive, system.parameters)}")
     symbol = parameter(drive)

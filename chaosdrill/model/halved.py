@@ -15,8 +15,8 @@ from chaosdrill.model.parts import read_expression, read_table
 from chaosdrill.model.places import parameter
 from chaosdrill.model.transition import REFLECTION, Transition
 from chaosdrill.model.tuning import TUNING
-from chaosdrill.names import remedy, shown
-from chaosdrill.typed import expecting
+from chaosdrill.names import remedy
+from chaosdrill.typed import SYSTEM, expecting
 
 if TYPE_CHECKING:
     from chaosdrill.model.maps import Map
@@ -26,7 +26,7 @@ CLOCK = "half_time"
 """State that tells the time within the half period."""
 
 
-@expecting(ModelError)
+@expecting(ModelError, system=SYSTEM)
 def halved(system: "HybridSystem", symmetry: Mapping[Any, Any]) -> "HybridSystem":
     """The system over half of its motion, by a symmetry S that its equations have; S is checked.
 
@@ -69,10 +69,6 @@ def halved(system: "HybridSystem", symmetry: Mapping[Any, Any]) -> "HybridSystem
     J. W. Swift, K. Wiesenfeld, "Suppression of period doubling in symmetric systems", Physical Review Letters 52 (1984)
     705-708, doi:10.1103/PhysRevLett.52.705: the half map of a forced system.
     """
-    from chaosdrill.model.system import HybridSystem
-
-    if not isinstance(system, HybridSystem):
-        raise ModelError(f"system is {shown(system):.60}; it must be a HybridSystem")
     system = system.built
     if system.noise or system.sources:
         what = "is noisy" if system.noise else "has Python functions"

@@ -14,13 +14,13 @@ from chaosdrill.model.parts import is_name, read_expression, read_table
 from chaosdrill.model.places import parameter
 from chaosdrill.model.tuning import TUNING
 from chaosdrill.names import remedy, shown
-from chaosdrill.typed import NUMBER, TEXT, expecting
+from chaosdrill.typed import NUMBER, SYSTEM, TEXT, expecting
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
 
-@expecting(ModelError, name=TEXT, rate=NUMBER)
+@expecting(ModelError, system=SYSTEM, name=TEXT, rate=NUMBER)
 def on_level(system: "HybridSystem", conserved: Any, *, name: str = "level", rate: float = 1.0) -> "HybridSystem":
     """The system drawn to a level of a quantity H that it conserves; the level is one of its parameters.
 
@@ -59,10 +59,6 @@ def on_level(system: "HybridSystem", conserved: Any, *, name: str = "level", rat
     conservative and Hamiltonian systems", Physica D 181 (2003) 1-38, doi:10.1016/S0167-2789(03)00097-6: the gradient
     as the term that unfolds a family.
     """
-    from chaosdrill.model.system import HybridSystem
-
-    if not isinstance(system, HybridSystem):
-        raise ModelError(f"system is {shown(system):.60}; it must be a HybridSystem")
     system = system.built
     if system.discrete or not system.autonomous:
         what = "is a map" if system.discrete else "depends on time"

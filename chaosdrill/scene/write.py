@@ -10,13 +10,13 @@ from chaosdrill.files import followed, is_read_only, replacing
 from chaosdrill.model import HybridSystem
 from chaosdrill.scene.changes import bare_or_quoted, toml_value
 from chaosdrill.scene.load import parse_scene
-from chaosdrill.typed import PATH, TABLE, TABLES, TEXT, expecting
+from chaosdrill.typed import PATH, SYSTEM, TABLE, TABLES, TEXT, expecting
 
 _HEADERS = {"system": 4, "analysis": 2, "numerics": 1}
 """Depth to which tables have their own header; deeper tables stand on one line."""
 
 
-@expecting(SceneError, path=PATH, analyses=TABLES, numerics=TABLE, title=TEXT)
+@expecting(SceneError, path=PATH, system=SYSTEM, analyses=TABLES, numerics=TABLE, title=TEXT)
 def save_scene(
     path: str | os.PathLike[str],
     system: HybridSystem,
@@ -56,9 +56,6 @@ def save_scene(
         If a value cannot be written in TOML.
     """
     from chaosdrill.model.definition import write_definition
-
-    if not isinstance(system, HybridSystem):
-        raise SceneError(f"system is {system!r:.60}; it must be a HybridSystem, as chaosdrill.build returns one")
 
     document = {
         "title": system.name if title is None else title,
