@@ -262,7 +262,7 @@ def add_record(
     residual, neutral = found.residual.copy(), np.flatnonzero((found.period > 0) & e.unmoved)
     # round-off may come from the largest that states have been
     residual[neutral] = recurrence(paths[neutral], sizes[neutral] / FLOOR, most).residual
-    period = np.where(closes_exactly(e, residual), found.period, 0)
+    period = np.where(closes_exactly(e, residual, found.period), found.period, 0)
     moves_on, closer, _ = drift(paths, sizes, period, e.rounding)
     e.exact |= (period > 0) & (~moves_on | closer)
     if part < 1.0:
@@ -279,13 +279,13 @@ def add_record(
     e.drifts |= drifts
 
 
-def closes_exactly(e: Evidence, residual: np.ndarray) -> np.ndarray:
-    """Whether points come back as exactly as a run allows, by their distances from where they were.
+def closes_exactly(e: Evidence, residual: np.ndarray, period: np.ndarray) -> np.ndarray:
+    """Whether points come back as exactly as a run allows, by their distances from where they were a period before.
 
     At steps of a map those of chaos on narrow bands nearly do so, and those beside an unstable cycle: there they come
-    back to the last digits.
+    back to the last digits, or as exactly as a period of the run allows.
     """
-    return residual <= np.where(e.even & e.bounded, SAME, ROUND_OFF)
+    return residual <= np.where(e.even & e.bounded, np.maximum(SAME, e.rounding * period), ROUND_OFF)
 
 
 def is_own_period(found: Recurrence) -> np.ndarray:

@@ -92,8 +92,8 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     e.measured[:] = plan.exponents > 0
     neutral = add_returns(e, found, lasts, whole, paths, size)
     # round-off may come from the largest that states have been
-    exact = e.recurs & ~e.attracts & closes_exactly(e, _residual(plan, paths, size, found, e.recurs & neutral))
-    exact = np.flatnonzero(exact)
+    residual = _residual(plan, paths, size, found, e.recurs & neutral)
+    exact = np.flatnonzero(e.recurs & ~e.attracts & closes_exactly(e, residual, found.period))
     e.exact[exact] = _returned(paths[exact], size[exact], e.rounding[exact])
     centre = e.recurs & neutral & (found.residual <= ROUND_OFF)
     if plan.maps and not noisy:

@@ -9,9 +9,10 @@ import sympy
 from maps import map_system
 
 import chaosdrill as cd
-from chaosdrill.analysis.classification import Averages, add_ends, add_regularity, contracts
+from chaosdrill.analysis.classification import Averages, add_ends, add_regularity, contracts, is_no_channel
 from chaosdrill.analysis.ordering import LAST, comes_back, goes_on, ordered
 from chaosdrill.analysis.predicting import predicted
+from chaosdrill.analysis.recurrence import recurrence
 from chaosdrill.analysis.stationarity import departs
 from chaosdrill.analysis.tori import examine, only_grows, stopped
 from chaosdrill.analysis.words import BOUNDED, RULES, Evidence, steady
@@ -628,3 +629,26 @@ def test_where_no_torus_and_no_chaos_are_possible(duffing, logistic):
     grown = {"lead": np.ones(2), "late": np.ones(2), "length": np.full(2, 100.0)}
     given = Evidence.of(2, **grown, chaos_possible=np.array([True, False]))
     assert words_of(given).tolist() == [cd.Outcome.CHAOTIC, cd.Outcome.TRANSIENT]
+
+
+@pytest.mark.parametrize("units", [(1.0, 1.0), (1e-9, 1e9), (3e7, 2e-8)])
+@pytest.mark.parametrize("order", [[0, 1, 2], [1, 0, 2]])
+def test_what_turns_or_alternates_is_no_channel_in_any_units_and_order(units, order):
+    """Motions that come closer by 1e-4 a step, turning by half a radian or from side to side, and one that goes by."""
+    k = np.arange(200)
+    closer, zero = 1e-7 * np.exp(-1e-4 * k), 0.0 * k
+    ways = [(closer * np.cos(k / 2), closer * np.sin(k / 2)), (closer * (-1.0) ** k, closer), (1e-9 * k, zero)]
+    paths = np.stack([np.stack([1 + one, 2 + other, zero], axis=1) for one, other in ways])
+    paths[:, :, :2] *= units
+    paths, known = paths[:, :, order], np.abs(paths[:, :, order[:2]]).max(axis=1)
+    found = recurrence(paths, known, 8)
+    closes = is_no_channel(found, np.full(3, -1e-4), paths, known, found.period)
+    assert closes.tolist() == [True, True, False]
+
+
+@pytest.mark.parametrize("transient", [0, 100])
+def test_shear_after_a_transient_is_no_growth(transient):
+    """Tangents grow like the time since their start, so evenly in a later record; all motions come back (Volterra)."""
+    prey = flow("x y", {"x": "x*(a - y)", "y": "y*(x - 1)"}, {"x": 1.8, "y": 1.0}, parameters={"a": 0.5})
+    found = cd.bifurcation_diagram(prey, {"a": [0.5, 2.0, 5.0]}, periods=64, transient=transient, at="x > 1.1")
+    assert words(found) == ["periodic"] * 3
