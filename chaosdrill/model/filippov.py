@@ -207,13 +207,7 @@ class Written:
     more: dict[str, Any]  # other arguments of the system
 
     @staticmethod
-    def read(
-        name: str,
-        states: Any,
-        time: Any,
-        parameters: Any,
-        more: More,
-    ) -> "Written":
+    def read(name: str, states: Any, time: Any, parameters: Any, more: More) -> "Written":
         listed = states.replace(",", " ").replace(";", " ").split() if isinstance(states, str) else states
         if not isinstance(listed, Iterable):
             raise ModelError(f"{name}: states is {states!r}; expected names in order, as in 'x v' or ['x', 'v']")
