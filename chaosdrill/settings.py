@@ -450,10 +450,10 @@ def positive(name: str, value: Any) -> float:
 
 
 def real(value: Any) -> float:
-    """The value as a float; NaN for anything but a real number, such as texts, truth values and dates."""
+    """The value as a float; NaN for anything but a real number, such as texts, truth values, dates and masked ones."""
     # what numpy would drop is the imaginary part
     none = isinstance(value, bool) or getattr(getattr(value, "dtype", None), "kind", "") in ("b", "c", "m", "M")
-    if none or isinstance(value, str | bytes) or bool(getattr(value, "ndim", 0)):
+    if none or isinstance(value, str | bytes) or bool(getattr(value, "ndim", 0)) or is_masked(value):
         return nan
     try:
         return float(value)
@@ -461,3 +461,8 @@ def real(value: Any) -> float:
         return inf
     except (TypeError, ValueError):
         return nan
+
+
+def is_masked(value: Any) -> bool:
+    """Whether a single value is marked as missing, of which numpy makes a NaN with a warning, and sympy a zero."""
+    return getattr(value, "ndim", None) == 0 and bool(getattr(value, "mask", False))

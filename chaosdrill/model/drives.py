@@ -15,6 +15,7 @@ from chaosdrill.model.period import value_of
 from chaosdrill.model.places import parameter
 from chaosdrill.model.transition import Transition
 from chaosdrill.names import remedy
+from chaosdrill.settings import real
 from chaosdrill.typed import SYSTEM, TEXT, expecting
 
 if TYPE_CHECKING:
@@ -231,9 +232,9 @@ def _spline(name: str, table: Any) -> list[Piece]:
     try:
         if isinstance(table, Mapping):
             where = f"{name}: phase of the table"
-            knots = sorted((read_expression(where, key), float(v)) for key, v in table.items())
+            knots = sorted((read_expression(where, key), real(v)) for key, v in table.items())
         elif isinstance(table, Iterable) and not isinstance(table, str):
-            numbers = [float(v) for v in table]
+            numbers = [real(v) for v in table]
             knots = [(sympy.Rational(k, len(numbers)), v) for k, v in enumerate(numbers)]
         else:
             raise fault

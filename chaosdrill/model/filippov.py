@@ -19,6 +19,7 @@ from chaosdrill.model.crossings import crossings
 from chaosdrill.model.derive import differentiate
 from chaosdrill.model.parts import read_expression, read_symbol, read_table
 from chaosdrill.model.places import parameter
+from chaosdrill.model.tables import UNNAMED
 from chaosdrill.model.transition import Transition
 from chaosdrill.model.tuning import TUNING
 from chaosdrill.typed import expecting
@@ -44,9 +45,9 @@ class More(TypedDict, total=False):
 @expecting(ModelError)
 def filippov(
     *,
-    name: str,
+    name: str = UNNAMED,
     states: Iterable[Any],
-    parameters: Mapping[str, float],
+    parameters: Mapping[str, float] | None = None,
     surface: Any,
     above: Mapping[Any, Any],
     below: Mapping[Any, Any],
@@ -75,7 +76,7 @@ def filippov(
         Name of the system.
     states : sequence of sympy.Symbol or str
         The states, as for `HybridSystem`.
-    parameters : mapping of str to float
+    parameters : mapping of str to float, optional
         Parameters and their values.
     surface : expression, or mapping of str to expression
         The expression h that is zero on the surface. It has to be linear in a state, with a coefficient of parameters
@@ -116,9 +117,9 @@ def filippov(
 @expecting(ModelError)
 def equivalent_control(
     *,
-    name: str,
+    name: str = UNNAMED,
     states: Iterable[Any],
-    parameters: Mapping[str, float],
+    parameters: Mapping[str, float] | None = None,
     surface: Any,
     field: Mapping[Any, Any],
     control: Mapping[Any, Sequence[Any]],
@@ -213,7 +214,7 @@ class Written:
             raise ModelError(f"{name}: states is {states!r}; expected names in order, as in 'x v' or ['x', 'v']")
         symbols = tuple(read_symbol(f"{name}: state {place}", s) for place, s in enumerate(listed))
         clock = None if time is None else read_symbol(f"{name}: time", time)
-        known = read_table(f"{name}: parameters", parameters)
+        known = read_table(f"{name}: parameters", {} if parameters is None else parameters)
         if clock is None and "t" not in {*(symbol.name for symbol in symbols), *known}:
             clock = read_symbol(f"{name}: time", "t")  # as in `HybridSystem`
         others = {key: value for key, value in more.items() if key != "quadratures"}

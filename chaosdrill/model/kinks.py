@@ -10,6 +10,7 @@ import sympy
 from chaosdrill.errors import ModelError
 from chaosdrill.model.filippov import SLIDING, Field, More, TwoSided, Written, several, vanishes
 from chaosdrill.model.parts import read_table
+from chaosdrill.model.tables import UNNAMED
 from chaosdrill.model.touching import unfolded
 from chaosdrill.model.transition import Transition
 from chaosdrill.model.tuning import TUNING
@@ -30,9 +31,9 @@ Sides = dict[Any, int]
 @expecting(ModelError)
 def in_modes(
     *,
-    name: str,
+    name: str = UNNAMED,
     states: Iterable[Any],
-    parameters: Mapping[str, float],
+    parameters: Mapping[str, float] | None = None,
     field: Mapping[Any, Any],
     surface: Any = None,
     time: Any = None,

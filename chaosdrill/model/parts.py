@@ -25,6 +25,7 @@ from chaosdrill.model.text import has_doubles, read_open_text, read_text, rejoin
 from chaosdrill.model.touching import without_smooth_zeros
 from chaosdrill.model.tuning import TUNING
 from chaosdrill.names import remedy, shortened, shown
+from chaosdrill.settings import is_masked
 
 Path = tuple[str | int, ...]
 
@@ -314,7 +315,7 @@ class PartReader:
         return read_text(text, self._names, condition=condition, hints=self._hints, clock=clock)
 
     def _from_sympy(self, value: Any, condition: bool) -> Any:
-        if getattr(value, "ndim", 0):
+        if getattr(value, "ndim", 0) or is_masked(value):
             raise ExpressionError(f"expected one number or expression, received {shown(value):.60}")
         try:
             found = sympy.sympify(value, strict=True)

@@ -4,8 +4,10 @@ It may come from Python, from the table of a scene, or from an archive. The rule
 `chaosdrill.model.parts`, `chaosdrill.model.rules`, `chaosdrill.model.completion` and `chaosdrill.model.period`.
 """
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
+from numbers import Rational
 from typing import Any
 from unicodedata import normalize
 
@@ -21,6 +23,7 @@ from chaosdrill.model.tables import DEFAULT_BOUND, OF_NOISE, UNNAMED, finite
 from chaosdrill.model.transition import Transition
 from chaosdrill.model.values import Definition
 from chaosdrill.names import brief, remedy, shown
+from chaosdrill.settings import real
 
 MOST_CODES = 127
 
@@ -293,10 +296,6 @@ def _name_of(entry: Any) -> str | None:
 
 
 def _end(value: Any) -> float:
-    """One bound as a number; NaN if it is not a number."""
-    if isinstance(value, str | bytes | bool) and value not in ("inf", "-inf"):
-        return float("nan")
-    try:
-        return float(value)
-    except (TypeError, ValueError, OverflowError):
-        return float("nan")
+    """One bound as a number; NaN if it is not a number, or a finite one larger than any double."""
+    end = float(value) if isinstance(value, str) and value in ("inf", "-inf") else real(value)
+    return math.nan if math.isinf(end) and isinstance(value, Rational) else end

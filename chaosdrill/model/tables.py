@@ -6,6 +6,7 @@ from typing import Any, NoReturn
 
 from chaosdrill.errors import SettingsError
 from chaosdrill.names import remedy
+from chaosdrill.settings import real
 
 ANOTHER = (
     "with_parameters(name=value) returns a copy with other parameters, with_initial(name=value) a copy that starts "
@@ -103,14 +104,5 @@ def read_only(value: Any) -> Any:
 
 def finite(value: Any) -> float | None:
     """A finite number as a double; None for anything else."""
-    try:
-        # an array of one number is none, though float takes it; a complex number loses a part there
-        number = float("nan") if isinstance(value, str | bytes | bool) or _is_more(value) else float(value)
-    except (TypeError, ValueError, OverflowError):
-        return None
+    number = real(value)
     return number if abs(number) <= MOST else None
-
-
-def _is_more(value: Any) -> bool:
-    """Whether something of numpy or xarray is more than one real number."""
-    return bool(getattr(value, "ndim", 0)) or getattr(getattr(value, "dtype", None), "kind", "") == "c"

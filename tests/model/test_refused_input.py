@@ -1,5 +1,6 @@
 """What is no system at all is refused when it is written down: the place, what was given, what is allowed."""
 
+import numpy as np
 import pytest
 import sympy
 
@@ -232,3 +233,26 @@ def test_names_may_stand_for_symbols_and_texts_for_expressions():
     )
     meant = build(transitions=[hit()])
     assert (written.states, written.modes, written.transitions) == (meant.states, meant.modes, meant.transitions)
+
+
+MASKED = np.ma.masked
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda system: system.with_parameters(k=MASKED),
+        lambda system: system.with_initial(x=MASKED),
+        lambda _: cd.HybridSystem(states="x", modes={"m": {"x": MASKED}}),
+        lambda _: cd.HybridSystem(states="x", modes={"m": {"x": "1"}}, bounds={"x": (0, MASKED)}),
+        lambda _: cd.Map("x", images={"x": MASKED}),
+        lambda _: cd.Transition("hit", "m", "m", guard="x", direction=1, reset={"x": MASKED}),
+        lambda system: cd.driven(system, "k", table=[0, MASKED, 1], period=1),
+        lambda system: cd.trajectory(system, duration=MASKED),
+    ],
+)
+def test_a_masked_number_is_no_number(wrong):
+    # numpy makes NaN of it with a warning, and sympy zero without one
+    system = cd.HybridSystem(states="x", parameters={"k": 1.0}, modes={"m": {"x": "-k*x"}})
+    with pytest.raises(cd.errors.ChaosdrillError, match="masked"):
+        wrong(system)

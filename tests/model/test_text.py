@@ -60,9 +60,18 @@ def test_states_are_names_in_order(states):
     assert by_text(states=states).states == (X, V)
 
 
-def test_a_name_is_no_need():
-    system = cd.HybridSystem(states="x", modes={"on": {"x": "-x"}})
-    assert (system.name, system.parameters, system.time) == ("own-system", {}, None)
+@pytest.mark.parametrize(
+    ("make", "given"),
+    [
+        (cd.HybridSystem, {"modes": {"on": {"x": "-x"}}}),
+        (cd.filippov, {"surface": "x", "above": {"x": "-1"}, "below": {"x": "1"}}),
+        (cd.equivalent_control, {"surface": "x", "field": {"x": "u"}, "control": {"u": (1, -1)}}),
+        (cd.in_modes, {"field": {"x": "-sign(x)"}}),
+    ],
+)
+def test_a_name_and_parameters_are_no_need(make, given):
+    system = make(states="x", **given)
+    assert (system.name, system.parameters) == ("own-system", {})
 
 
 @pytest.mark.parametrize("rate", ["-x + t", -X + T])
