@@ -16,10 +16,10 @@ from chaosdrill.analysis.tori import (
     aside,
     closes,
     closes_for_good,
-    drift,
     examine,
     goes_on,
     only_grows,
+    stays,
     stopped,
     turn,
 )
@@ -182,7 +182,8 @@ def evidence_of(
             found.flows &= n > 1 or structure.symmetries > 0 or not _smooth(system)
         if averages.complete and contracts(system):
             found.torus_possible = ~(exponents.sum(axis=1) * length < -NEUTRAL)
-    found.chaos_possible = np.full(points, _chaos_possible(system, n))
+    # no flow of two states without events is chaotic, nor a forced one of one state
+    found.chaos_possible[:] = not _smooth(system) or n > (2 if system.autonomous else 1)
     found.stirs = (ended == Outcome.OK) & stirs(shifts.quotient(windows[:, :, :-1]), shifts.sizes(known), part)
     untold = unseen | (averages.neutral >= exponents.shape[1])
     open_ = np.flatnonzero((ended == Outcome.OK) & (untold | ~(found.lead < -found.margin)))
@@ -263,8 +264,7 @@ def add_record(
     # round-off may come from the largest that states have been
     residual[neutral] = recurrence(paths[neutral], sizes[neutral] / FLOOR, most).residual
     period = np.where(closes_exactly(e, residual, found.period), found.period, 0)
-    moves_on, closer, _ = drift(paths, sizes, period, e.rounding)
-    e.exact |= (period > 0) & (~moves_on | closer)
+    e.exact |= stays(paths, sizes, period, e.rounding)
     if part < 1.0:
         earlier = stationarity(shifts.quotient(coarse), shifts.sizes(known))
         e.leaving, e.settling = e.leaving | earlier[0], e.settling | earlier[1]
@@ -393,10 +393,6 @@ def add_ends(e: Evidence, averages: Averages, paths: np.ndarray, known: np.ndarr
         e.arrives[left] = closes_for_good(paths[left, -count:], known[left], e.rounding[left])
 
 
-def _is_open(e: Evidence) -> np.ndarray:
-    return np.isin(words(e), OPEN_ANSWERS)
-
-
 def add_turns(e: Evidence, windows: np.ndarray, shifts: Shifts, seen: np.ndarray | bool = True) -> None:
     """Add whether turns of motions at instants of any kind lengthen, where nothing but that speaks against a cycle."""
     asked = np.flatnonzero((words(e) == Outcome.PERIODIC) & seen)
@@ -431,7 +427,7 @@ def add_later(
     Instants of any kind, of which the ``flow`` tells the rates, come back to a cycle only by chance; they lie on a
     closed curve there.
     """
-    which = np.flatnonzero(_is_open(e))
+    which = np.flatnonzero(np.isin(words(e), OPEN_ANSWERS))
     if not len(which):
         return
     later, known = windows[which, windows.shape[1] // 2 :], known[which]
@@ -445,11 +441,6 @@ def add_later(
     e.torus_reached[which[stays]] = seen.ordered | seen.torus & seen.converges & ((flow is None) | seen.agrees)
     falls = e.late[which[stays]] < 0
     e.cycle_reached[which[stays]] |= (seen.line | seen.curve & falls & ~e.unmoved[which[stays]]) & seen.converges
-
-
-def _chaos_possible(system: HybridSystem, n: int) -> bool:
-    """Whether a motion can be chaotic: no flow of two states without events is, nor a forced one of one state."""
-    return not _smooth(system) or n > (2 if system.autonomous else 1)
 
 
 def _smooth(system: HybridSystem) -> bool:

@@ -23,10 +23,10 @@ from chaosdrill.analysis.classification import (
     evidence_of,
     undrawn,
 )
-from chaosdrill.analysis.recurrence import CLOSE, FLOOR, ROUND_OFF, Recurrence, recurrence
+from chaosdrill.analysis.recurrence import CLOSE, FLOOR, ROUND_OFF, recurrence
 from chaosdrill.analysis.resting import is_left, rests
 from chaosdrill.analysis.statistics import block_ends, error_of_exponents, rounding_of_unit
-from chaosdrill.analysis.tori import END, LENGTH, aside, drift
+from chaosdrill.analysis.tori import END, LENGTH, aside, stays
 from chaosdrill.analysis.tuning import PLAN
 from chaosdrill.analysis.words import Evidence, words
 from chaosdrill.dataset import Outcome
@@ -47,8 +47,6 @@ class Verdict:
     decided: np.ndarray  # bool (P,): whether that is beyond doubt
     exponents: np.ndarray  # (P, m): descending spectra
     errors: np.ndarray  # (P, m): their standard errors
-    lead: np.ndarray  # (P,): largest exponent that is free to have any sign
-    margin: np.ndarray  # (P,): beyond which it differs from zero
     evidence: Evidence
     cycle: np.ndarray  # int (P,): length of the cycle that the record repeats, in units of lengths; 0: unknown, or none
     moves: np.ndarray  # bool (P,): whether nothing says that the motion dies out
@@ -81,7 +79,7 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     if plan.section is not None:
         points = batch.counts[which][:, sorted(plan.section)].sum(axis=1)
     averages = averages_of(plan, batch, which, points, begin, np.where(whole[:, np.newaxis], plain, np.nan))
-    exponents, errors = _in_order(plain), averages.errors
+    exponents, errors = -np.sort(-plain, axis=1), averages.errors
     full, known = undrawn(plan.system, batch.window[which]), batch.sizes[which]
     windows = last_rows(full, LENGTH) if full.shape[1] > LENGTH else full
     early = None if before is None else undrawn(plan.system, before[which])
@@ -91,8 +89,10 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     )
     e.measured[:] = plan.exponents > 0
     neutral = add_returns(e, found, lasts, whole, paths, size)
+    residual, at_centre = found.residual.copy(), np.flatnonzero(e.recurs & neutral)
     # round-off may come from the largest that states have been
-    residual = _residual(plan, paths, size, found, e.recurs & neutral)
+    largest = size[at_centre] / FLOOR
+    residual[at_centre] = recurrence(paths[at_centre], largest, plan.max_period, 2 * plan.max_period).residual
     exact = np.flatnonzero(e.recurs & ~e.attracts & closes_exactly(e, residual, found.period))
     e.exact[exact] = _returned(paths[exact], size[exact], e.rounding[exact])
     centre = e.recurs & neutral & (found.residual <= ROUND_OFF)
@@ -127,8 +127,6 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
         decided=decided,
         exponents=exponents,
         errors=errors,
-        lead=e.lead,
-        margin=e.margin,
         evidence=e,
         cycle=np.where(certain & (period > 0), cycle, 0),
         moves=moves,
@@ -143,18 +141,8 @@ def _returned(paths: np.ndarray, known: np.ndarray, rounding: np.ndarray) -> np.
         here = np.flatnonzero(half == count)
         period = recurrence(paths[here], known[here], count, count).period
         late = last_rows(paths[here], count)
-        moves_on, closer, _ = drift(late, known[here], period, rounding[here])
-        found[here] = (period > 0) & (~moves_on | closer)
+        found[here] = stays(late, known[here], period, rounding[here])
     return found
-
-
-def _residual(plan: "Plan", windows: np.ndarray, known: np.ndarray, found: Recurrence, whole: np.ndarray) -> np.ndarray:
-    """Residuals, of some points relative to the sizes that the states have had, from which round-off may come."""
-    residual = found.residual.copy()
-    rows = np.flatnonzero(whole)
-    if len(rows):
-        residual[rows] = recurrence(windows[rows], known[rows] / FLOOR, plan.max_period, 2 * plan.max_period).residual
-    return residual
 
 
 def averages_of(
@@ -304,11 +292,6 @@ def _means(sums: np.ndarray, begin: np.ndarray, times: np.ndarray) -> np.ndarray
     time = times[:, -1] - times[rows, begin]
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.where(np.isneginf(last), -np.inf, (last - sums[rows, begin]) / time[:, np.newaxis])
-
-
-def _in_order(exponents: np.ndarray) -> np.ndarray:
-    """Exponents of points, shape (P, m), the largest first."""
-    return -np.sort(-exponents, axis=1)
 
 
 def last_rows(windows: np.ndarray, count: int) -> np.ndarray:

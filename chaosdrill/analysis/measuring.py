@@ -275,7 +275,9 @@ def _tell_apart(group: _Group, evidence: Evidence, left: np.ndarray) -> None:
     unclear = left[~evidence.at(left).positive & ~evidence.at(left).negative]
     unclear = unclear[np.isin(group.outcomes[unclear], (Outcome.OPEN, Outcome.UNDECIDED, Outcome.TRANSIENT))]
     if not plan.maps:
-        even = np.flatnonzero((group.outcomes == Outcome.CHAOTIC) & _grows_evenly(group))
+        # along a cycle tangents grow evenly, and in no chaos but that of constant slopes
+        evenly = group.arrays["lyapunov_error"][group.places, 0] * batch.length <= PLAN.evenly
+        even = np.flatnonzero((group.outcomes == Outcome.CHAOTIC) & evenly)
         evidence.put(even, _passed(plan, parameters, batch, even, evidence.at(even)))
         group.tell(even, words(evidence.at(even)))
     if len(unclear) and (plan.maps or plan.structure.autonomous):
@@ -327,11 +329,6 @@ def _tell(
     return words(evidence), runs.outcome == Outcome.OK
 
 
-def _grows_evenly(group: _Group) -> np.ndarray:
-    """Points whose tangents grow as evenly as along a cycle, which no chaos does but that of constant slopes."""
-    return np.asarray(group.arrays["lyapunov_error"][group.places, 0] * group.batch.length <= PLAN.evenly)
-
-
 def _passed(
     plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, which: np.ndarray, evidence: Evidence
 ) -> Evidence:
@@ -373,7 +370,7 @@ def _results(plan: Plan, batch: Batch, which: np.ndarray, verdict: Verdict) -> A
         **{name: np.where(ended, np.nan, values) for name, values in means.items()},
         "moments": of_motion,
         "state": states,
-        "lead": verdict.lead,
+        "lead": verdict.evidence.lead,
         "ended_by": batch.ended_by[which],
     }
 

@@ -9,7 +9,6 @@ A torus takes two more opinions. Its points are in the order of an angle, or a p
 them with turning phases stay bounded (the 0-1 test: Gottwald and Melbourne 2009, doi:10.1137/080718851).
 """
 
-import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -347,11 +346,15 @@ def closes(paths: np.ndarray, known: np.ndarray) -> np.ndarray:
 
 
 def closes_for_good(paths: np.ndarray, known: np.ndarray, rounding: np.ndarray | float) -> np.ndarray:
-    """Whether they do so, and do not move on each time, as in the channel that a cycle leaves behind at a fold."""
+    """Whether they do so, and stay."""
     found = recurrence(paths, known, paths.shape[1] // REPEATS)
-    period = np.where(found.residual <= ROUND_OFF, found.period, 0)
-    moves_on, closer, _ = drift(paths, known, period, rounding)
-    return np.asarray((period > 0) & (~moves_on | closer))
+    return stays(paths, known, np.where(found.residual <= ROUND_OFF, found.period, 0), rounding)
+
+
+def stays(paths: np.ndarray, known: np.ndarray, periods: np.ndarray, rounding: np.ndarray | float) -> np.ndarray:
+    """Whether what comes back after so many points, if any, does not move on, as in a channel, or comes ever closer."""
+    moves_on, closer, _ = drift(paths, known, periods, rounding)
+    return np.asarray((periods > 0) & (~moves_on | closer))
 
 
 def drift(
@@ -467,18 +470,6 @@ def turns() -> np.ndarray:
     return np.asarray(np.pi / 5 + 3 * np.pi / 5 * ((np.arange(TURNS) * (np.sqrt(5) - 1) / 2) % 1))
 
 
-def _fast_length(least: int) -> int:
-    """The next length without prime factors above 11, whose transform is fast."""
-    for length in itertools.count(least):
-        left = length
-        for prime in (2, 3, 5, 7, 11):
-            while left % prime == 0:
-                left //= prime
-        if left == 1:
-            break
-    return length
-
-
 def zero_one_by_turn(values: np.ndarray) -> np.ndarray:
     """Growth K of the 0-1 test for each of the turning phases; NaN where nothing moves.
 
@@ -501,7 +492,8 @@ def zero_one_by_turn(values: np.ndarray) -> np.ndarray:
     steps = np.arange(1, count // 10 + 1)
     kept = count - len(steps)
     off = (values - values.mean(axis=-1, keepdims=True))[..., 1:]
-    size = _fast_length(count)
+    # a power of two, whose transform is fast
+    size = 2 ** (count - 1).bit_length()
     pairs = np.fft.irfft(np.fft.rfft(off, size) * np.conj(np.fft.rfft(off[..., :kept], size)), size)[..., : len(steps)]
     pairs[..., 1:] *= 2
     squares = np.zeros((*values.shape[:-1], TURNS, len(steps)))
