@@ -24,7 +24,7 @@ def rounding_bound(expression: Any, doubts: Mapping[Any, Any] | None = None) -> 
 
     ``doubts``: by how much more a symbol may be off, in the same units. The bound is an expression of the same symbols.
     """
-    known: dict[Any, Any] = {symbol: sympy.Abs(symbol) + more for symbol, more in (doubts or {}).items()}
+    known: dict[Any, Any] = {symbol: _size(symbol) + more for symbol, more in (doubts or {}).items()}
 
     operations: dict[Any, Any] = {}
 
@@ -32,7 +32,7 @@ def rounding_bound(expression: Any, doubts: Mapping[Any, Any] | None = None) -> 
         if e not in known:
             slopes = _slopes_of_sum(e)
             known[e] = (
-                sympy.Add(of_operations(e), *(sympy.Abs(slope) * bound(x) for x, slope in slopes.items()))
+                sympy.Add(of_operations(e), *(_size(slope) * bound(x) for x, slope in slopes.items()))
                 if slopes
                 else _bound(e, bound)
             )
@@ -44,6 +44,12 @@ def rounding_bound(expression: Any, doubts: Mapping[Any, Any] | None = None) -> 
         return operations[e]
 
     return bound(sympy.sympify(expression))
+
+
+def _size(e: Any) -> Any:
+    """The absolute value of a real number; of a logarithm or a root sympy gives that of a complex one."""
+    size = sympy.Abs(e)
+    return sympy.sqrt(e**2) if size.has(sympy.arg, sympy.re, sympy.im) else size
 
 
 def _slopes_of_sum(e: Any) -> dict[Any, Any]:
@@ -59,39 +65,39 @@ def _slopes_of_sum(e: Any) -> dict[Any, Any]:
 
 def _bound(e: Any, bound: Any) -> Any:
     if e.is_Symbol or e.is_NumberSymbol:
-        return sympy.Abs(e)
+        return _size(e)
     if e.is_Number:
         exact = e.is_Float or e.is_Integer or (e.is_Rational and e.q & (e.q - 1) == 0)
         return sympy.Integer(0) if exact else abs(e)
     if e.is_Add:
-        return sympy.Add(*(bound(a) + sympy.Abs(a) for a in e.args))
+        return sympy.Add(*(bound(a) + _size(a) for a in e.args))
     if e.is_Mul:
-        sizes = [sympy.Abs(a) for a in e.args]
+        sizes = [_size(a) for a in e.args]
         spread = [bound(a) * sympy.Mul(*sizes[:i], *sizes[i + 1 :]) for i, a in enumerate(e.args)]
         return sympy.Add(*spread, (len(sizes) - 1) * sympy.Mul(*sizes))
     if e.is_Pow and e.exp.is_Integer and e.exp.is_negative and (whole := inverse_of(e.base)):
         # the rate of such a gate or pulse is no larger than itself, and known where its parts are infinite
-        return sympy.Abs(e) * (-e.exp * bound(whole[1]) + 2 - e.exp)
+        return _size(e) * (-e.exp * bound(whole[1]) + 2 - e.exp)
     if e.is_Pow and not e.exp.free_symbols:
-        slope = sympy.Abs(e.exp) * sympy.Abs(e.base) ** (e.exp - 1)
-        return slope * bound(e.base) + sympy.Abs(e.exp) * sympy.Abs(e.base) ** e.exp
+        slope = _size(e.exp) * _size(e.base) ** (e.exp - 1)
+        return slope * bound(e.base) + _size(e.exp) * _size(e.base) ** e.exp
     if isinstance(e, sympy.Piecewise):
         return sympy.Max(*(bound(value) for value, _ in e.args))
     if isinstance(e, (sympy.Max, sympy.Min)):
         return sympy.Max(*map(bound, e.args))
     if isinstance(e, (sympy.Mod, sympy.floor, sympy.sign)):
-        return sympy.Add(*map(bound, e.args)) + sympy.Abs(e)
+        return sympy.Add(*map(bound, e.args)) + _size(e)
     if isinstance(e, sympy.Abs):
         return bound(e.args[0])
     if isinstance(e, Called):
         return Doubt(*e.args, *map(bound, e.args[3:]))
     # any other function: what its arguments may be off by, through its derivatives
-    carried = sympy.Add(*(sympy.Abs(_slope(e, i)) * bound(a) for i, a in enumerate(e.args)))
+    carried = sympy.Add(*(_size(_slope(e, i)) * bound(a) for i, a in enumerate(e.args)))
     special = SPECIAL.get(type(e).__name__)
     if isinstance(e, (taylor_rest, power_rest)) and e.args[1].is_number:
         # far from 0 it is what is left of the function itself, divided
-        carried += sympy.Abs(e.whole()) / (sympy.Abs(e.args[0]) ** e.args[2] + sympy.Rational(1, 2) ** e.args[2])
-    return carried + sympy.Abs(e) * (1 if special is None else math.ceil(special.error / UNIT))
+        carried += _size(e.whole()) / (_size(e.args[0]) ** e.args[2] + sympy.Rational(1, 2) ** e.args[2])
+    return carried + _size(e) * (1 if special is None else math.ceil(special.error / UNIT))
 
 
 def _slope(e: Any, i: int) -> Any:
