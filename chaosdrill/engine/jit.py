@@ -119,6 +119,12 @@ class Compiled:
         return found if len(found) > 1 else found[0] if found else None
 
 
+class Laid(tuple):
+    """A tuple that is given to compiled functions again and again: its words are written once."""
+
+    words: list[Any] | None = None
+
+
 class Layout:
     """How named tuples of a type stand in memory, told once: to look a type up takes as long as a short run."""
 
@@ -166,8 +172,14 @@ def _writer(kind: Kind) -> _Writer:
         writers = [_writer(part) for part in kind.parts]
 
         def of_tuple(value: Any, flat: list[Any]) -> None:
+            if isinstance(value, Laid) and value.words is not None:
+                flat += value.words
+                return
+            begun = len(flat)
             for write, part in zip(writers, value, strict=True):
                 write(part, flat)
+            if isinstance(value, Laid):
+                value.words = flat[begun:]
 
         return of_tuple
     if isinstance(kind, Array):

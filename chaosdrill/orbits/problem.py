@@ -12,6 +12,7 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 from chaosdrill.codegen import kernels_of
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.first_event import first_event
+from chaosdrill.engine.jit import Laid
 from chaosdrill.engine.layout import DONE
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import forcing_periods
@@ -154,6 +155,7 @@ class Problem:
         self.shifts = shifts_of(self.plain) if shifts is None else shifts
         self._ends = np.vstack([np.zeros((at.LINES, self.states)), self.shifts.lines])
         self._rooms: dict[int, tuple[Any, Any]] = {}
+        self._periods: dict[tuple[float, ...], float] = {}
         self.carriers: dict[tuple[str, ...], Any] = {}
         """What derives its orbits by parameters (`chaosdrill.orbits.derivatives`), by their names."""
         self.unit = system.forcing_period()
@@ -211,7 +213,12 @@ class Problem:
 
     def period_at(self, orbit: Orbit) -> float | None:
         """Forcing period of an orbit."""
-        return float(self.periods_at(orbit.starts[:1, self.states :])[0]) if self.forced else None
+        if not self.forced:
+            return None
+        values = tuple(orbit.starts[0, self.states :].tolist())
+        if values not in self._periods:
+            self._periods = {values: float(self.periods_at(orbit.starts[:1, self.states :])[0])}
+        return self._periods[values]
 
     def periods_at(self, values: np.ndarray) -> np.ndarray:
         """Forcing periods at values of the free parameters, shapes (P,) and (P, q)."""
@@ -653,7 +660,7 @@ class Problem:
                 *(np.zeros((n, columns + 1)), np.zeros((n + 1, max(n, q, 1))), np.zeros((n, n))),
                 *(np.zeros((n + 1, max(columns + 1, n))), np.zeros(columns + 1)),
             )
-            self._rooms = {count: (found, room)}
+            self._rooms = {count: (Laid(found), Laid(room))}
         return self._rooms[count]
 
 
