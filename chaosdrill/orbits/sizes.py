@@ -31,9 +31,9 @@ class _Path:
 def sizes_met(system: HybridSystem, numerics: Numerics, unit: float | None) -> np.ndarray:
     """Largest value of every state on the motion from the system's own start, shape (d,): its unit, so to speak.
 
-    Of one that escapes, at its events: how far it gets after that says nothing. A state that rounding alone moves has
-    the size that it has between events in one instant, or that changes of the others by theirs would give it; one that
-    nothing moves, that to which the response beside the motion is linear; 1 if it is so everywhere.
+    Of one that escapes, at its events or at its start: how far it gets after that says nothing. A state that rounding
+    alone moves has the size that it has between events in one instant, or that changes of the others by theirs would
+    give it; one that nothing moves, that to which the response beside the motion is linear; 1 if it is so everywhere.
 
     Parameters
     ----------
@@ -44,7 +44,8 @@ def sizes_met(system: HybridSystem, numerics: Numerics, unit: float | None) -> n
     run = Run(system, length, numerics, samples=parts)
     path = np.zeros((2 + TUNING.sized_units * parts, d + len(system.quadratures) + 1))
     path[-1, :d] = run.x
-    run.advance(TUNING.sized_units, path[:-1])
+    if run.advance(TUNING.sized_units, path[:-1])[0] != Outcome.OK:
+        path = path[-1:]
     if not system.forced:
         events = events_until_escape(Place(system), numerics, length)
         if len(events) > 1:
@@ -69,7 +70,9 @@ def _given(system: HybridSystem, numerics: Numerics, sizes: np.ndarray, unit: fl
             break
         met = np.abs(events[: run.filled()[1], layout.EVENT_COLUMNS :]).reshape(-1, d)
         sizes = np.maximum(sizes, met.max(axis=0, initial=0.0))
-        moves = np.maximum(moves, np.abs(run.vectors.T))
+        grown = np.abs(run.vectors.T)
+        # beside an unstable motion all deviations grow, and tell no size
+        moves = np.maximum(moves, grown / max(1.0, np.diagonal(grown).max()))
     yield sizes
     yield np.nan_to_num((np.where(np.eye(d, dtype=bool), 0.0, moves) * sizes).max(axis=1), posinf=0.0)
 
