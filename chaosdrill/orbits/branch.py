@@ -94,6 +94,7 @@ class Branch:
 
     segments: list[BranchSegment] = field(default_factory=list)  # in order
     marks: list[Mark] = field(default_factory=list)
+    again: list[Mark] = field(default_factory=list)  # of points that are marked where a way first leads through them
     end: BranchEnd = BranchEnd.MOST_POINTS
     words: str = BranchEnd.MOST_POINTS.advice  # the end in words
     parent: int = -1  # index of the parent branch; -1 if it did not start on a branch
@@ -136,4 +137,4 @@ class Branch:
         origin = segments[0].points[0].arclength
         segments = [s.with_points([replace(p, arclength=p.arclength - origin) for p in s.points]) for s in segments]
         words = self.words if self.words == backward.words else f"{self.words}; at its start: {backward.words}"
-        return Branch(segments, marks, self.end, words)
+        return Branch(segments, marks, end=self.end, words=words)

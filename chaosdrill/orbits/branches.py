@@ -496,8 +496,7 @@ def _once(curve: Curve, found: list[Branch]) -> None:
     for k, branch in enumerate(found):
         places, branch.marks = [(mark, branch.segments[mark.segment].points[mark.point]) for mark in branch.marks], []
         for mark, point in places:
-            if not _passed(curve, found[: k + 1], point, mark):
-                branch.marks.append(mark)
+            (branch.again if _passed(curve, found[: k + 1], point, mark) else branch.marks).append(mark)
 
 
 def _passed(curve: Curve, found: list[Branch], point: Point, mark: Mark) -> bool:

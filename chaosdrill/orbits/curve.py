@@ -194,11 +194,9 @@ class Curve:
         shot = self.problem.shoot(point.orbit, False, point.section)
         if shot.outcome != DONE or not np.isfinite(shot.equations).all():
             return 0.0
-        smallest = self.problem.regularity(point.orbit, shot, point.weights)
         change = point.tangent.change
         along = abs(float(change[-len(self.spans)])) / np.linalg.norm(point.weights * change)
-        off = TUNING.states_to_parameters * self.problem.accuracy
-        return float(along * off / max(smallest, TUNING.smallest_pivot))
+        return float(along * self.problem.off(point.orbit, shot, point.weights))
 
     def blocked(self, point: Point) -> tuple["Orbit", "Shot"] | None:
         """The orbit at or beside a point if it is inadmissible; otherwise None."""

@@ -285,6 +285,8 @@ class Problem:
             np.ascontiguousarray(orbit.starts), orbit.phase, orbit.durations, int(watched), found, room,
         )  # fmt: skip
         equations, sensitivity, monodromy, factors, speeds, seen, met = (a.copy() for a in found)
+        if not np.isfinite(equations[:, -1]).all():
+            residual = np.inf
         # in units of powers of two no digit is lost
         units = 2.0 ** np.round(np.log2(self.sizes))
         monodromy, factors = (a[..., :d, :d] * units / units[:, np.newaxis] for a in (monodromy, factors))
@@ -457,6 +459,18 @@ class Problem:
         sizes = np.linalg.svd(self._weighted(orbit, shot, weights), compute_uv=False)
         kept = sizes[: len(sizes) - len(self.held(orbit))]
         return float(kept[-1])
+
+    def off(self, orbit: Orbit, shot: Shot, weights: np.ndarray) -> float:
+        """How far an orbit may be off where its equations determine it least, in the norm of the weights.
+
+        States close to within a part of their sizes, also where they are smaller than that along the orbit.
+        """
+        d, count = self.states, len(orbit)
+        vectors, sizes, _ = np.linalg.svd(self._weighted(orbit, shot, weights), full_matrices=False)
+        last = len(sizes) - len(self.held(orbit)) - 1
+        left = np.full(len(vectors), TUNING.states_to_parameters)
+        left[count : count + d] = weights[:d] * self.solved_to(orbit.starts[:, :d]) / TUNING.residual
+        return float(self.accuracy * (np.abs(vectors[:, last]) @ left) / max(sizes[last], TUNING.smallest_pivot))
 
     def kept(self, guess: Orbit, orbit: Orbit, change: np.ndarray) -> Orbit:
         """A guess with what distinguishes the orbits of a family as it is after a change of an orbit.

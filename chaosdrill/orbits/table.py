@@ -155,7 +155,8 @@ def _jumps(parameter: str, branch: "Branch") -> Iterator[str]:
     for number, segment in enumerate(branch.segments):
         if segment.curve.kind != Special.REGULAR or not len(segment):
             continue
-        marks = {mark.point: mark.multiplicity for mark in branch.marks if mark.segment == number}
+        passed = (mark for mark in (*branch.marks, *branch.again) if mark.segment == number)
+        marks = {mark.point: mark.multiplicity for mark in passed}
         found = unexplained(segment, marks)
         if found is not None:
             one, other = (f"{segment.values[k, 0]:.9g}" for k in found[:2])

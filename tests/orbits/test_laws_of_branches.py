@@ -408,6 +408,18 @@ def test_a_closed_branch_of_a_flow_is_walked_once(loop, side, turn, size, step):
     assert around == pytest.approx(2 * np.pi, abs=1e-5)
 
 
+def test_the_start_of_a_motion_that_runs_away_hides_no_fold():
+    """Cycles of radius^2 1 +- sqrt(1/4 - k^2); the start is beside the outer one, of multiplier 2e8."""
+    radius = f"({r**2} + (x**2 + y**2 - 1)**2 - 1/4)"
+    system = cd.HybridSystem(
+        name="isola", states="x y", parameters={"r": 0.0}, initial={"x": np.sqrt(1.5)},
+        modes={"on": {"x": f"{radius}*x - y", "y": f"{radius}*y + x"}},
+    )  # fmt: skip
+    branch = cd.continue_orbit(system, {"r": (-1.0, 1.0)}, step=0.02)
+    assert kinds(branch) == [Special.FOLD] * 2
+    np.testing.assert_allclose(np.sort(branch["special_value"]), [-0.5, 0.5], atol=1e-9)
+
+
 @pytest.mark.parametrize("size", [1.0, 1 / 64])
 def test_a_branch_of_a_flow_goes_on_through_its_folds_in_any_unit(size):
     """Cycles with mu = 8 q^3 - h q, q = r^2 - 1, fold twice; planes across the flow move along them on the way."""
@@ -495,10 +507,40 @@ def test_a_branch_that_crosses_itself_is_walked_once_and_the_crossing_stands_onc
     )
     assert branch["branch_end"].values.tolist() == [BranchEnd.CLOSED]
     states, values = branch["orbit_state"].values[:, 0], branch["r"].values
+    assert branch.attrs["message"] == ""
     assert np.abs(sign * (states**2 - values**2) - (states**2 + values**2) ** 2).max() < 1e-11
     folds = [1 / np.sqrt(8), -1 / np.sqrt(8)] * 2 if sign > 0 else [1.0, -1.0]
     assert sorted(kinds(branch)) == sorted([Special.FOLD] * len(folds) + [Special.BRANCH_POINT])
     np.testing.assert_allclose(np.sort(branch["special_value"]), np.sort([*folds, 0.0]), atol=1e-9)
+
+
+def test_a_crossing_at_a_small_state_is_as_well_known_as_its_error_says():
+    """The nodal cubic u^2 = k^2 (1 + k) in x = sinh(u): its loop begins and ends at 0."""
+    u = sympy.asinh(x)
+    nodal = mapped({x: sympy.sinh(u + (u**2 - r**2 * (1 + r)) * sympy.Rational(3, 10))}, {"r": -0.5}, [0.0])
+    start = nodal.with_initial(x=-float(np.sinh(np.sqrt(0.125))))
+    branch = cd.continue_orbit(start, {"r": (-2.0, 1.0)}, start="guess")
+    assert sorted(kinds(branch)) == sorted([Special.FOLD, Special.BRANCH_POINT])
+    assert (np.abs(np.sort(branch["special_value"]) - [-1, 0]) <= np.sort(branch["special_error"])).all()
+    assert branch.attrs["message"] == ""
+
+
+@pytest.mark.parametrize("size", [1e-9, 1.0])
+def test_a_fold_behind_logarithms(size):
+    """u -> u + k - u^2 in x = exp(u)."""
+    u = sympy.log(x / unit)
+    fold = mapped({x: unit * sympy.exp(u + r - u**2)}, {"r": 0.25, "unit": size}, [size * np.exp(0.5)])
+    branch = cd.continue_orbit(fold, {"r": (-0.5, 0.5)}, start="guess")
+    assert kinds(branch) == [Special.FOLD]
+    assert abs(branch["special_value"].item()) <= branch["special_error"].item() < 1e-12
+
+
+def test_a_map_that_overflows_has_no_orbit():
+    """No x is exp(sqrt(x)): s^2 < exp(s)."""
+    upward = mapped({x: sympy.exp(sympy.sqrt(x)) + r}, {"r": 0.0}, [1.5])
+    branch = cd.continue_orbit(upward, {"r": (0.0, 0.1)}, start="guess")
+    assert branch.sizes["point"] == 0
+    assert branch.attrs["message"]
 
 
 @pytest.mark.parametrize("step", [0.02, 0.04])
