@@ -25,13 +25,13 @@ def series_measures(
 ) -> "xr.Dataset":
     """Lyapunov exponents, growth K of the 0-1 test and correlation dimension of one series of values.
 
-    Exponents are those of the package nolds (``pip install 'chaosdrill[series]'``), from vectors of ``embedding``
-    values ``lag`` apart: the largest one by how neighbours part (Rosenstein et al. 1993,
-    doi:10.1016/0167-2789(93)90009-P), and one for each value of a vector by linear maps fitted to neighbours (Eckmann
-    et al. 1986, doi:10.1103/PhysRevA.34.4971). Where vectors have more values than the motion has dimensions, some of
-    these are spurious and may be the largest: twice a true one, for example. The 0-1 test is that of
-    `zero_one_test`, and the dimension of the vectors that of `dimensions`. Where equations are known,
-    `lyapunov_spectrum` is better.
+    Of vectors of ``embedding`` values ``lag`` apart the largest exponent is the rate at which neighbours part
+    (Rosenstein et al. 1993, doi:10.1016/0167-2789(93)90009-P), over steps at which their mean logarithmic distance
+    grows evenly, found as `dimensions` finds scaling regions. The package nolds (``pip install 'chaosdrill[series]'``)
+    gives one exponent for each value of a vector, by linear maps fitted to neighbours (Eckmann et al. 1986,
+    doi:10.1103/PhysRevA.34.4971). Where vectors have more values than the motion has dimensions, some of these are
+    spurious and may be the largest: twice a true one, for example. The 0-1 test is that of `zero_one_test`, and the
+    dimension of the vectors that of `dimensions`. Where equations are known, `lyapunov_spectrum` is better.
 
     Parameters
     ----------
@@ -48,16 +48,16 @@ def series_measures(
     step : float, optional
         Time of a step. Default: that of the times that a DataArray brings along, or else 1.
     followed : int, default 20
-        Steps over which the distance of neighbours is followed, while it grows exponentially.
+        Steps over which neighbours are followed, at most.
 
     Returns
     -------
     xarray.Dataset
         ``largest_exponent`` and ``largest_error``; ``lyapunov_exponent`` and ``lyapunov_error`` (exponent), descending;
         all per unit of time, NaN where no neighbours are of use. ``k`` and ``k_error``; ``dimension`` and
-        ``dimension_error``, NaN without a scaling region, with the attribute ``reason``. Errors are those by chance.
-        What a method does not see, as noise, or folds that vectors do not resolve, is in none of them, and of
-        exponents is usually more.
+        ``dimension_error``, NaN without a scaling region, with the attribute ``reason``. The error of the largest
+        exponent joins chance and how unevenly neighbours part, those of the others chance and what half of the values,
+        and twice as many neighbours, change. Noise is in none. Their coverage is given in docs/howto/dimensions.md.
 
     Raises
     ------
@@ -87,18 +87,29 @@ def series_measures(
             f"compared beyond a window of {window}, need {needed}"
         )
     nolds, scaled = package(), (series - series.mean()) / series.std()
-    parting = {"emb_dim": embedding, "lag": lag, "min_tsep": window, "tau": time, "trajectory_len": followed}
-    largest, *of_parts = (
-        nolds.lyap_r(one, fit="poly", **parting) for one in (scaled, *np.array_split(scaled, RECURRENCES.parts))
-    )
-    exponents, each = nolds.lyap_e(
-        scaled, emb_dim=reach + 1, matrix_dim=embedding, min_tsep=window, tau=time, debug_data=True
-    )
-    # nolds has infinities where no neighbours are of use
-    largest, exponents, each = (np.where(np.isfinite(one), one, np.nan) for one in (largest, exponents, each))
-    errors = standard_error(in_blocks(each, RECURRENCES.blocks))
-    order = np.argsort(-exponents, kind="stable")
     vectors = np.lib.stride_tricks.sliding_window_view(scaled, reach + 1)[:, ::lag]
+    largest, largest_error = parting(vectors, window, followed)
+
+    def fitted(part: np.ndarray, neighbours: int) -> list[np.ndarray]:
+        found = nolds.lyap_e(
+            part,
+            emb_dim=reach + 1,
+            matrix_dim=embedding,
+            min_tsep=window,
+            min_nb=neighbours,
+            tau=time,
+            debug_data=True,
+        )
+        # nolds has infinities where no neighbours are of use
+        return [np.where(np.isfinite(one), one, np.nan) for one in found]
+
+    few = min(2 * embedding, embedding + 4)
+    exponents, each = fitted(scaled, few)
+    of_halves = np.mean([fitted(half, few)[0] for half in np.array_split(scaled, RECURRENCES.parts)], axis=0)
+    # half as many values are farther apart by up to half as much again
+    off = np.array([2 * (of_halves - exponents), fitted(scaled, 2 * few)[0] - exponents])
+    errors = np.sqrt(standard_error(in_blocks(each, RECURRENCES.blocks)) ** 2 + (off**2).sum(axis=0))
+    order = np.argsort(-exponents, kind="stable")
     (sums,) = sums_of(np.ascontiguousarray(vectors), window, np.array([2]))
     values_apart = np.unique(scaled)
     if len(values_apart) < count:
@@ -108,14 +119,10 @@ def series_measures(
     k, k_error, _ = growth(series)
     found = xr.Dataset(
         {
-            "largest_exponent": ((), float(largest), {"long_name": "largest Lyapunov exponent, by Rosenstein"}),
-            "largest_error": (
-                (),
-                np.std(of_parts, ddof=1) / np.sqrt(RECURRENCES.parts),
-                {"long_name": "standard error of it"},
-            ),
+            "largest_exponent": ((), largest / time, {"long_name": "largest Lyapunov exponent, by Rosenstein"}),
+            "largest_error": ((), largest_error / time, {"long_name": "standard error of it"}),
             "lyapunov_exponent": ("exponent", exponents[order], {"long_name": "Lyapunov exponent, by Eckmann"}),
-            "lyapunov_error": ("exponent", errors[order], {"long_name": "standard error of the exponent, by chance"}),
+            "lyapunov_error": ("exponent", errors[order], {"long_name": "standard error of the exponent"}),
             "k": ((), k, {"long_name": "growth K of the 0-1 test"}),
             "k_error": ((), k_error, {"long_name": "standard error of K"}),
             "dimension": ((), region.dimension if region else np.nan, {"long_name": "correlation dimension"}),
@@ -127,6 +134,34 @@ def series_measures(
     if region is None:
         found.attrs["reason"] = refusal(sums)
     return found
+
+
+def parting(vectors: "np.ndarray", window: int, followed: int) -> tuple[float, float]:
+    """Rate at which a vector and its nearest neighbour part, per step, and its error; NaN where no steps show it."""
+    import numpy as np
+    from scipy.spatial import cKDTree
+
+    from chaosdrill.analysis.scaling import STEP, Sums, scaling_region
+    from chaosdrill.analysis.statistics import in_blocks
+
+    at, stride = np.arange(len(vectors) - followed), -(-followed // RECURRENCES.looked_at)
+    apart, place = cKDTree(vectors[at]).query(vectors[at], k=min(2 * window + 2, len(at)))
+    apart[(np.abs(place - at[:, np.newaxis]) <= window) | (apart == 0)] = np.inf
+    nearest = place[at, apart.argmin(axis=1)]
+    with np.errstate(divide="ignore"):
+        pairs = (vectors[one[:, np.newaxis] + np.arange(0, followed + 1, stride)] for one in (at, nearest))
+        logs = np.log(np.linalg.norm(np.subtract(*pairs), axis=2))
+        far = np.log(np.linalg.norm(vectors[len(at) // 2 : len(at)] - vectors[: -(-len(at) // 2)], axis=1))
+    logs = logs[np.isfinite(logs).all(axis=1) & np.isfinite(apart.min(axis=1))]
+    if not len(logs):
+        return np.nan, np.nan
+    mean = logs.mean(axis=0)
+    near = np.logical_and.accumulate(mean < far[np.isfinite(far)].mean() - RECURRENCES.near)
+    sums = Sums(mean, in_blocks(logs - mean, RECURRENCES.blocks), np.zeros(len(mean)), near)
+    region = scaling_region(sums, RECURRENCES.shortest)
+    if region is None:
+        return np.nan, np.nan
+    return region.dimension * STEP / stride, region.error * STEP / stride
 
 
 def package() -> Any:

@@ -200,7 +200,7 @@ def local_slopes(sums: Sums) -> tuple[np.ndarray, np.ndarray]:
     return np.diff(sums.values) / STEP, standard_error(np.diff(sums.blocks, axis=1) / STEP)
 
 
-def scaling_region(sums: Sums) -> Region | None:
+def scaling_region(sums: Sums, shortest: int = SCALING.shortest) -> Region | None:
     """The dimension over the distances that determine it best; None where too few are of use.
 
     Over every range of distances with enough pairs the dimension is the least-squares slope. Its error joins the one by
@@ -213,7 +213,7 @@ def scaling_region(sums: Sums) -> Region | None:
     ranges = [
         _fitted(sums, low, high)
         for low in places.tolist()
-        for high in range(low + SCALING.shortest, int(places[-1]) + 1)
+        for high in range(low + shortest, int(places[-1]) + 1)
     ]  # fmt: skip
     if not ranges:
         return None

@@ -235,12 +235,18 @@ class Recurrences:
     fewest: int = 500
     """Smallest number of values for a result."""
     most: int = 10_000
-    """Values of which the largest exponent is taken: a distance is kept of every pair, and these take a gigabyte."""
+    """Largest number of values: every vector is compared with all others."""
     followed: int = 20
     """Default number of steps over which neighbours are followed."""
+    looked_at: int = 64
+    """Steps, at most, at which their distance is taken: the time goes with the square of these."""
     blocks: int = 256
-    parts: int = 4
-    """Parts of a series, in order, from which errors by chance are taken: of means, and of the largest exponent."""
+    parts: int = 2
+    """Parts of a series, in order, whose exponents are compared with those of the whole."""
+    shortest: int = 4
+    """Steps, at least, over which the distance of neighbours must grow evenly."""
+    near: float = 0.5
+    """Mean logarithm by which they are nearer then than vectors far apart in time, at least."""
     coarse: int = 4
     """Steps to which the values of a series are rounded below which no dimension is looked for; with two it is too
     small by 4 per cent."""

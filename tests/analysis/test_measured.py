@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
-from chaosdrill.analysis.measured import package
+from chaosdrill.analysis.measured import package, parting
 
 
 @pytest.fixture
@@ -34,6 +34,30 @@ def test_a_series_of_the_logistic_map_has_its_exponent():
     np.testing.assert_allclose(found["lyapunov_exponent"], [2 * math.log(2), math.log(2)], atol=0.02)
     assert float(found["k"]) > 0.9
     assert 0.8 < float(found["dimension"]) < 1.1
+
+
+def skew_tent(start, count):
+    values = [start]
+    while len(values) < count:
+        values.append(values[-1] / 0.3 if values[-1] < 0.3 else (1 - values[-1]) / 0.7)
+    return np.array(values)
+
+
+@pytest.mark.parametrize("followed", [20, 100])
+def test_the_error_of_the_largest_exponent_covers_however_long_neighbours_are_followed(followed):
+    """Neighbours that are far apart part no further; a slope over all steps was too small by half, in no interval."""
+    exact = -0.3 * math.log(0.3) - 0.7 * math.log(0.7)
+    for start in np.linspace(0.1, 0.9, 12):
+        series = skew_tent(start, 1000)
+        value, error = parting(np.column_stack([series[:-1], series[1:]]), 10, followed)
+        assert abs(value - exact) <= 2 * error < 0.2
+
+
+@pytest.mark.usefixtures("nolds")
+def test_errors_of_the_others_know_how_far_neighbours_are():
+    found = cd.series_measures(henon(1000), embedding=2)
+    value, error = (float(found[name][1]) for name in ("lyapunov_exponent", "lyapunov_error"))
+    assert abs(value + 1.6232) <= 2 * error < 0.5
 
 
 @pytest.mark.usefixtures("nolds")
@@ -117,7 +141,7 @@ def test_what_is_no_series():
     ):
         with pytest.raises(cd.SettingsError, match=words):
             cd.series_measures(values)
-    with pytest.raises(cd.SettingsError, match="compared beyond a window of 30, need 1292"):
+    with pytest.raises(cd.SettingsError, match="compared beyond a window of 30, need 646"):
         cd.series_measures(logistic(600), window=30)
     motion = cd.trajectory(cd.build("lorenz"), times=np.cumsum(np.linspace(0.01, 0.02, 600)), duration=10.0)
     with pytest.raises(cd.SettingsError, match="times at unequal steps"):
