@@ -379,3 +379,9 @@ def test_windows_of_growth_are_those_of_the_map() -> None:
     # of one iterate: pi^2/12, the variance of ln|4 - 8x| over the invariant density
     value, error = (float(found[name].sel(exponent=1, order=2)[0]) for name in ("cumulant", "cumulant_error"))
     assert abs(value - math.pi**2 / 12) < 2 * error < 0.05 * value
+
+
+def test_an_image_without_a_value_says_where() -> None:
+    found = cd.lyapunov_spectrum(cd.Map("x", {}, ["log(x)"], initial={"x": 2}), periods=500)
+    assert found.cd.outcome == "nonfinite"
+    assert found.attrs["message"].startswith("an image is infinite or not a number: in mode 'map', time 2.75, at x")
