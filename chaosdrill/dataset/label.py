@@ -90,8 +90,11 @@ def describe(ds: Dataset, kind: str, *, system: Any, sweep: Iterable[str] = ()) 
 def described_again(ds: Dataset, kind: str, *, system: Any) -> Dataset | None:
     """A labelled dataset read from a file, with the attributes of its variables from the table.
 
-    Returns: None if its variables are not those of the table, or an attribute is of another type than `label` gives it.
+    Returns: None if its variables are not those of the table, if a code is none of theirs, or if an attribute is of
+    another type than `label` gives it.
     """
+    import numpy as np
+
     texts = {name: value for name, value in ds.attrs.items() if name not in NUMBERS}
     numbers = [ds.attrs[name] for name in NUMBERS if name in ds.attrs]
     if not all(isinstance(value, str) for value in texts.values()) or not all(isinstance(n, Real) for n in numbers):
@@ -100,9 +103,11 @@ def described_again(ds: Dataset, kind: str, *, system: Any) -> Dataset | None:
         return None
     try:
         settings = json.loads(texts["settings"])
-        return describe(ds, kind, system=system, sweep=axes_of(settings))
+        found = describe(ds, kind, system=system, sweep=axes_of(settings))
     except (ChaosdrillError, AttributeError, KeyError, TypeError, ValueError, RecursionError):
         return None
+    codes = [one for one in found.variables.values() if "flag_values" in one.attrs]
+    return found if all(np.isin(one, [-1, *one.attrs["flag_values"]]).all() for one in codes) else None
 
 
 def without_lost_codes(ds: Dataset) -> Dataset:

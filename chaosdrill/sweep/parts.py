@@ -16,6 +16,7 @@ from typing import Any, Self
 from chaosdrill.annotations import Dataset
 from chaosdrill.archive.digest import append_checksum, has_checksum
 from chaosdrill.archive.trial import DamagedError, borrowed
+from chaosdrill.declared import unstorable
 from chaosdrill.errors import ArchiveError, SceneError, SettingsError
 from chaosdrill.files import (
     draft_of,
@@ -85,6 +86,9 @@ class Parts:
         if not self.folder.is_dir():
             return found
         for folder in sorted(self.folder.iterdir()):
+            # a stranger's name might make lines of its own
+            if unstorable(folder.name) is not None:
+                continue
             done, points = kept_points(folder)
             if (folder / _DATASET).exists() or 0 < done == points:
                 found[folder.name] = "finished"

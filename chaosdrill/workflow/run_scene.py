@@ -108,7 +108,7 @@ def run(
     with Parts(f"{os.fspath(output)}.parts", loaded.fingerprint(), resume=resume) as parts:
         for name, state in parts.kept().items():
             if tell:
-                tell(f"{name}: {state} before")
+                tell(f"{name}: found {state}")
         try:
             tree = compute(
                 loaded,

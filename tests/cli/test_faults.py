@@ -370,7 +370,7 @@ def test_what_was_finished_is_found_again(tmp_path, monkeypatch):
             cd.run(tmp_path / "scene.toml", output)
     told = []
     cd.run(tmp_path / "scene.toml", output, resume=True, tell=told.append)
-    assert told == ["motion: finished before"]
+    assert told == ["motion: found finished"]
     assert cd.verify(output).equal
 
 

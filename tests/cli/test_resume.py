@@ -20,6 +20,7 @@ import pytest
 import xarray as xr
 
 from chaosdrill.analysis.points import PointTask
+from chaosdrill.archive.digest import LENGTH, append_checksum
 from chaosdrill.archive.read import open_archive
 from chaosdrill.cli import main
 from chaosdrill.files import draft_of
@@ -113,8 +114,8 @@ def test_resume_writes_the_archive_of_an_uninterrupted_run(call, scene, tmp_path
     monkeypatch.setattr("chaosdrill.analysis.lyapunov_spectrum", lambda *_, **__: pytest.fail("it ran again"))
     answer = call("run", scene, "-o", tmp_path / "out.nc", "--resume", "--workers", "2")
     assert answer.code == 0
-    assert "spectrum: finished before\n" in answer.err
-    assert "diagram: 72 of 300 points before\n" in answer.err
+    assert "spectrum: found finished\n" in answer.err
+    assert "diagram: found 72 of 300 points\n" in answer.err
     assert compare(open_archive(tmp_path / "out.nc"), whole) == []
     assert not unfinished.exists()
 
@@ -191,6 +192,27 @@ def test_a_damaged_result_is_computed_again(call, scene, tmp_path, whole, unfini
     with pytest.warns(UserWarning, match=r"result.nc is damaged, or its checksum; spectrum is recomputed"):
         answer = call("run", scene, "-o", tmp_path / "out.nc", "--resume")
     assert answer.code == 0
+    # what lies there is told before it is read, and not called usable
+    assert "spectrum: found finished\n" in answer.err
+    assert compare(open_archive(tmp_path / "out.nc"), whole) == []
+
+
+def test_a_result_with_a_code_that_no_outcome_has_is_computed_again(call, scene, tmp_path, whole, unfinished):
+    path = unfinished / "spectrum" / "result.nc"
+    path.write_bytes(path.read_bytes()[:-LENGTH])
+    with netCDF4.Dataset(path, "a") as file:
+        file["outcome"][...] = 99
+    append_checksum(path)
+    with pytest.warns(UserWarning, match=r"result.nc holds what no lyapunov-spectrum gives; spectrum is recomputed"):
+        assert call("run", scene, "-o", tmp_path / "out.nc", "--resume").code == 0
+    assert compare(open_archive(tmp_path / "out.nc"), whole) == []
+
+
+def test_a_folder_in_the_parts_whose_name_makes_lines_is_passed_over(call, scene, tmp_path, whole, unfinished):
+    (unfinished / "a\nspectrum: damaged").mkdir()
+    (unfinished / "a\nspectrum: damaged" / "result.nc").touch()
+    answer = call("run", scene, "-o", tmp_path / "out.nc", "--resume")
+    assert (answer.code, "damaged" in answer.err) == (0, False)
     assert compare(open_archive(tmp_path / "out.nc"), whole) == []
 
 
@@ -248,7 +270,7 @@ def test_a_full_disk_at_the_end_loses_nothing(call, scene, tmp_path, whole, monk
     assert "continue with --resume" in answer.err
     answer = call("run", scene, "-o", tmp_path / "out.nc", "--resume")
     assert answer.code == 0
-    assert "diagram: finished before" in answer.err
+    assert "diagram: found finished" in answer.err
     assert compare(open_archive(tmp_path / "out.nc"), whole) == []
 
 
@@ -296,7 +318,7 @@ def test_clocks_that_jump_and_times_of_files_do_not_matter(call, scene, tmp_path
         os.utime(path, (4e9, 4e9))
     answer = call("run", scene, "-o", tmp_path / "out.nc", "--resume")
     assert answer.code == 0
-    assert "diagram: 72 of 300 points before\n" in answer.err
+    assert "diagram: found 72 of 300 points\n" in answer.err
     assert compare(open_archive(tmp_path / "out.nc"), whole) == []
 
 
