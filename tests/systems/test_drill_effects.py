@@ -3,7 +3,7 @@
 import inspect
 
 import pytest
-from support.drills import CHOICES, POSSIBLE, built, label
+from support.drills import CHOICES, POSSIBLE, WITH_EVERY_PAIR, built, label
 
 import chaosdrill as cd
 from chaosdrill import systems
@@ -43,7 +43,7 @@ def symbols(system):
     return {s.name for e in found for s in e.free_symbols}
 
 
-@pytest.mark.parametrize("effects", POSSIBLE, ids=label)
+@pytest.mark.parametrize("effects", WITH_EVERY_PAIR, ids=label)
 def test_parameters_are_those_of_the_chosen_effects(effects):
     expected = {"b", "xi"}.union(*(OWN[effect].get(option, set()) for effect, option in effects.items()))
     system = built(effects)
@@ -56,7 +56,7 @@ def test_every_option_stands_in_the_docstring():
     assert all(f'"{option}"' in told for options in systems.EFFECTS.values() for option in options)
 
 
-@pytest.mark.parametrize("effects", POSSIBLE, ids=label)
+@pytest.mark.parametrize("effects", WITH_EVERY_PAIR, ids=label)
 def test_what_is_left_out_leaves_no_trace(effects):
     system = built(effects)
     kinds = {t.kind for t in system.transitions}
@@ -70,7 +70,7 @@ def test_what_is_left_out_leaves_no_trace(effects):
     assert ("depth" in system.state_names) == (effects["contact"] == "compliant")
 
 
-@pytest.mark.parametrize("effects", POSSIBLE, ids=label)
+@pytest.mark.parametrize("effects", WITH_EVERY_PAIR, ids=label)
 def test_modes_are_those_of_the_rock_in_every_phase_of_the_contact(effects):
     rests = effects["friction"] != "none" or effects["rock"] == "fixed"
     rock = ["stick"] * rests + ["slip"] * (effects["rock"] == "moving")
