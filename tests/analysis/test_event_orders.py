@@ -192,7 +192,9 @@ def test_a_bar_whose_hits_depend_on_their_order_jumps():
         ([-1.0, -1.0], {}, "no guard of mode '00' is met"),
         ([0.0], {}, "expected 2 finite numbers"),
         ({"x": 0.0}, {}, "leaves out 'y'"),
+        ({"x": 0.0, "y": 0.0, "z": 0.0}, {}, "has no state 'z'; expected numbers for"),
         ([0.0, 0.0], {"mode": "flight"}, "expected one of"),
+        ([0.0, 0.0], {"duration": 1e308}, "the motion does not last"),
     ],
 )
 def test_refused(corner, state, given, words):

@@ -20,6 +20,10 @@ E = 1 / 0.2 * (0.9 * math.log(0.9) - 0.7 * math.log(0.7)) - 1
 """Mean logarithm of a restitution between .7 and .9, by integration."""
 
 
+def forced(**rates: Any) -> cd.HybridSystem:
+    return cd.HybridSystem(states="x", parameters={"e": 1.0, "e_low": 0.0}, modes={"on": rates}, period="1")
+
+
 def ball(noise: Any, seed: int = 0) -> cd.HybridSystem:
     """A ball on a floor that gives it a speed of 1 at each rebound: the speeds obey v' = e v + 1."""
     plain = cd.HybridSystem(
@@ -332,6 +336,8 @@ def test_an_analysis_takes_noise_or_refuses_it_with_the_reason(name):
         (lambda: IMPACTS.with_noise({"omega": cd.Uniform(1, 2)}, at="impact"), "the period depends on 'omega'"),
         (lambda: IMPACTS.with_noise({"e": cd.Uniform(0, 1)}, at="impact", seed=-1), "seed is -1"),
         (lambda: NOISY.with_noise({"zeta": cd.Uniform(0, 1)}, at="impact"), "noise already"),
+        (lambda: forced(x="e + e_low").with_noise({"e": cd.Uniform(0, 1)}, at="period"), "already, .*rename it"),
+        (lambda: forced(x=lambda t, x, p: 0.0).with_noise({"e": cd.Uniform(0, 1)}, at="period"), "Python functions"),
         (lambda: NOISY.with_parameters(e_high=1.1), "parameter 'e_high': .* at most 1, received 1.1"),
         (lambda: NOISY.with_parameters(noise_seed=1e300), "the seed of the noise must be a whole number, at least 0"),
         (lambda: NOISY.with_parameters(noise_seed=1.5), "must be a whole number, at least 0 .* received 1.5"),
