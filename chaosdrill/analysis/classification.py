@@ -110,14 +110,6 @@ def _paired(exponents: np.ndarray, lead: np.ndarray) -> np.ndarray:
         return np.asarray((np.abs(exponents + lead[:, np.newaxis]) <= PAIRED * np.abs(lead)[:, np.newaxis]).any(axis=1))
 
 
-def growth_of_end(averages: Averages, column: np.ndarray, part: float) -> np.ndarray:
-    """Logarithm of the growth of one tangent of each record, shape (P,), in the last part of it."""
-    course = averages.course[np.arange(len(column)), :, column]
-    blocks = course.shape[1] - 1
-    with np.errstate(invalid="ignore"):
-        return np.asarray(course[:, -1] - course[:, blocks - max(1, round(part * blocks))])
-
-
 def evidence_of(
     system: HybridSystem,
     structure: Structure,
@@ -158,8 +150,11 @@ def evidence_of(
     known_so_far = {"ended": ended, "lead": lead, "margin": margin, "length": length, "late": late}
     found = Evidence.of(points, rounding=averages.rounding, **known_so_far)
     if exponents.shape[1]:
-        found.quarter = growth_of_end(averages, column, QUARTER)
-        found.steady = steady(averages.course[one_of[0], :, column])
+        course = averages.course[one_of[0], :, column]
+        blocks = course.shape[1] - 1
+        with np.errstate(invalid="ignore"):
+            found.quarter = course[:, -1] - course[:, blocks - max(1, round(QUARTER * blocks))]
+        found.steady = steady(course)
         found.steady &= ~_paired(exponents, lead)
     found.noisy[:] = system.draws
     unforced = not system.forced and structure.autonomous
@@ -454,17 +449,14 @@ def contracts(system: HybridSystem) -> bool:
     A closed curve that it maps to itself encloses an area that it maps to itself, so that there is no torus where it
     shrinks them.
     """
-    if "contracts" not in system.shared:
-        system.shared["contracts"] = _contracts(system)
-    return bool(system.shared["contracts"])
-
-
-def _contracts(system: HybridSystem) -> bool:
-    if system.autonomous or len(system.state_names) != 2 or any(t.reset for t in system.transitions):
+    if system.autonomous or len(system.state_names) != 2:
         return False
-    free = {*system.states, system.time}
-    rates = [sum(field[x].diff(x) for x in system.states) for field in system.modes.values()]
-    return all(not (rate.free_symbols & free) for rate in rates)
+    if "contracts" not in system.shared:
+        free = {*system.states, system.time}
+        rates = (sum(field[x].diff(x) for x in system.states) for field in system.modes.values())
+        resets = any(t.reset for t in system.transitions)
+        system.shared["contracts"] = not resets and all(not (rate.free_symbols & free) for rate in rates)
+    return bool(system.shared["contracts"])
 
 
 def add_regularity(

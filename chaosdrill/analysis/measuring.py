@@ -278,8 +278,10 @@ def _tell_apart(group: _Group, evidence: Evidence, left: np.ndarray) -> None:
         # along a cycle tangents grow evenly, and in no chaos but that of constant slopes
         evenly = group.arrays["lyapunov_error"][group.places, 0] * batch.length <= PLAN.evenly
         even = np.flatnonzero((group.outcomes == Outcome.CHAOTIC) & evenly)
-        evidence.put(even, _passed(plan, parameters, batch, even, evidence.at(even)))
-        group.tell(even, words(evidence.at(even)))
+        if len(even):
+            begun, seen = continued(plan, batch, even, at_points(parameters, even)), evidence.at(even)
+            _tell_by_passages(plan, begun, batch.counts[even], np.arange(len(even)), seen)
+            group.tell(even, words(seen))
     if len(unclear) and (plan.maps or plan.structure.autonomous):
         found, followed = _tell(plan, parameters, batch, unclear, evidence.at(unclear))
         group.tell(unclear, np.where(followed, found, group.outcomes[unclear]))
@@ -327,16 +329,6 @@ def _tell(
             add_regularity(evidence, one, runs.window[one], runs.sizes[one], plan.shifts, partial(runs.rates, int(p)))
         _tell_by_passages(plan, begun, batch.counts[which], reached, evidence)
     return words(evidence), runs.outcome == Outcome.OK
-
-
-def _passed(
-    plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, which: np.ndarray, evidence: Evidence
-) -> Evidence:
-    """Evidence of some points with what their events say of them."""
-    if len(which):
-        begun = continued(plan, batch, which, at_points(parameters, which))
-        _tell_by_passages(plan, begun, batch.counts[which], np.arange(len(which)), evidence)
-    return evidence
 
 
 def _tell_by_passages(plan: Plan, begun: Begun, counts: np.ndarray, which: np.ndarray, evidence: Evidence) -> None:
