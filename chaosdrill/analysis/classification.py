@@ -1,7 +1,7 @@
 """Evidence from records, for spectra as for points of grids; `chaosdrill.analysis.words` makes words of it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from chaosdrill.analysis.tori import (
     stopped,
     turn,
 )
-from chaosdrill.analysis.words import FOLDS, Evidence, steady, words
+from chaosdrill.analysis.words import FOLDS, Evidence, Selectable, steady, words
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.shifts import Shifts
 from chaosdrill.engine.structure import Structure
@@ -86,7 +86,7 @@ def undrawn(system: HybridSystem, states: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Averages:
+class Averages(Selectable):
     """Exponents of P records, in descending order."""
 
     exponents: np.ndarray  # (P, m)
@@ -97,11 +97,6 @@ class Averages:
     rounding: np.ndarray  # (P,): part of the sizes of states that errors of the run may add up to from point to point
     neutral: np.ndarray  # int (P,): how many are zero whatever the attractor
     complete: bool  # whether there are as many as states
-
-    def at(self, which: np.ndarray) -> "Averages":
-        """Of some of the records."""
-        parts = {one.name: getattr(self, one.name)[which] for one in fields(self) if one.name != "complete"}
-        return Averages(complete=self.complete, **parts)
 
 
 def _paired(exponents: np.ndarray, lead: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ back after two periods to any tolerance that is wider than its slow decay; near 
 run has no sign; in chaos a laminar stretch repeats for a while. What is not beyond doubt is left undecided here.
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -28,7 +28,7 @@ from chaosdrill.analysis.resting import is_left, rests
 from chaosdrill.analysis.statistics import block_ends, error_of_exponents, rounding_of_unit
 from chaosdrill.analysis.tori import END, LENGTH, aside, stays
 from chaosdrill.analysis.tuning import PLAN
-from chaosdrill.analysis.words import Evidence, words
+from chaosdrill.analysis.words import Evidence, Selectable, words
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.batch import Batch
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 
 @dataclass
-class Verdict:
+class Verdict(Selectable):
     """What P points are on."""
 
     outcome: np.ndarray
@@ -50,11 +50,6 @@ class Verdict:
     evidence: Evidence
     cycle: np.ndarray  # int (P,): length of the cycle that the record repeats, in units of lengths; 0: unknown, or none
     moves: np.ndarray  # bool (P,): whether nothing says that the motion dies out
-
-    def at(self, which: np.ndarray) -> "Verdict":
-        """The verdict on some of the points."""
-        parts = {one.name: getattr(self, one.name) for one in fields(self) if one.name != "evidence"}
-        return Verdict(evidence=self.evidence.at(which), **{name: values[which] for name, values in parts.items()})
 
 
 def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, before: np.ndarray | None = None) -> Verdict:

@@ -146,9 +146,9 @@ def number_attractors(found: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.n
     left = np.flatnonzero(np.isin(found["outcome"], ATTRACTING) & np.isfinite(found["moments"]).all(axis=(1, 2)))
     leaders: list[int] = []
     while len(left) and len(leaders) < MOST:
-        first = _part(found, left[:1])
+        first = part(found, left[:1])
         same = np.concatenate(
-            [alike_first(first, _part(found, some)) for some in np.split(left, range(BLOCK, len(left), BLOCK))]
+            [alike_first(first, part(found, some)) for some in np.split(left, range(BLOCK, len(left), BLOCK))]
         )
         same[0] = True
         mine = left[same]
@@ -162,7 +162,8 @@ def number_attractors(found: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.n
     return rank[numbers], np.array(leaders, dtype=np.int64)[order]
 
 
-def _part(found: Mapping[str, np.ndarray], which: np.ndarray) -> dict[str, np.ndarray]:
+def part(found: Mapping[str, np.ndarray], which: np.ndarray | list[int]) -> dict[str, np.ndarray]:
+    """Quantities that distinguish the attractors of some runs."""
     return {name: found[name][which] for name in KNOWN_BY}
 
 

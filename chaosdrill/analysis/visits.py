@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chaosdrill.analysis.classification import is_own_period, undrawn
-from chaosdrill.analysis.matching import KNOWN_BY, alike_first, moments
+from chaosdrill.analysis.matching import alike_first, moments, part
 from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.recurrence import CLOSE, recurrence, sizes
 from chaosdrill.analysis.resting import rests
@@ -57,7 +57,7 @@ def merge(
     todo, part_of = np.flatnonzero(loose), np.arange(len(leaders))
     if len(todo) == 0 or len(leaders) < 2:
         return numbers, leaders
-    told = {name: found[name][leaders] for name in KNOWN_BY}
+    told = part(found, leaders)
     settled, left, room = [], [], ATTRACTORS.most
     while len(todo) and room:
         # those that settle leave their place to others
@@ -66,14 +66,10 @@ def merge(
         settled += ended
         left.append(followed)
         room -= len(which) - len(ended)
-    same = [(one, other) for one in settled for other in np.flatnonzero(alike_first(_only(told, one), told)).tolist()]
+    same = [(one, other) for one in settled for other in np.flatnonzero(alike_first(part(told, [one]), told)).tolist()]
     for one, other in (*_pairs(left), *same):
         part_of[part_of == part_of[other]] = part_of[one]
     return _renumbered(found, numbers, leaders, part_of)
-
-
-def _only(told: Mapping[str, np.ndarray], place: int) -> dict[str, np.ndarray]:
-    return {name: values[place : place + 1] for name, values in told.items()}
 
 
 def _follow(plan: Plan, which: np.ndarray, runs: Batch, told: dict[str, np.ndarray]) -> tuple[Followed, list[int]]:
@@ -99,7 +95,7 @@ def _follow(plan: Plan, which: np.ndarray, runs: Batch, told: dict[str, np.ndarr
     # one record of each rest stays, with which those are compared that have not quite come to it
     firsts: list[int] = []
     for place in which[found].tolist():
-        if not any(alike_first(_only(told, first), _only(told, place))[0] for first in firsts):
+        if not any(alike_first(part(told, [first]), part(told, [place]))[0] for first in firsts):
             firsts.append(place)
     on = np.flatnonzero(~np.isin(which[there], np.setdiff1d(ended, firsts)))
     return Followed(which[there[on]], points[on], known[on], shifts), ended.tolist()

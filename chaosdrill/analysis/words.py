@@ -6,7 +6,8 @@ ever takes away from what differs from zero, and a torus and a cycle take eviden
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
+from typing import Self
 
 import numpy as np
 
@@ -42,8 +43,19 @@ which it is that of the length. Where averages do not converge faster than any p
 born and still attracts slowly, it is less."""
 
 
+class Selectable:
+    """A dataclass of which some items say one thing of each of P points."""
+
+    def at(self, which: np.ndarray) -> Self:
+        """The same of some of the points."""
+        of = {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
+        some = {name: one.at(which) for name, one in of.items() if isinstance(one, Selectable)}
+        some |= {name: one[which] for name, one in of.items() if isinstance(one, np.ndarray)}
+        return replace(self, **some)  # type: ignore[type-var]
+
+
 @dataclass
-class Evidence:
+class Evidence(Selectable):
     """What P records say; all arrays have the shape (P,).
 
     What was not looked at, or cannot be told, is False.
@@ -99,10 +111,6 @@ class Evidence:
         } | known
         rest = {field.name: np.zeros(points, bool) for field in fields(cls) if field.name not in given}
         return cls(**given, **rest)
-
-    def at(self, which: np.ndarray) -> "Evidence":
-        """Evidence of some of the points."""
-        return Evidence(**{field.name: getattr(self, field.name)[which] for field in fields(self)})
 
     def put(self, which: np.ndarray, newer: "Evidence") -> None:
         """Take over newer evidence of some points."""
