@@ -357,3 +357,44 @@ def test_a_doubling_that_cannot_be_followed_is_told(monkeypatch):
     found = cd.continue_orbit(cd.build("simplest-walker"), {"gamma": (0.009, 0.0189)}, doublings=5)
     assert found["branch_period"].values.tolist() == [1]
     assert "no doubled orbit was found next to the period doubling at gamma = 0.015088" in found.attrs["message"]
+
+
+def test_a_food_chain_has_the_points_that_auto_prints():
+    """Demo c2c in the log test/hyper.all of AUTO-07p, github.com/auto-07p/auto-07p, to six digits."""
+    prey = "5*x*y/(1 + 3*x)"
+    eaten = "y*z/(10*(1 + 2*y))"
+    chain = cd.HybridSystem(
+        name="food-chain", states="x y z", parameters={"d": 0.45}, initial={"x": 0.74, "y": 0.17, "z": 9.2},
+        modes={"on": {"x": f"x*(1 - x) - {prey}", "y": f"{prey} - d*y - {eaten}", "z": f"{eaten} - z/80"}},
+    )  # fmt: skip
+    branch = cd.continue_orbit(chain, {"d": (0.2, 0.52)}, transient=8000, step=0.01)
+    found = zip(
+        branch.cd.words("special_kind").values,
+        branch["special_value"].values,
+        branch["period_time"].values[branch["special_index"].values],
+        strict=True,
+    )
+    printed = {
+        "fold": [(2.08045e-1, 3.43745e1)],
+        "period_doubling": [(2.16681e-1, 4.04772e1), (4.28911e-1, 6.58869e1)],
+        "hopf": [(5.12270e-1, None)],
+    }
+    ours = {kind: [] for kind in printed}
+    for kind, value, period in sorted(found, key=lambda one: one[1]):
+        ours[kind].append((value, None if kind == "hopf" else period))
+    for kind, rows in printed.items():
+        assert len(ours[kind]) == len(rows)
+        for (value, period), (known, lasts) in zip(ours[kind], rows, strict=True):
+            assert value == pytest.approx(known, abs=1e-6)
+            assert period == pytest.approx(lasts, abs=1e-4)
+
+
+def test_a_forced_neuron_leaves_its_period_where_auto_prints_it():
+    """Demo ffn, as above: a torus is born at a = 0.422945."""
+    neuron = cd.HybridSystem(
+        name="fitzhugh-nagumo", states="x y", parameters={"a": 0.6, "b": 0.1}, period="2*pi/10",
+        modes={"on": {"x": "3*(x - x**3/3 + y - b*cos(10*t))", "y": "-(x - a + 4*y/5)/3"}},
+    )  # fmt: skip
+    branch = cd.continue_orbit(neuron, {"a": (0.25, 1.0)}, transient=1000, step=0.03)
+    assert branch.cd.words("special_kind").values.tolist() == ["neimark_sacker"]
+    assert branch["special_value"].item() == pytest.approx(4.22945e-1, abs=1e-6)
