@@ -47,7 +47,7 @@ def _zero_one(taken: Taken, given: Any, numerics: Numerics) -> Arrays:
     by_turn = np.full((n, TURNS), np.nan)
     for i in _moving(taken):
         k[i], error[i], by_turn[i] = growth(taken.states[:, i])
-    return {"k": k, "k_error": error, "k_by_turn": by_turn}
+    return {"k": k, "k_error": error, "k_by_turn": by_turn, "reason": _too_few(taken)}
 
 
 def growth(values: np.ndarray) -> tuple[float, float, np.ndarray]:
@@ -78,6 +78,7 @@ def _regularity(taken: Taken, given: Any, numerics: Numerics) -> Arrays:
         "digits_error": digits_error,
         "rotation_number": np.float64(turned),
         "rotation_number_error": np.float64(turned_error),
+        "reason": _too_few(taken),
     }
 
 
@@ -114,6 +115,14 @@ def _moving(taken: Taken) -> list[int]:
         return []
     floor = sizes(states[np.newaxis], taken.run.sizes[np.newaxis])[0]
     return np.flatnonzero(np.ptp(states, axis=0) > CLOSE * floor).tolist()
+
+
+def _too_few(taken: Taken) -> str:
+    """Why a record that reached its end says nothing; empty if it does."""
+    count = len(taken.states)
+    if taken.outcome != Outcome.OK or count >= FEWEST:
+        return ""
+    return f"{count} points say nothing: record {FEWEST} at least"
 
 
 def _plane(taken: Taken, names: list[str] | None, moving: list[int]) -> np.ndarray:

@@ -17,6 +17,7 @@ from chaosdrill.dataset.build import dataset
 from chaosdrill.engine.ahead import ONE_RUN, compile_ahead
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run, lost_sum
+from chaosdrill.engine.setup import settings_of
 from chaosdrill.errors import SettingsError
 from chaosdrill.model import HybridSystem
 from chaosdrill.sweep import execute
@@ -160,13 +161,15 @@ def swept(system: HybridSystem, given: Any, job: Job) -> tuple[str, np.ndarray] 
     Raises
     ------
     SettingsError
-        Of a single run, a store or a scheduler, which only the points of a sweep could use.
+        Of a single run, a store or a scheduler, which only the points of a sweep could use; of a sweep, a method that
+        the system cannot use at any value.
     """
     # a map iterates without the flow
     if not system.discrete:
         compile_ahead(ONE_RUN)
     if given.sweep is not None:
         ((parameter, values),) = given.sweep.items()
+        settings_of(system, job.numerics, job.numerics.order)
         return parameter, values
     for name in ("store", "scheduler"):
         if getattr(job, name) is not None:

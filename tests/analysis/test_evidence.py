@@ -248,6 +248,15 @@ def test_a_record_too_short_says_nothing(pendulum):
     found = cd.regularity(pendulum, periods=39)
     assert found["digits"].isnull().all()
     assert found["rotation_number"].isnull()
+    assert found.attrs["reason"] == "39 points say nothing: record 40 at least"
+
+
+def test_a_method_that_no_value_can_use_is_refused():
+    """Every value of the sweep had failed, without a word."""
+    function = cd.Map("x", {"a": 3.9}, lambda t, x, p: (p[0] * x[0] * (1 - x[0]),), initial={"x": 0.3})
+    for analysis in (cd.regularity, cd.finite_time_exponents):
+        with pytest.raises(cd.SettingsError, match="takes series of expressions"):
+            analysis(function, {"a": [3.8, 3.9]}, periods=100)
 
 
 # Exponents over finite times.
