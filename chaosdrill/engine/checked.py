@@ -117,7 +117,7 @@ def may_hide_between(functions, tables, settings, h, t, state, scratch):
     # a root may have been taken across its branch point by less than the error of the step
     functions.field(mode, t + h, state.c, scratch.image, scratch.doubt)
     finite = True
-    for i in range(n):
+    for i in range(scratch.doubt.size):
         finite &= abs(scratch.doubt[i]) < math.inf
     return not finite
 
@@ -309,32 +309,48 @@ def doubt_of_rates(functions, tables, s, t, state, scratch):
 
 
 @inner
-def _tangents_agree(functions, settings, s, t, state, ws, scratch):
-    """Whether the series of tangents obey the variational equation."""
-    run, vectors, scale = state.run[0], state.vectors, state.scale
-    n = state.x.size
-    direction, rate, slope, place = scratch.jump, scratch.before[:n], scratch.after[:n], scratch.image
+def tangent_defect(functions, degree, v, s, t, state, ws, scratch):
+    """Rate of tangent v at s, into ``before``, and that of its polynomial, into ``after``; ``jump`` is the tangent."""
+    n, direction = state.x.size, scratch.jump
+    values_and_rates(ws, first_row(ws, state.vectors, v), n, degree, s, direction, scratch.after[:n])
+    functions.variation(state.run[0].mode, t + s, state.c, scratch.out[:n], direction, scratch.before[:n])
+
+
+@rare
+def doubt_of_tangent(functions, s, t, state, scratch):
+    """What rounding of the state and of time makes of the rate of a tangent, into ``doubt``; tangent and rate are
+    there."""
+    n, place, rate, doubt = state.x.size, scratch.image, scratch.before, scratch.doubt
+    for i in range(n):
+        place[i] = scratch.out[i] * (1.0 + (4.0 + i) * (1 - 2 * (i % 2)) * EPSILON)
+    functions.variation(state.run[0].mode, (t + s) * (1.0 + 4.0 * EPSILON), state.c, place, scratch.jump, doubt[:n])
+    for i in range(n):
+        doubt[i] = abs(doubt[i] - rate[i])
+
+
+@inner
+def tangents_agree(functions, degree, allowed, noise, s, t, state, ws, scratch):
+    """Whether the polynomials of tangents obey the variational equation at s, but for the noise of their rates."""
+    scale, n = state.scale, state.x.size
+    direction, rate, slope = scratch.jump, scratch.before, scratch.after
     widest = 0.0
     for i in range(n):
         widest = max(widest, scale[i])
-        place[i] = scratch.out[i] * (1.0 + (4.0 + i) * (1 - 2 * (i % 2)) * EPSILON)
-    for v in range(run.live):
-        values_and_rates(ws, first_row(ws, vectors, v), n, settings.order, s, direction, slope)
-        functions.variation(run.mode, t + s, state.c, scratch.out[:n], direction, rate)
+    for v in range(state.run[0].live):
+        tangent_defect(functions, degree, v, s, t, state, ws, scratch)
         length = 0.0
         off = 0.0
         for i in range(n):
             width = scale[i] if scale[i] > 0.0 else widest if widest > 0.0 else 1.0
             length = max(length, abs(direction[i]) / width)
-            part = (abs(slope[i] - rate[i]) - CHECKS.rounding * abs(rate[i])) * s / width
+            part = (abs(slope[i] - rate[i]) - noise * abs(rate[i])) * s / width
             off = part if not part <= off else off
-        if not off <= max(CHECKS.defect * settings.tolerance, CHECKS.rounding) * length:
-            functions.variation(run.mode, (t + s) * (1.0 + 4.0 * EPSILON), state.c, place, direction, scratch.doubt[:n])
+        if not off <= allowed * length:
+            doubt_of_tangent(functions, s, t, state, scratch)
             for i in range(n):
                 width = scale[i] if scale[i] > 0.0 else widest if widest > 0.0 else 1.0
-                doubt = CHECKS.doubt * abs(scratch.doubt[i] - rate[i]) + CHECKS.rounding * abs(rate[i])
-                part = (abs(slope[i] - rate[i]) - doubt) * s / width
-                if not part <= max(CHECKS.defect * settings.tolerance, CHECKS.rounding) * length:
+                part = (abs(slope[i] - rate[i]) - CHECKS.doubt * scratch.doubt[i] - noise * abs(rate[i])) * s / width
+                if not part <= allowed * length:
                     return False
     return True
 
@@ -346,10 +362,11 @@ def series_agree(functions, tables, settings, s, t, state, ws, scratch):
     values_and_rates(ws, 0, place.size, settings.order, s, place, slope)
     functions.field(state.run[0].mode, t + s, state.c, place, rate)
     told = False
+    allowed = max(CHECKS.defect * settings.tolerance, CHECKS.rounding)
     for i in range(place.size):
         bound = CHECKS.rounding * abs(rate[i]) * s
         if i < state.x.size:
-            bound += max(CHECKS.defect * settings.tolerance, CHECKS.rounding) * state.scale[i]
+            bound += allowed * state.scale[i]
         else:
             bound += CHECKS.defect * settings.tolerance * late_size(ws, uint64(i), s, uint64(1)) * s
         off = abs(slope[i] - rate[i]) * s
@@ -361,7 +378,7 @@ def series_agree(functions, tables, settings, s, t, state, ws, scratch):
                 return False
     if not guards_agree(functions, tables, settings, CHECKS.defect * settings.tolerance, s, t, state, ws, scratch):
         return False
-    return state.run[0].live == 0 or _tangents_agree(functions, settings, s, t, state, ws, scratch)
+    return tangents_agree(functions, settings.order, allowed, CHECKS.rounding, s, t, state, ws, scratch)
 
 
 look_along_series = looks(series_agree)
@@ -369,9 +386,23 @@ look_along_series = looks(series_agree)
 
 @inner
 def dense_defect(functions, degree, s, t, state, ws, scratch):
-    """Rates of the states, into ``before``, and those of their polynomials, into ``after``; ``out`` is where."""
-    values_and_rates(ws, 0, state.x.size, degree, s, scratch.out, scratch.after)
+    """Rates of states and integrals, into ``before``, and of their polynomials, into ``after``; ``out`` is where."""
+    values_and_rates(ws, 0, scratch.out.size, degree, s, scratch.out, scratch.after)
     functions.field(state.run[0].mode, t + s, state.c, scratch.out, scratch.before)
+
+
+@inner
+def dense_agrees(functions, tables, settings, first, allowed, s, t, state, scratch):
+    """Whether the defects that are there are allowed parts of sizes, of states and integrals from the first on."""
+    rate, slope = scratch.before, scratch.after
+    for i in range(first, rate.size):
+        bound = allowed * state.scale[i] + settings.dense_noise * abs(rate[i]) * s
+        off = abs(slope[i] - rate[i]) * s
+        if not off <= bound:
+            doubt_of_rates(functions, tables, s, t, state, scratch)
+            if not off <= bound + CHECKS.doubt * scratch.doubt[i] * s:
+                return False
+    return True
 
 
 @rare

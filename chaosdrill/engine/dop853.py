@@ -62,7 +62,7 @@ def stage(functions, mode, t, c, x, h, k, vectors, live, stages):
     functions.field(mode, t + C[k] * h, c, place, stages[k])
     for v in range(live):
         row = VECTORS + ROWS_A_VECTOR * v
-        direction = stages[row + STAGES]
+        direction = stages[row + PLACE]
         _combine(stages, row, k, A[k], h, vectors[v], n, direction)
         functions.variation(mode, t + C[k] * h, c, place, direction, stages[row + k])
 
@@ -82,7 +82,7 @@ def attempt(functions, t, c, x, h, vectors, live, run, stages, out):
         out[i] = h * s
     for v in range(live):
         row = VECTORS + ROWS_A_VECTOR * v
-        _combine(stages, row, STAGES, A[STAGES], h, vectors[v], n, stages[row + STAGES + 1])
+        _combine(stages, row, STAGES, A[STAGES], h, vectors[v], n, stages[row + END])
 
 
 @series
@@ -144,39 +144,45 @@ def error_of(x, h, scale, least, longest, vectors, live, rounding, stages):
 
 
 @series
-def dense_output(functions, t, c, x, h, run, stages, ws):
-    """Coefficients of the states' polynomials; the step has been taken."""
+def _polynomial(stages, first, i, start, h, row):
+    """Coefficients from the rates of the stages, which stand from row ``first`` on."""
+    row[0] = start
+    row[1] = stages[first, i]
+    power = 1.0
+    for k in range(2, DEGREE + 1):
+        power /= h
+        s = 0.0
+        for j in range(DENSE_STAGES):
+            s += DENSE[k - 1, j] * stages[first + j, i]
+        row[k] = s * power
+
+
+@series
+def dense_output(functions, t, c, x, h, vectors, live, run, stages, ws):
+    """Coefficients of states, integrals and as many tangents as are live; the step has been taken."""
     n = x.size
-    functions.field(run.mode, t + h, c, stages[END], stages[STAGES])
-    for k in range(STAGES + 1, DENSE_STAGES):
-        stage(functions, run.mode, t, c, x, h, k, stages, 0, stages)
+    for k in range(STAGES, DENSE_STAGES):
+        stage(functions, run.mode, t, c, x, h, k, vectors, live, stages)
     run.evaluations += DENSE_STAGES - STAGES
-    for i in range(n):
-        ws[i, 0] = x[i]
-        ws[i, 1] = stages[0, i]
-        power = 1.0
-        for k in range(2, DEGREE + 1):
-            power /= h
-            s = 0.0
-            for j in range(DENSE_STAGES):
-                s += DENSE[k - 1, j] * stages[j, i]
-            ws[i, k] = s * power
+    for i in range(stages.shape[1]):
+        _polynomial(stages, 0, i, x[i] if i < n else 0.0, h, ws[i])
+    for v in range(live):
+        for i in range(n):
+            row = ws[checked.first_row(ws, vectors, v) + i]
+            _polynomial(stages, VECTORS + ROWS_A_VECTOR * v, i, vectors[v, i], h, row)
 
 
 @inner
 def _agrees(functions, tables, settings, s, t, state, ws, scratch):
     """Whether the dense output obeys the equations at s."""
+    allowed = CHECKS.dense_defect * settings.tolerance
     checked.dense_defect(functions, DEGREE, s, t, state, ws, scratch)
-    rate, slope = scratch.before, scratch.after
-    for i in range(state.x.size):
-        allowed = CHECKS.dense_defect * settings.tolerance * state.scale[i] + DENSE_NOISE * abs(rate[i]) * s
-        off = abs(slope[i] - rate[i]) * s
-        if not off <= allowed:
-            checked.doubt_of_rates(functions, tables, s, t, state, scratch)
-            if not off <= allowed + CHECKS.doubt * scratch.doubt[i] * s:
-                return False
+    if not checked.dense_agrees(functions, tables, settings, 0, allowed, s, t, state, scratch):
+        return False
     part = CHECKS.dense_defect * GUARDS.interpolated
-    return checked.guards_agree(functions, tables, settings, part, s, t, state, ws, scratch)
+    if not checked.guards_agree(functions, tables, settings, part, s, t, state, ws, scratch):
+        return False
+    return checked.tangents_agree(functions, DEGREE, allowed, DENSE_NOISE, s, t, state, ws, scratch)
 
 
 _look = checked.looks(_agrees)
@@ -227,7 +233,7 @@ def expand(place, p, t):
         watching = tables.active[mode, 0] > 0
         steep = tables.steep[mode, 0] > 0
         if watching or steep:
-            dense_output(functions, t, state.c, x, h, run, stages, scratch.workspace)
+            dense_output(functions, t, state.c, x, h, vectors, 0, run, stages, scratch.workspace)
         if watching:
             left = guard_polynomials(functions, tables, settings, state, t, h, scratch)
             ends = ends or left == math.inf
@@ -237,6 +243,8 @@ def expand(place, p, t):
                 h *= 0.5
                 continue
         if steep and checked.may_hide_between(functions, tables, settings, h, t, state, scratch):
+            if live > 0:
+                dense_output(functions, t, state.c, x, h, vectors, live, run, stages, scratch.workspace)
             seen = _look(functions, tables, settings, h, t, state, scratch.workspace, scratch)
             if seen < h:
                 # what is wrong of the dense output may be wrong everywhere

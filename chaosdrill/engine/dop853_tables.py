@@ -16,7 +16,7 @@ PLACE = DENSE_STAGES
 END = DENSE_STAGES + 1
 WEIGHTS = DENSE_STAGES + 2
 VECTORS = DENSE_STAGES + 3
-ROWS_A_VECTOR = STAGES + 2
+ROWS_A_VECTOR = DENSE_STAGES + 2
 """Rows of scratch: rates of the stages, a place, the end, one over the scales; for every tangent its rates, a place and
 its end."""
 

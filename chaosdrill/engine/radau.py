@@ -19,9 +19,11 @@ from chaosdrill.engine.guard_series import exact_times, guard_polynomials
 from chaosdrill.engine.jit import inner
 from chaosdrill.engine.layout import ONGOING
 from chaosdrill.engine.radau_step import (
+    WIDTHS,
     Z,
     damped,
     dense_output,
+    dense_tangents,
     errors_of,
     factors,
     finish,
@@ -59,13 +61,24 @@ def _agrees(functions, tables, settings, s, t, state, ws, scratch):
     """Whether the polynomial through the stages obeys the equations at s, but for what is stiff, as in an error."""
     checked.dense_defect(functions, DEGREE, s, t, state, ws, scratch)
     rate, slope, allowed = scratch.before, scratch.after, CHECKS.dense_defect * max(settings.tolerance, RADAU.least)
-    room, stages = scratch.implicit, scratch.stages
-    if not damped(rate, slope, scratch.none, s, state.x.size, room, stages) <= allowed:
+    n, room, stages = state.x.size, scratch.implicit, scratch.stages
+    if not damped(rate, slope, scratch.none, s, n, room, stages) <= allowed:
         checked.doubt_of_rates(functions, tables, s, t, state, scratch)
-        if not damped(rate, slope, scratch.doubt, s, state.x.size, room, stages) <= allowed:
+        if not damped(rate, slope, scratch.doubt, s, n, room, stages) <= allowed:
             return False
+    if not checked.dense_agrees(functions, tables, settings, n, allowed, s, t, state, scratch):
+        return False
     part = CHECKS.dense_defect * GUARDS.interpolated
-    return checked.guards_agree(functions, tables, settings, part, s, t, state, ws, scratch)
+    if not checked.guards_agree(functions, tables, settings, part, s, t, state, ws, scratch):
+        return False
+    for v in range(state.run[0].live):
+        checked.tangent_defect(functions, DEGREE, v, s, t, state, ws, scratch)
+        bound = allowed * control.size(scratch.jump, stages[WIDTHS])
+        if not damped(rate, slope, scratch.none, s, n, room, stages) <= bound:
+            checked.doubt_of_tangent(functions, s, t, state, scratch)
+            if not damped(rate, slope, scratch.doubt, s, n, room, stages) <= bound:
+                return False
+    return True
 
 
 _look = checked.looks(_agrees)
@@ -154,6 +167,7 @@ def expand(place, p, t):
                 h *= 0.5
                 continue
         if tables.steep[mode, 0] > 0 and checked.may_hide_between(functions, tables, settings, h, t, state, scratch):
+            dense_tangents(kind, vectors, live, h, stages, scratch.workspace)
             seen = _look(functions, tables, settings, h, t, state, scratch.workspace, scratch)
             if seen < h:
                 functions.field(mode, t, state.c, x, stages[0])

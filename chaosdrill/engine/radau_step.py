@@ -10,8 +10,8 @@ of the stages; for every tangent its rate at the start, then the tangents at the
 
 import math
 
-from chaosdrill.engine.checked import rounding_of_rate
-from chaosdrill.engine.dop853_tables import PLACE, STAGES, WEIGHTS
+from chaosdrill.engine.checked import first_row, rounding_of_rate
+from chaosdrill.engine.dop853_tables import END, PLACE, ROWS_A_VECTOR, VECTORS, WEIGHTS
 from chaosdrill.engine.jit import inner, rare, series
 from chaosdrill.engine.radau_tables import DEGREE, MOST_STAGES, NODES, PIVOT, POWERS, SLOPES, WEIGHTS_OF_RATES
 from chaosdrill.engine.scales import SMALLEST, fill
@@ -275,7 +275,7 @@ def stage_tangents(kind, v, h, room, stages, row, count):
             for a in range(count):
                 stages[row + 1 + j, active[a]] += right[j * count + a] / weights[active[a]]
     for i in range(n):
-        stages[row + STAGES + 1, i] = stages[row + s, i]
+        stages[row + END, i] = stages[row + s, i]
 
 
 @inner
@@ -408,6 +408,22 @@ def dense_output(kind, x, h, steep, stages, ws):
             ws[i, 1] = stages[0, i]
         else:
             stages[0, i] = ws[i, 1]
+
+
+@series
+def dense_tangents(kind, vectors, live, h, stages, ws):
+    """Coefficients of the tangents over the step, through the stages alone."""
+    for v in range(live):
+        for i in range(vectors.shape[1]):
+            row = ws[first_row(ws, vectors, v) + i]
+            row[0] = vectors[v, i]
+            power = 1.0
+            for k in range(DEGREE):
+                total = 0.0
+                for j in range(3 + 2 * kind):
+                    total += POWERS[kind, k, j] * (stages[VECTORS + ROWS_A_VECTOR * v + 1 + j, i] - vectors[v, i])
+                power /= h
+                row[k + 1] = total * power
 
 
 @series

@@ -6,7 +6,7 @@ Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed. 1993
 
 import math
 
-from chaosdrill.engine.dop853_tables import END, PLACE, ROWS_A_VECTOR, STAGES, VECTORS, WEIGHTS
+from chaosdrill.engine.dop853_tables import END, PLACE, ROWS_A_VECTOR, VECTORS, WEIGHTS
 from chaosdrill.engine.jit import inlined, inner, rare
 from chaosdrill.engine.layout import ONGOING
 from chaosdrill.engine.scales import brought, finest, followed, has_none
@@ -115,7 +115,7 @@ def first_length(functions, t, state, tolerance, longest, stages):
     for v in range(live):
         length = size(vectors[v], weights)
         row = VECTORS + ROWS_A_VECTOR * v
-        direction = stages[row + STAGES]
+        direction = stages[row + PLACE]
         for i in range(n):
             direction[i] = vectors[v, i] + trial * stages[row, i]
         functions.variation(mode, t + trial, c, place, direction, stages[row + 1])
@@ -215,4 +215,4 @@ def take_over(stages, vectors, live, out):
         out[i] = stages[END, i]
     for v in range(live):
         for i in range(vectors.shape[1]):
-            vectors[v, i] = stages[VECTORS + ROWS_A_VECTOR * v + STAGES + 1, i]
+            vectors[v, i] = stages[VECTORS + ROWS_A_VECTOR * v + END, i]

@@ -128,6 +128,18 @@ def test_a_guard_at_a_branch_point_fires_in_lanes(emptied):
     assert batch.x[:, 0].tolist() == [0.0] * 9
 
 
+@pytest.mark.parametrize("method", ADAPTIVE)
+def test_integrals_and_tangents_go_through_a_pulse_that_no_state_feels(method):
+    """Where y is zero so is its rate, whatever becomes of a deviation from it."""
+    pulse = "1000*exp(-(1000*x - 123)**2)"
+    system = cd.HybridSystem(
+        states="x y", modes={"all": {"x": "1", "y": f"-y*{pulse}"}}, quadratures={"q": pulse}, initial={"x": -1.3}
+    )
+    run = cd.trajectory(system, duration=2.7, samples=1, tangents=True, method=method)
+    assert run["q"].values[-1] == pytest.approx(np.sqrt(np.pi), rel=1e-10)
+    assert run["final_tangent"].values[-1] == pytest.approx([0.0, np.exp(-np.sqrt(np.pi))], rel=1e-10)
+
+
 @pytest.mark.parametrize("method", ["taylor", "dop853"])
 def test_a_pulse_of_a_guard_within_a_step_is_found(method):
     """A guard whose series at the ends of a step tell of nothing."""
