@@ -129,7 +129,7 @@ class Signature(Late):
         return self.return_type.real(*(one.real for one in self.args))
 
 
-float64, int64, uint64, void = map(Kind, ("float64", "int64", "uint64", "void"))
+boolean, float64, int64, uint64, void = map(Kind, ("boolean", "float64", "int64", "uint64", "void"))
 
 
 def numpy_type(kind: Kind) -> np.dtype:

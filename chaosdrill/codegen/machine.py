@@ -111,6 +111,15 @@ def _options(level: int, *, loops: bool) -> Any:
     return options
 
 
+def _each_function(module: Any, options: Any) -> None:
+    """Simplify the functions of a module, each by itself."""
+    builder = llvm.create_pass_builder(_target(), options)
+    passes = builder.getFunctionPassManager()
+    for function in module.functions:
+        if not function.is_declaration:
+            passes.run(function, builder)
+
+
 def compile_object(text: str) -> bytes:
     """Machine code of LLVM code that is written as it is to run, as that of a system.
 
@@ -124,11 +133,7 @@ def compile_object(text: str) -> bytes:
         module.triple = llvm.get_process_triple()
         options = _options(1, loops=False)
         options.loop_unrolling = False
-        builder = llvm.create_pass_builder(machine, options)
-        passes = builder.getFunctionPassManager()
-        for function in module.functions:
-            if not function.is_declaration:
-                passes.run(function, builder)
+        _each_function(module, options)
         code: bytes = machine.emit_object(module)
         return code
 
@@ -137,8 +142,8 @@ def optimised_object(module: Any, *, loops: bool) -> bytes:
     """Machine code of a module of LLVM code with all that the compiler can do for it, as that of the engine.
 
     ``loops`` says whether loops are unrolled and those of independent turns become vector instructions: of functions
-    larger than the cache for instructions neither pays, since all of their code is run in turn. No single operations
-    are packed.
+    larger than the cache for instructions neither pays, since all of their code is run in turn. Theirs are unrolled
+    where the number of turns is known once all that they call is a part of them. No single operations are packed.
     """
     with _lock:
         machine = _target()
@@ -146,8 +151,9 @@ def optimised_object(module: Any, *, loops: bool) -> bytes:
         options = _options(3, loops=loops)
         options.loop_unrolling = loops
         builder = llvm.create_pass_builder(machine, options)
-        passes = builder.getModulePassManager()
-        passes.run(module, builder)
+        builder.getModulePassManager().run(module, builder)
+        if not loops:
+            _each_function(module, _options(3, loops=False))
         code: bytes = machine.emit_object(module)
         return code
 

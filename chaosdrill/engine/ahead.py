@@ -8,9 +8,11 @@ import contextlib
 import os
 import subprocess
 import sys
+from importlib import import_module
 
 from chaosdrill.codegen.cache import lasting_folder
 from chaosdrill.codegen.kept import engine_path, places
+from chaosdrill.engine.jit import COMPILED, Unit
 from chaosdrill.progress import compiling, tell_of_compilation
 
 ONE_RUN = "chaosdrill.engine.flow"
@@ -51,9 +53,14 @@ def _begin(part: str) -> None:
 
 
 def await_part(part: str) -> None:
-    """Wait for any processes that compile a part."""
-    for one in (part, *_WITH.get(part, ())):
-        process = _started.get(one)
-        if process is not None and process.poll() is None:
-            with compiling():
-                process.wait()
+    """Wait for any processes that compile a part; what the part calls seldom is compiled by this one meanwhile."""
+    started = (_started.get(one) for one in (part, *_WITH.get(part, ())))
+    working = [process for process in started if process is not None and process.poll() is None]
+    if working:
+        import_module(part)
+        for one in COMPILED:
+            if isinstance(one, Unit):
+                one.code  # noqa: B018
+    for process in working:
+        with compiling():
+            process.wait()

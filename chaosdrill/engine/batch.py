@@ -412,7 +412,7 @@ class Batch:
                         taken += 1
             self.outcome[p] = code
             if s == 0:
-                forget_run(self._states, p, self._frame, self._tables.constrained)
+                forget_run(machine, p, self._frame)
             self._note_averages(p, s)
         in_python(bring_in_order)(window, taken, self._spare)
 
@@ -447,7 +447,7 @@ class Batch:
                     taken = self._to_the_section(machine, p, stretch, taken)
                 self.times[p, s] = run["strobes"] * run["period"] + run["time"]
                 if s == 0:
-                    forget_run(self._states, p, self._frame, self._tables.constrained)
+                    forget_run(machine, p, self._frame)
                     self.window[p], taken = np.nan, 0
                 self._note_averages(p, s)
             in_python(bring_in_order)(self.window[p], taken, self._spare)

@@ -13,13 +13,14 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from chaosdrill.codegen.kinds import uint64
+from chaosdrill.codegen.kinds import Tuple, int64, uint64
 from chaosdrill.codegen.layout import AT_ALL, AT_SERIES, CROSSED, EPSILON, ONE_SIDED
 from chaosdrill.engine import guards
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.jit import inlined, inner, rare, series
 from chaosdrill.engine.lanes import as_wide, chosen, every, larger, magnitude
 from chaosdrill.engine.polynomial import late_size, size, value
+from chaosdrill.engine.records import unit
 from chaosdrill.engine.tuning import CHECKS
 
 
@@ -440,7 +441,7 @@ def _runs_away(x, scale, moved, later):
     return x * moved > 0.0 and 0.5 * scale <= abs(x) < abs(moved) and 2.0 * abs(moved) < abs(later)
 
 
-@rare
+@unit(Tuple((int64, int64)))
 def ending(functions, tables, settings, h, t, state, scratch):
     """What a run ends with whose step h has no length or is no number: (outcome, guard).
 

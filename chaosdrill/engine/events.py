@@ -2,12 +2,14 @@
 
 import math
 
+from chaosdrill.codegen.kinds import Tuple, float64, int64
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.engine import guards
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.chatter import interpolated, may_be_over, time_left
 from chaosdrill.engine.jit import inlined, rare
 from chaosdrill.engine.passages import normal_speed
+from chaosdrill.engine.records import unit
 from chaosdrill.engine.tuning import GUARDS
 
 
@@ -72,7 +74,7 @@ def _mapped(functions, settings, mode, j, t, state, with_tangents, scale, event)
     return functions.event_map(mode, j, t, state.c, state.x, with_tangents, scale, settings.tolerance, event)
 
 
-@rare
+@unit(Tuple((int64, float64, float64, float64)))
 def _completed(functions, tables, settings, j, transition, with_tangents, t, state, scale, scratch):
     """What becomes of an event that another one may replace, which completes its rebounds; few systems have any.
 

@@ -8,7 +8,7 @@ with a strobe or a sample comes after it.
 
 from chaosdrill.engine import guards
 from chaosdrill.engine import layout as at
-from chaosdrill.engine.jit import by_value, compiled, inlined
+from chaosdrill.engine.jit import compiled, in_frame, inlined
 from chaosdrill.engine.records import FLOW_SIGNATURE, machine_at, state_of, state_outcome, time_of
 from chaosdrill.engine.step import (
     advance,
@@ -40,13 +40,13 @@ def margin(functions, tables, settings, state, scratch, samples, row, j, te, h, 
     return 0.0
 
 
-@compiled(FLOW_SIGNATURE)
+@compiled(FLOW_SIGNATURE, loops=False)
 def flow(place, p, samples, events):
     """Continue run p; returns DONE, FULL, or the outcome that ended it.
 
     ``place`` is the address of the `chaosdrill.engine.layout.Machine`.
     """
-    machine = by_value(machine_at(place))
+    machine = in_frame(machine_at(place))
     functions, settings, tables, scratch = machine.functions, machine.settings[0], machine.tables, machine.scratch
     method = at.Method(machine.stepper, machine.search, place, place, p)
     state = state_of(machine.states, p)

@@ -42,6 +42,8 @@ _rare: set[str] = set()
 COMPILED: list["Compiled"] = []
 """All compiled functions of modules that are imported."""
 
+_units: list["Unit"] = []
+
 _compiling = threading.RLock()
 
 _names: dict[int, dict[str, Any]] = {id(vars(lanes)): vars(lanes)}
@@ -71,7 +73,7 @@ class Compiled:
         self.signature = signature
         self._loops = loops
         self.__doc__ = function.__doc__
-        self.__name__ = function.__name__
+        self.__name__ = self.symbol = function.__name__
         self._writers = [_writer(kind) for kind in signature.args]
         self._format = struct.Struct("".join(map(_format, signature.args)))
         self._result = struct.Struct("" if signature.return_type is void else _format(signature.return_type))
@@ -91,22 +93,23 @@ class Compiled:
             from chaosdrill.engine.front_end import llvm_module
 
             put_real()
-            module = llvm_module(self.py_func, self.__name__, self.signature.real, _rare)
+            module = llvm_module(self.py_func, self.symbol, self.signature.real, _rare)
             return optimised_object(module, loops=self._loops)
 
     @cached_property
     def _library(self) -> Any:
         with _compiling:
-            return load(self.code, {})
+            called = (one for one in _units if one is not self and one.symbol.encode() in self.code)
+            return load(self.code, {one.symbol: one.address for one in called})
 
     @cached_property
     def address(self) -> int:
         """Where compiled functions call it."""
-        return int(self._library.address(self.__name__))
+        return int(self._library.address(self.symbol))
 
     @cached_property
     def _call(self) -> Any:
-        return ctypes.CFUNCTYPE(None, ctypes.c_void_p)(self._library.address(self.__name__ + FROM_WORDS))
+        return ctypes.CFUNCTYPE(None, ctypes.c_void_p)(self._library.address(self.symbol + FROM_WORDS))
 
     def __call__(self, *arguments: Any) -> Any:
         flat: list[Any] = []
@@ -123,6 +126,21 @@ class Laid(tuple):
     """A tuple that is given to compiled functions again and again: its words are written once."""
 
     words: list[Any] | None = None
+
+
+class Unit(Compiled, Late):
+    """One that compiled functions call by its name, for what happens seldom: it is a part of none of them."""
+
+    def __init__(self, function: Callable[..., Any], signature: Signature) -> None:
+        super().__init__(function, signature, loops=False)
+        self.symbol = f"unit.{function.__module__}.{function.__name__}"
+        _units.append(self)
+
+    @cached_property
+    def real(self) -> Any:
+        from chaosdrill.engine.front_end import at_symbol
+
+        return at_symbol(self.symbol, self.signature.real)
 
 
 class Layout:
@@ -201,14 +219,20 @@ def compiled(signature: Signature, *, loops: bool = True) -> Callable[[Any], Any
     """Compile for one signature; see `Compiled`."""
 
     def wrap(function: Any) -> Any:
-        if UNCOMPILED:
-            return Uncompiled(function)
-        made = Compiled(function, signature, loops)
-        if kept.is_own(function):
-            COMPILED.append(made)
-        return made
+        return Uncompiled(function) if UNCOMPILED else _listed(Compiled(function, signature, loops))
 
     return wrap
+
+
+def unit(function: Any, signature: Signature) -> Any:
+    """Compile by itself what compiled functions call seldom; see `Unit`."""
+    return numbers_of_numpy(function) if UNCOMPILED else _listed(Unit(function, signature))
+
+
+def _listed(made: Compiled) -> Compiled:
+    if kept.is_own(made.py_func):
+        COMPILED.append(made)
+    return made
 
 
 class Part(Late):
@@ -223,9 +247,10 @@ class Part(Late):
     def real(self) -> Any:
         import numba
 
-        from chaosdrill.engine.front_end import PLAIN
+        from chaosdrill.engine.front_end import PLAIN, given_originals
 
-        return numba.njit(**PLAIN, **self._options)(self.py_func)
+        made = numba.njit(**PLAIN, **self._options)(self.py_func)
+        return made if self._options.get("forceinline") else given_originals(made)
 
 
 class _AtAddress(Late):
@@ -239,19 +264,24 @@ class _AtAddress(Late):
         return at_address(self._kind.real)
 
 
-class _ByValue(Late):
+class Written(Late):
+    """A compiled function that is written as LLVM code in `chaosdrill.engine.front_end`, by its name there."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
     @cached_property
     def real(self) -> Any:
-        from chaosdrill.engine.front_end import by_value
+        from chaosdrill.engine import front_end
 
-        return by_value
+        return getattr(front_end, self._name)
 
 
-by_value: Any = (lambda record: record) if UNCOMPILED else _ByValue()
-"""What `at_address` gives, or a record of it, as a named tuple.
+in_frame: Any = (lambda record: record) if UNCOMPILED else Written("in_frame")
+"""What `at_address` gives, with a copy of its words in the frame, of which the compiler makes values.
 
-Its words are then loaded once, and kept on the stack; of a record in memory each is loaded where it is named, by way of
-an address that may have to be loaded itself, which costs runs a twentieth. But compilation takes half as long again.
+Of a record in memory each word is loaded where it is named, by way of an address that may have to be loaded itself,
+which costs runs a twentieth.
 """
 
 
@@ -271,7 +301,7 @@ def put_real() -> None:
 
     def stands_for_it(value: Any) -> bool:
         # of types compiled functions name the one of places in arrays
-        return isinstance(value, Part | lanes.Operation | _AtAddress | _ByValue) or value is uint64
+        return isinstance(value, Part | Unit | lanes.Operation | _AtAddress | Written) or value is uint64
 
     for names in list(_names.values()):
         names |= {name: value.real for name, value in list(names.items()) if stands_for_it(value)}

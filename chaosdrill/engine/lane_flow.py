@@ -10,7 +10,7 @@ from chaosdrill.codegen.signatures import integers, matrix
 from chaosdrill.engine import lane_events, lane_step, taylor
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.checked import first_row
-from chaosdrill.engine.jit import by_value, compiled, inlined, rare
+from chaosdrill.engine.jit import compiled, in_frame, inlined, rare
 from chaosdrill.engine.lane_events import GUARD, OUTCOME, TIES
 from chaosdrill.engine.lane_runs import at_goal, begin, is_over, keep, note_section
 from chaosdrill.engine.lanes import LANES, chosen, every, row_of
@@ -179,7 +179,7 @@ def lane_flow(place, lane_functions, which, stretches, results, frame, section, 
     points: at the strobe, or before or after the transitions that ``section`` marks. ``varying`` says which constants
     are not the same at all points.
     """
-    machine = by_value(machine_at(place))
+    machine = in_frame(machine_at(place))
     states = machine.states
     queues, ends, spare = room.queues, room.ends, room.spare
     tangents = frame.shape[0] + 1

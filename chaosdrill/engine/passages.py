@@ -2,9 +2,11 @@
 
 import math
 
+from chaosdrill.codegen.kinds import int64
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.engine import layout as at
-from chaosdrill.engine.jit import inlined, inner, rare
+from chaosdrill.engine.jit import inlined, inner
+from chaosdrill.engine.records import unit
 from chaosdrill.engine.tuning import STRUCTURE
 
 
@@ -80,7 +82,7 @@ def marks_at(functions, tables, state, j, side, t, scratch):
     return marks
 
 
-@rare
+@unit(int64)
 def _marks_about(functions, tables, state, j, t, scratch):
     """The same of a guard that may let motions pass: the state is moved as little as makes it meet the guard."""
     c, sizes, gradient, rates = state.c, scratch.image, scratch.gradient, scratch.after

@@ -1,14 +1,42 @@
 """The types that compiled code has of what `chaosdrill.engine.layout` names, and when a run ends early."""
 
+import inspect
 import math
 from collections import namedtuple
+from collections.abc import Callable
+from functools import cached_property
 from typing import Any, get_type_hints
 
-from chaosdrill.codegen.kinds import Kind, NamedTuple, Pointer, Signature, Tuple, float64, int64, uint64, void
-from chaosdrill.codegen.signatures import LANE_SIGNATURES, SIGNATURES, Functions, LaneFunctions, matrix
-from chaosdrill.engine.jit import at_address, inlined, inner
+from chaosdrill.codegen.kinds import (
+    UNCOMPILED,
+    Kind,
+    NamedTuple,
+    Pointer,
+    RecordOf,
+    Signature,
+    Tuple,
+    boolean,
+    float64,
+    int64,
+    void,
+)
+from chaosdrill.codegen.signatures import LANE_SIGNATURES, SIGNATURES, Functions, LaneFunctions, matrix, vector
+from chaosdrill.engine import jit
+from chaosdrill.engine.jit import Written, at_address, inlined, inner
 from chaosdrill.engine.lanes import magnitude
-from chaosdrill.engine.layout import DONE, ESCAPED, NONFINITE, LaneRoom, Machine, Results, State, States
+from chaosdrill.engine.layout import (
+    DONE,
+    ESCAPED,
+    NONFINITE,
+    SETTINGS,
+    LaneRoom,
+    Machine,
+    Results,
+    Scratch,
+    State,
+    States,
+    Tables,
+)
 
 STEPPER_SIGNATURES = {
     "expand": float64(int64, int64, float64),
@@ -54,20 +82,55 @@ machine_type = _type_of(
     search=Pointer("search", SEARCH_SIGNATURE),
 )
 
+
+class _InMemory(Kind):
+    """A record that is read where it is; of `States`, that of one run."""
+
+    def __init__(self, kind: NamedTuple, *, one: bool = False) -> None:
+        super().__init__(kind.name)
+        self._kind, self._one = kind, one
+
+    @cached_property
+    def real(self) -> Any:
+        from chaosdrill.engine.front_end import InMemory, OneOf
+
+        found = InMemory(self._kind.real)
+        return OneOf(found) if self._one else found
+
+
+_ARGUMENTS: dict[str, Kind] = {
+    "functions": _InMemory(functions_type),
+    "tables": _InMemory(_type_of(Tables)),
+    "settings": RecordOf(SETTINGS),
+    "state": _InMemory(states_type, one=True),
+    "scratch": _InMemory(_type_of(Scratch)),
+    "scale": vector,
+    "buffer": matrix,
+    **dict.fromkeys(("h", "t", "hardest"), float64),
+    **dict.fromkeys(("j", "transition", "with_tangents"), int64),
+    **dict.fromkeys(("sure", "plain"), boolean),
+}
+
+
+def unit(result: Kind) -> Callable[[Any], Any]:
+    """As ``rare``, for what is compiled by itself, once for all that call it: its arguments have their usual names."""
+
+    def wrap(function: Any) -> Any:
+        kinds = [_ARGUMENTS[name] for name in inspect.signature(function).parameters]
+        return jit.unit(function, Signature(result, kinds))
+
+    return wrap
+
+
 machine_at = at_address(machine_type)
 """The `Machine` at an address."""
 
 
-def _state_of():
-    """The function of that name, as long as `State` has fields: numba has no loop over those of several types."""
-    rows = (f"states.{name}[{'p : p + 1' if name == 'run' else 'k'}]" for name in State._fields)
-    names = {"__name__": __name__, "State": State, "uint64": uint64}
-    # every array would look whether a number with a sign counts from its end
-    exec(f"def state_of(states, p):\n    k = uint64(p)\n    return State({', '.join(rows)})", names)
-    return inlined(names["state_of"])
+def _state_of(states: States, p: int) -> State:
+    return State(*(rows[p : p + 1] if name == "run" else rows[p] for name, rows in states._asdict().items()))
 
 
-state_of = _state_of()
+state_of: Any = _state_of if UNCOMPILED else Written("state_of")
 """``state_of(states, p)``: run p of many."""
 
 

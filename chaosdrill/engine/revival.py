@@ -3,10 +3,10 @@
 import math
 
 from chaosdrill.codegen.kinds import int64, void
-from chaosdrill.codegen.signatures import integer_matrix, matrix
+from chaosdrill.codegen.signatures import matrix
 from chaosdrill.engine.jit import compiled, inner
 from chaosdrill.engine.layout import CHECKED
-from chaosdrill.engine.records import machine_at, state_of, states_type, time_of
+from chaosdrill.engine.records import machine_at, state_of, time_of
 from chaosdrill.engine.tangents import normals_of
 from chaosdrill.engine.tuning import TANGENTS
 
@@ -82,10 +82,11 @@ def forget(state, frame, constrained):
         pin(state, constrained)
 
 
-@compiled(void(states_type, int64, matrix, integer_matrix))
-def forget_run(states, p, frame, constrained):
-    """The same for run p of many."""
-    forget(state_of(states, p), frame, constrained)
+@compiled(void(int64, int64, matrix))
+def forget_run(place, p, frame):
+    """The same for run p; ``place`` is the address of the `chaosdrill.engine.layout.Machine`."""
+    machine = machine_at(place)
+    forget(state_of(machine.states, p), frame, machine.tables.constrained)
 
 
 @compiled(void(int64, int64))

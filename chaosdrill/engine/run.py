@@ -204,7 +204,7 @@ class Run:
         """Start all averages anew: logarithms, counts, quadratures, smallest speeds; and tangents that were lost."""
         from chaosdrill.engine.revival import forget_run
 
-        forget_run(self.states, 0, self._frame, self.tables.constrained)
+        forget_run(self.machine, 0, self._frame)
         self.forgotten = self.elapsed
 
     def continue_from(self, other: "Run") -> None:

@@ -2,12 +2,13 @@
 
 import math
 
+from chaosdrill.codegen.kinds import int64
 from chaosdrill.engine import guards, taylor
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.checked import ending
 from chaosdrill.engine.events import take
-from chaosdrill.engine.jit import inlined, inner, rare
-from chaosdrill.engine.records import time_of
+from chaosdrill.engine.jit import inlined, rare
+from chaosdrill.engine.records import time_of, unit
 from chaosdrill.engine.tangents import orthonormalise
 from chaosdrill.engine.tuning import STEPS, TANGENTS
 
@@ -35,7 +36,7 @@ def locate(functions, method, tables, settings, te, j, ties, h, t, state, scratc
     return te, j, ties
 
 
-@inner
+@inlined
 def evaluate(method, settings, t, s, scratch):
     """States, then integrals of the quadratures since the start of the step, at s, into scratch."""
     if settings.stepping == at.BY_SERIES:
@@ -253,7 +254,7 @@ def end_step(functions, tables, settings, te, strobe, j, ties, backs, outcome, s
     return at.DONE
 
 
-@rare
+@unit(int64)
 def stop(functions, tables, settings, h, t, state, buffer, scratch):
     """What comes of a step h that has no length or is no number: DONE where the event of a guard is due, or an outcome.
 

@@ -6,10 +6,11 @@ rank has removed is dropped, so that its exponent is -inf and no invented number
 
 import math
 
+from chaosdrill.codegen.kinds import void
 from chaosdrill.engine.guards import unit_of
 from chaosdrill.engine.jit import inlined, inner, rare
 from chaosdrill.engine.layout import AT_EVENT, CHECKED
-from chaosdrill.engine.records import time_of
+from chaosdrill.engine.records import time_of, unit
 from chaosdrill.engine.tuning import TANGENTS
 
 
@@ -91,7 +92,7 @@ def normals_of(functions, tables, mode, t, state, n, scratch):
     return found
 
 
-@rare
+@unit(void)
 def keep_to_surfaces(functions, tables, state, scratch):
     """Keep tangents in the surfaces that the present mode holds; a call, since few modes hold any.
 

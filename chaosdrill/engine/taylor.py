@@ -2,7 +2,7 @@
 
 import math
 
-from chaosdrill.codegen.kinds import uint64
+from chaosdrill.codegen.kinds import float64, uint64
 from chaosdrill.engine import scales
 from chaosdrill.engine.checked import first_row, look_along_series, proven, shows_all
 from chaosdrill.engine.jit import RECIPROCAL, inlined, inner, rare
@@ -23,6 +23,7 @@ from chaosdrill.engine.lanes import (
 )
 from chaosdrill.engine.layout import AFFINE, STEEP
 from chaosdrill.engine.polynomial import late_size, size, value
+from chaosdrill.engine.records import unit
 from chaosdrill.engine.scales import SMALLEST
 from chaosdrill.engine.tuning import SERIES
 
@@ -255,7 +256,7 @@ def doubts(late_size, size, series, n, tables, settings, mode, h, weights):
     return sure, held, plain
 
 
-@rare
+@unit(float64)
 def settled(functions, tables, settings, h, t, state, scratch, sure, plain):
     """The step h of one run, of which `doubts` has not been sure, shortened until it counts; no number if none does.
 

@@ -1,8 +1,10 @@
 """What the engine takes of numba's inner parts: a new numba that has changed one of them is named here."""
 
+import gc
 import inspect
 import math
 import operator
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -16,9 +18,10 @@ from numba.core import codegen, cpu, registry
 from numba.np import arrayobj
 
 from chaosdrill.codegen.kinds import NamedTuple, Pointer, Tuple, float64, int64
+from chaosdrill.codegen.machine import optimised_object
 from chaosdrill.codegen.signatures import LaneFunctions, matrix, vector
 from chaosdrill.engine import front_end, inner_parts
-from chaosdrill.engine.jit import Layout, Record, at_address, compiled, inner, put_real, rare
+from chaosdrill.engine.jit import Layout, Record, at_address, compiled, in_frame, inner, put_real, rare, unit
 
 # What the engine takes of numba's inner parts: a new numba that has changed one of them is named here.
 
@@ -133,23 +136,72 @@ def test_an_array_of_another_kind_is_refused(wrong):
         compiled(SIGNATURE)(total)(wrong, 0, np.zeros((1, 1)))
 
 
-def test_a_record_in_memory_is_read_with_its_functions():
-    one = Pointer("one", float64(float64))
-    kind = NamedTuple((one, vector, float64), LaneFunctions)
-    at = at_address(kind)
+@inner
+def as_it_is(record):
+    return record
 
-    def doubled(x):
-        return 2.0 * x
+
+@rare
+def filled(record, value):
+    record.jacobian_jet[0] = value
+    return record.jacobian_jet.size
+
+
+ONE = Pointer("one", float64(float64))
+RECORD = NamedTuple((ONE, vector, float64), LaneFunctions)
+
+
+def doubled(x):
+    return 2.0 * x
+
+
+def applied(given):
+    """A function that takes a record at an address by way of ``given``, and leaves it to another one."""
+    at = at_address(RECORD)
 
     def apply(place):
-        record = at(place)
-        record.jacobian_jet[0] = record.jet(record.tangent)
-        return record.jacobian_jet.size
+        record = given(at(place))
+        return filled(record, record.jet(record.tangent))
 
+    return apply
+
+
+@pytest.mark.parametrize("given", [as_it_is, in_frame], ids=["in memory", "in the frame"])
+def test_a_record_is_read_with_its_functions(given):
     values = np.zeros(4)
-    record = Record(Layout(kind), LaneFunctions(compiled(float64(float64))(doubled), values, 1.25))
-    assert compiled(int64(int64))(apply)(record) == 4
+    record = Record(Layout(RECORD), LaneFunctions(compiled(float64(float64))(doubled), values, 1.25))
+    assert compiled(int64(int64))(applied(given))(record) == 4
     assert values[0] == 2.5
+
+
+def test_words_in_the_frame_become_values():
+    """An address that another function had would keep them in memory, where runs would load them all the time."""
+    apply = compiled(int64(int64))(applied(in_frame)).py_func
+    put_real()
+    module = front_end.llvm_module(apply, "apply", int64(int64).real, set())
+    assert gc.isenabled()
+    words = re.compile(r"alloca i64, i\d+ 9\b")
+    assert words.search(str(module))
+    optimised_object(module, loops=False)
+    assert not words.search(str(module))
+
+
+def cube(x):
+    return x * x * x
+
+
+def test_a_unit_is_linked_by_its_name_and_a_part_of_no_caller():
+    cubed = unit(cube, float64(float64))
+    linked = cubed.symbol.encode()
+
+    def apply(x):
+        return 2.0 * cubed(x)
+
+    made = compiled(float64(float64))(apply)
+    assert made(3.0) == 54.0
+    assert linked in made.code
+    module = front_end.llvm_module(apply, "apply", float64(float64).real, set())
+    assert [f.name.encode() for f in module.functions if f.is_declaration and "unit" in f.name] == [linked]
 
 
 def test_numba_compiles_other_code_after_the_engine():

@@ -11,7 +11,7 @@ import pytest
 from chaosdrill.codegen.kinds import Tuple, float64, int64, void
 from chaosdrill.codegen.signatures import matrix, vector
 from chaosdrill.engine import front_end
-from chaosdrill.engine.jit import compiled, inner, rare
+from chaosdrill.engine.jit import compiled, inner, unit
 
 
 @inner
@@ -19,9 +19,11 @@ def pull(x, k):
     return -k * x
 
 
-@rare
-def hit(v, e):
+def _hit(v, e):
     return -(e**1.5) * v
+
+
+hit = unit(_hit, float64(float64, float64))
 
 
 def bounce(x, k, table, stride):
@@ -58,7 +60,7 @@ def run(function):
 
 def in_python():
     """The same without any compiler."""
-    return type(bounce)(bounce.__code__, bounce.__globals__ | {"pull": pull.py_func, "hit": hit.py_func})
+    return type(bounce)(bounce.__code__, bounce.__globals__ | {"pull": pull.py_func, "hit": _hit})
 
 
 def _gone(*_):
