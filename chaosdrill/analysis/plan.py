@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
+from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
@@ -19,6 +20,20 @@ from chaosdrill.engine.shifts import Shifts, shifts_of
 from chaosdrill.engine.structure import Structure, examine
 from chaosdrill.model import HybridSystem
 from chaosdrill.sweep.fingerprint import of_system, origin
+
+
+@dataclass(frozen=True)
+class SweptShifts(Shifts):
+    """Shifts of a sweep that may change circles: the states that run round these are angles all the same."""
+
+    angles: np.ndarray  # bool (d,): which states are angles at the system's own parameters
+
+    @cached_property
+    def bounded(self) -> np.ndarray:
+        """bool (d + k,): which coordinates of the quotient are those of circles."""
+        found = super().bounded.copy()
+        found[: len(self.angles)] |= self.angles
+        return found
 
 
 @dataclass(frozen=True)
@@ -181,6 +196,7 @@ def make_plan(
     # of a complex pair only both exponents together are known well, and tangents are stepped in pairs anyway
     n = system.free
     enough = (n if n <= PLAN.small else max(count, min(structure.most_neutral + 2, n))) if count else 0
+    shifts = shifts_of(system, but_of=swept)
     in_resets = {i for i, t in enumerate(system.transitions) if not t.in_reset().isdisjoint(swept)}
     return Plan(
         where=where,
@@ -195,6 +211,6 @@ def make_plan(
         structure=structure,
         # a rank can depend on a parameter that a reset names: then it is looked for at every event
         deficient=structure.deficient | in_resets,
-        shifts=shifts_of(system, but_of=swept),
+        shifts=SweptShifts(shifts.lines, shifts.turns, shifts_of(system, but_of=()).bounded[: len(system.state_names)]),
         rows=rows,
     )

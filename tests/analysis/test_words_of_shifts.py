@@ -78,6 +78,8 @@ def test_an_angle_is_told_modulo_its_turns():
     assert int(ds["period"]) == 1
     swept = cd.bifurcation_diagram(rotor, {"n": [2.0, 3.0]}, at="v > 0", periods=64, transient=40)
     assert set(swept["outcome"].values.ravel().tolist()) == {Outcome.PERIODIC}
+    chart = cd.parameter_chart(rotor, {"n": [2.0, 3.0], "w": [0.7, 0.77]}, duration=50, transient=60, max_extension=0)
+    assert Outcome.OPEN not in chart["outcome"].values
 
 
 def test_attractors_are_matched_modulo_shifts():
