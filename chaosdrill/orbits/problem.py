@@ -1,36 +1,26 @@
-"""Orbits of one system, with the parameters that are left free: the compiled shooting problem behind plain calls."""
+"""Orbits of one system, with the parameters that are left free: their equations, and Newton's method."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from scipy.linalg import lstsq
 from scipy.linalg.lapack import dgetrf, dgetrs
 
-from chaosdrill.codegen import kernels_of
 from chaosdrill.engine import shooting as at
-from chaosdrill.engine.first_event import first_event
-from chaosdrill.engine.jit import Laid
 from chaosdrill.engine.layout import DONE
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import forcing_periods
-from chaosdrill.engine.sample_orbit import sample_orbit
-from chaosdrill.engine.setup import scratch_of, settings_of, states_of, tables_of
 from chaosdrill.engine.shifts import Shifts, shifts_of
-from chaosdrill.engine.stepper import machine
-from chaosdrill.engine.structure import passes
 from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.neutral import Neutral, neutral_of
 from chaosdrill.orbits.orbit import Orbit
+from chaosdrill.orbits.residual import Residual
 from chaosdrill.orbits.roots import bracketed
 from chaosdrill.orbits.sizes import sizes_met
 from chaosdrill.orbits.tuning import TUNING
-
-CLOCK = "forcing period"
-"""A mode that no transition enters; its rates are the period and its derivatives by the free parameters."""
-
 
 # how Newton's method ended; other values are outcomes of a run
 CONVERGED, SINGULAR, SLOW = 0, 101, 102
@@ -128,33 +118,10 @@ class Problem:
         self.plain, self.free = system.limited({}), tuple(free)
         self.numerics = numerics or Numerics()
         self.states = len(system.state_names)
-        self.system = _with_free(system, self.free) if self.free else system
-        kernels = kernels_of(self.system)
-        n = len(self.system.state_names)
         self.forced = system.forced
-        settings = settings_of(self.system, self.numerics, self.numerics.order)
-        settings["target"] = 2**62
-        tables = tables_of(self.system, (), np.zeros((0, n)), passes(self.system))
-        self._clock = self.system.mode_names.index(CLOCK) if CLOCK in self.system.modes else -1
-        self._states = states_of(
-            self.system,
-            kernels.constants(self.system.parameters)[np.newaxis],
-            np.zeros((1, n)),
-            np.zeros(1, dtype=np.int64),
-            np.array([system.forcing_period() or TUNING.unit]),
-            np.zeros((n, n)),
-            self.numerics,
-        )
-        self._slack = tables.slack
-        scratch, functions = scratch_of(self.system, n, self.numerics.method), kernels.functions
-        # the second one watches no guard
-        self._machines = tuple(
-            machine(functions, self.numerics.method, settings, watching, self._states, scratch, search=first_event)
-            for watching in (tables, tables._replace(active=np.zeros_like(tables.active)))
-        )
+        self._residual = Residual(system, self.free, self.numerics)
+        self.system = self._residual.system
         self.shifts = shifts_of(self.plain) if shifts is None else shifts
-        self._ends = np.vstack([np.zeros((at.LINES, self.states)), self.shifts.lines])
-        self._rooms: dict[int, tuple[Any, Any]] = {}
         self._periods: dict[tuple[float, ...], float] = {}
         self.carriers: dict[tuple[str, ...], Any] = {}
         """What derives its orbits by parameters (`chaosdrill.orbits.derivatives`), by their names."""
@@ -169,9 +136,7 @@ class Problem:
     def set_unit(self, unit: float) -> None:
         """Let a system without a period be followed in steps that go with its motion, not with the unit of time."""
         self.unit = unit
-        run = self._states.run
-        run["fixed_step"] *= unit / run["period"]
-        run["period"] = unit
+        self._residual.set_unit(unit)
 
     def alike(self, system: HybridSystem, free: Sequence[str], numerics: Numerics | None = None) -> "Problem":
         """The problem of other parameters, by default in the same steps; states behind its own are not shifted.
@@ -274,17 +239,13 @@ class Problem:
             without a period begins; by default the orbit itself.
         """
         d = self.states
-        # the starts of segments are solutions, as exact as the equations are
-        self._slack[:d] = self.solved_to(orbit.starts[:, :d])
-        found, room = self._room(len(orbit))
         plane = self.plane(section or orbit)
         if orbit.drift is not None:
             plane[at.DRIFT] = orbit.drift
-        outcome, residual = at.shooting_residual(
-            *self._machines, self._counts(orbit), self.sizes, orbit.segments, plane,
-            np.ascontiguousarray(orbit.starts), orbit.phase, orbit.durations, int(watched), found, room,
-        )  # fmt: skip
-        equations, sensitivity, monodromy, factors, speeds, seen, met = (a.copy() for a in found)
+        outcome, residual, found = self._residual(
+            orbit, self.sizes, self.solved_to(orbit.starts[:, :d]), plane, watched
+        )
+        equations, sensitivity, monodromy, factors, speeds, seen, met = found
         if not np.isfinite(equations[:, -1]).all():
             residual = np.inf
         # in units of powers of two no digit is lost
@@ -531,14 +492,7 @@ class Problem:
         states : ndarray, shape (P, K, d)
         modes : ndarray of int, shape (P, K)
         """
-        starts, durations = np.array([o.starts for o in orbits]), np.array([o.durations for o in orbits])
-        phases = np.array([o.phase for o in orbits])
-        states = np.zeros((*instants.shape, len(self.system.state_names)))
-        modes = np.zeros(instants.shape, dtype=np.int64)
-        sample_orbit(
-            *self._machines, self._counts(orbits[0]), orbits[0].segments, starts, phases, durations,
-            np.ascontiguousarray(instants), states, modes,
-        )  # fmt: skip
+        states, modes = self._residual.at(orbits, instants)
         return states[:, :, : self.states], modes
 
     def begun_beside(self, one: Orbit, other: Orbit, weights: np.ndarray) -> Orbit | None:
@@ -589,18 +543,17 @@ class Problem:
 
         Where a guard depends on time alone, its own rate; 1 where no event ends a segment.
         """
-        d, n, found = self.states, len(self.system.state_names), np.ones(len(orbit))
-        kernels = kernels_of(self.system)
-        gradient, sizes = np.zeros(n + 1), np.maximum(self.sizes, np.abs(orbit.starts[:, :d]).max(axis=0))
+        d, found = self.states, np.ones(len(orbit))
+        sizes = np.maximum(self.sizes, np.abs(orbit.starts[:, :d]).max(axis=0))
         unit = self.period_at(orbit) or float(orbit.durations.sum())
         for i, (one, before) in enumerate(self.segment_by_segment(orbit)):
             mode, end, _ = one.segments[0].tolist()
             if end >= 0:
                 state = np.concatenate([before, one.starts[0, d:]])
                 time = one.phase + float(one.durations[0])
-                kernels.functions.guard(mode, end, time, self._states.c[0], state, gradient)
+                gradient = self._residual.gradient(mode, end, time, state)
                 steep = float(np.abs(gradient[:d] * sizes).max()) / unit
-                found[i] = steep or abs(float(gradient[n])) or 1.0
+                found[i] = steep or abs(float(gradient[-1])) or 1.0
         return found
 
     def halves_apart(self, orbit: Orbit, weights: np.ndarray) -> np.ndarray:
@@ -625,7 +578,7 @@ class Problem:
 
         An orbit without events and period starts on a plane across the flow.
         """
-        plane = self._ends.copy()
+        plane = np.vstack([np.zeros((at.LINES, self.states)), self.shifts.lines])
         if orbit.segments[0, at.SEGMENT_END] == at.PLANE:
             # across the flow in units of the states' sizes: in any others a plane may almost contain it
             size = np.where(self.sizes > 0, self.sizes, 1.0)
@@ -634,10 +587,8 @@ class Problem:
 
     def flow_at(self, orbit: Orbit) -> np.ndarray:
         """Rates of the states where an orbit begins, shape (d,)."""
-        rate = np.zeros(len(self.system.state_names) + len(self.system.quadratures))
         mode = int(orbit.segments[0, at.SEGMENT_MODE])
-        kernels_of(self.system).functions.field(mode, orbit.phase, self._states.c[0], orbit.starts[0].copy(), rate)
-        return rate[: self.states]
+        return self._residual.field(mode, orbit.phase, orbit.starts[0])[: self.states]
 
     def is_modulated(self, orbit: Orbit) -> bool:
         """Whether the forcing acts on motions beside an orbit without events that it leaves at rest.
@@ -647,35 +598,12 @@ class Problem:
         period = self.period_at(orbit)
         if period is None or not orbit.eventless:
             return False
-        kernels, n, d = kernels_of(self.system), len(self.system.state_names), self.states
-        x, size = orbit.starts[0].copy(), np.where(self.sizes > 0, self.sizes, 1.0)
-        column, found = np.empty(n), np.empty((TUNING.phases, d, d))
-        for k in range(TUNING.phases):
-            time = orbit.phase + k * period / TUNING.phases
-            for j in range(d):
-                kernels.functions.variation(int(orbit.segments[0, 0]), time, self._states.c[0], x, np.eye(n)[j], column)
-                found[k, :, j] = column[:d] * size[j] / size
+        d, mode = self.states, int(orbit.segments[0, at.SEGMENT_MODE])
+        size = np.where(self.sizes > 0, self.sizes, 1.0)
+        times = orbit.phase + np.arange(TUNING.phases) * period / TUNING.phases
+        found = np.array([self._residual.jacobian(mode, time, orbit.starts[0])[:d, :d] for time in times.tolist()])
+        found *= size / size[:, np.newaxis]
         return bool(np.ptp(found, axis=0).max() > TUNING.at_rest * np.abs(found).max())
-
-    def _counts(self, orbit: Orbit) -> np.ndarray:
-        return np.array([self.states, len(self.free), orbit.periods, self._clock, self.forced], dtype=np.int64)
-
-    def _room(self, count: int) -> tuple[Any, Any]:
-        """The arrays that the residual of an orbit with this number of segments fills, and its scratch."""
-        if count not in self._rooms:
-            n, d, q = len(self.system.state_names), self.states, len(self.free)
-            columns = d + 1 + count + q
-            found = (
-                *(np.zeros((count + d + 1, columns + 1)), np.zeros((count, n, columns + 1)), np.zeros((n, n))),
-                np.zeros((count, n, n)),
-                *(np.zeros(count), np.zeros((count, 2), dtype=np.int64), np.zeros(count)),
-            )
-            room = (
-                *(np.zeros((n, columns + 1)), np.zeros((n + 1, max(n, q, 1))), np.zeros((n, n))),
-                *(np.zeros((n + 1, max(columns + 1, n))), np.zeros(columns + 1)),
-            )
-            self._rooms = {count: (Laid(found), Laid(room))}
-        return self._rooms[count]
 
 
 def solve(matrix: np.ndarray, right: np.ndarray, weights: np.ndarray) -> np.ndarray:
@@ -709,38 +637,3 @@ def solve(matrix: np.ndarray, right: np.ndarray, weights: np.ndarray) -> np.ndar
             return np.asarray(dgetrs(factors, pivots, right)[0]) / widest / weights
     shortest = lstsq(rows, right, TUNING.smallest_pivot, lapack_driver="gelsy", check_finite=False)[0]
     return np.asarray(shortest) / weights
-
-
-def _with_free(system: HybridSystem, free: tuple[str, ...]) -> HybridSystem:
-    """The system with free parameters among its states, and a mode whose rate gives the period."""
-    known = system.relative(("free", *free), partial(_made_with_free, system, free))
-    values = {name: value for name, value in system.parameters.items() if name not in free}
-    return known.with_parameters(**values)
-
-
-def _made_with_free(system: HybridSystem, free: tuple[str, ...]) -> HybridSystem:
-    import sympy
-
-    from chaosdrill.model.derive import differentiate
-    from chaosdrill.model.places import parameter
-
-    symbols = {name: parameter(name) for name in free}
-    plain = HybridSystem(
-        name=system.name, states=system.states, time=system.time, parameters=system.parameters,
-        modes=system.modes, transitions=system.transitions, initial=system.initial,
-        quadratures=system.quadratures, bounds=system.bounds, description=system.description, labels=system.labels,
-    )  # fmt: skip
-    found = plain.augmented(parameters=free)
-    if system.forced and system.period.free_symbols & set(symbols.values()):
-        rates = [system.period, *(differentiate(system.period, symbols[name]) for name in free)]
-        rates += [sympy.Integer(0)] * (len(found.states) - len(rates))
-        modes = {**found.modes, CLOCK: dict(zip(found.states, rates, strict=True))}
-        found = HybridSystem(
-            name=found.name, states=found.states, time=found.time, parameters=found.parameters, modes=modes,
-            transitions=found.transitions, initial=found.initial, quadratures={}, bounds=found.bounds,
-            description=found.description,
-            labels={name: label for name, label in found.labels.items() if name not in found.quadratures},
-        )  # fmt: skip
-    if (held := system.told_held) is not None:
-        found.shared["held"] = held
-    return found
