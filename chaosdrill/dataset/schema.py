@@ -217,6 +217,28 @@ def mean_rate(quadrature: str, dims: str, of: str = "") -> Table:
     )
 
 
+def of_attractors(dims: str, kind: str = "As a code.", error: str = "Of random starts.") -> Table:
+    """What is known of each attractor, and its share of the starts."""
+    return (
+        need("fraction", dims, "f8", "fraction of the basin", "Part of the starts that lead to the attractor."),
+        need("fraction_error", dims, "f8", "standard error of the fraction", error),
+        need("attractor_period", dims, "i2", "period of the attractor", "In iterates of the section, or 0."),
+        need("attractor_outcome", dims, "i1", "kind of the attractor", kind, flags=Outcome),
+        may("attractor_exponent", f"{dims} exponent", "f8", "Lyapunov exponent", "Per unit of model time."),
+        may("attractor_error", f"{dims} exponent", "f8", "standard error of the exponent", "From blocks."),
+        need("attractor_state", f"{dims} state", "f8", "state on the attractor", "A point of it on the section."),
+    )
+
+
+def rates_of_attractors(dims: str) -> Table:
+    """Mean rates of each attractor."""
+    return (
+        *mean_rate(PENETRATION, dims, "attractor"),
+        *mean_rate(QUADRATURE, dims, "attractor"),
+        may("attractor_rate_si", dims, "f8", "mean progression rate", SI, "m h-1"),
+    )
+
+
 def rates(dims: str) -> Table:
     """The mean rates, one number per run, and the progression rate in SI units for scenes given in SI."""
     return (

@@ -9,22 +9,19 @@ from chaosdrill.analysis.base import POINTS, Dataset, HybridSystem, Job, Points,
 from chaosdrill.analysis.starting_states import RANDOM
 from chaosdrill.analysis.starts import STARTS
 from chaosdrill.dataset.branches import AttractorEnd
-from chaosdrill.dataset.outcomes import Outcome
 from chaosdrill.dataset.schema import (
     EXPONENT,
     INITIAL_STATE,
-    PENETRATION,
-    QUADRATURE,
     RUN_NUMBER,
-    SI,
     STATES,
     SWEEP,
     axis,
     forcing,
     may,
-    mean_rate,
     need,
+    of_attractors,
     outcome,
+    rates_of_attractors,
     table,
 )
 from chaosdrill.settings import Faults, setting
@@ -40,22 +37,12 @@ VARIABLES = table(
     INITIAL_STATE,
     may("initial_mode", "run", "i1", "initial mode", "Mode in which a run starts.", flags="mode"),
     EXPONENT,
-    need(
-        "fraction", _EACH, "f8", "fraction of the basin", "Share of the starts that lead to it; 0 if it does not exist."
-    ),
-    need("fraction_error", _EACH, "f8", "standard error of the fraction", "Of starts drawn at random."),
+    *of_attractors(_EACH, "-1 where it does not exist."),
+    *rates_of_attractors(_EACH),
     need(
         "fraction_none", SWEEP, "f8", "fraction without an attractor", "Starts that lead to no attractor of the table."
     ),
     need("fraction_none_error", SWEEP, "f8", "standard error of that", "Of starts drawn at random."),
-    need("attractor_period", _EACH, "i2", "period of the attractor", "In iterates of the section, or 0."),
-    need("attractor_outcome", _EACH, "i1", "kind of the attractor", "-1 where it is not.", flags=Outcome),
-    may("attractor_exponent", f"{_EACH} exponent", "f8", "Lyapunov exponent", "Per unit of model time."),
-    may("attractor_error", f"{_EACH} exponent", "f8", "standard error of the exponent", "From blocks."),
-    *mean_rate(PENETRATION, _EACH, "attractor"),
-    *mean_rate(QUADRATURE, _EACH, "attractor"),
-    may("attractor_rate_si", _EACH, "f8", "mean progression rate", SI, "m h-1"),
-    need("attractor_state", f"{_EACH} state", "f8", "state on the attractor", "A point of it on the section."),
     need("first_value", "attractor", "f8", "lowest value with the attractor", "Of those of the sweep."),
     need("last_value", "attractor", "f8", "highest value with the attractor", "Of those of the sweep."),
     need("end_below", "attractor", "i1", "end of the attractor below", "As a code.", flags=AttractorEnd),

@@ -7,8 +7,7 @@ from typing import Any, ClassVar
 from chaosdrill.analysis.arguments import Axes
 from chaosdrill.analysis.base import POINTS, Dataset, HybridSystem, Job, analysis
 from chaosdrill.analysis.kinds.basins import Basins
-from chaosdrill.dataset.outcomes import Outcome
-from chaosdrill.dataset.schema import EXPONENT, STATES, axis, forcing, may, need, table
+from chaosdrill.dataset.schema import EXPONENT, STATES, axis, forcing, may, need, of_attractors, table
 from chaosdrill.settings import Whole, setting
 
 _MOVED = "Of another grid on the same basins."
@@ -20,16 +19,10 @@ VARIABLES = table(
     *STATES,
     EXPONENT,
     axis("distance", "distance", "i4", "distance of starts", "In cells along a state."),
-    need("fraction", "attractor", "f8", "fraction of the basin", "Part of the starts that lead to the attractor."),
-    need("fraction_error", "attractor", "f8", "standard error of the fraction", "Of random starts, or of a grid."),
+    *of_attractors("attractor", error="Of random starts, or of a grid."),
     need("fraction_none", "", "f8", "fraction without an attractor", "Part of the starts that lead to none."),
     need("fraction_none_error", "", "f8", "standard error of that", "Of random starts, or of a grid."),
     need("start_count", "", "i4", "number of starts", "Cells and listed starts."),
-    need("attractor_period", "attractor", "i2", "period of the attractor", "In iterates of the section, or 0."),
-    need("attractor_outcome", "attractor", "i1", "kind of the attractor", "As a code.", flags=Outcome),
-    may("attractor_exponent", "attractor exponent", "f8", "Lyapunov exponent", "Per unit of model time."),
-    may("attractor_error", "attractor exponent", "f8", "standard error of the exponent", "From blocks."),
-    need("attractor_state", "attractor state", "f8", "state on the attractor", "A point of it on the section."),
     may("basin_entropy", "", "f8", "basin entropy", "Mean Gibbs entropy of boxes of cells."),
     may("basin_entropy_error", "", "f8", "standard error of the basin entropy", _MOVED),
     may("boundary_entropy", "", "f8", "boundary basin entropy", "Mean over boxes with more than one attractor."),
