@@ -1,6 +1,8 @@
 import os
 from typing import Any
+
 import xarray as xr
+
 from chaosdrill.analysis.measured import series_measures as series_measures
 from chaosdrill.analysis.orders import event_orders as event_orders
 from chaosdrill.analysis.pairs import recurrences as recurrences
@@ -47,7 +49,9 @@ from chaosdrill.workflow import info as info
 from chaosdrill.workflow import run as run
 from chaosdrill.workflow import system as system
 from chaosdrill.workflow import verify as verify
+
 __version__: str
+
 def attractors(
     system: HybridSystem,
     sweep: dict[str, Any],

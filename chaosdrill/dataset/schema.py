@@ -136,8 +136,8 @@ MULTIPLIER = axis(
 RETURN_TIME = may(
     "return_time", "", "f8", "mean return time", "Between two points of the section; on a cycle, over whole cycles."
 )
-ORBIT_STATE = "At phase 0 or, without forcing, after an event, if there are any: a run can start there."
-ORBIT_SECTION = "Before its events, as in a Poincare section: over one period; without a section the orbit's state."
+_ORBIT_STATE = "At phase 0 or, without forcing, after an event, if there are any: a run can start there."
+_ORBIT_SECTION = "Before its events, as in a Poincare section: over one period; without a section the orbit's state."
 _GRAZING = "Smallest over all events; tangents grow without bound as it goes to zero. Infinite without events."
 
 SI = "For scenes given in SI units."
@@ -174,11 +174,20 @@ def grazing(dims: str, name: str = "closest_grazing", *, required: bool = False)
     return may(name, dims, "f8", "smallest normal speed", _GRAZING, required=required, rule="sampled")
 
 
-def drifts(dims: str) -> Table:
-    """By how much orbits are shifted in one period, where the system does not notice shifts."""
+def of_orbits(dims: str) -> Table:
+    """What is known of each periodic orbit."""
     return (
+        need("orbit_state", f"{dims} state", "f8", "state of the orbit", _ORBIT_STATE),
+        need("section", f"{dims} iterate state", "f8", "state on the section", _ORBIT_SECTION),
+        need("period_time", dims, "f8", "duration of one period", "In units of model time."),
+        may("period_time_si", dims, "f8", "duration of one period", SI, "s"),
+        need("multiplier_real", f"{dims} multiplier", "f8", "multiplier, real part", "Exactly 0 where rank is lost."),
+        need("multiplier_imag", f"{dims} multiplier", "f8", "multiplier, imaginary part", "By descending modulus."),
+        grazing(dims, "smallest_speed", required=True),
+        need("residual", dims, "f8", "residual", "Largest difference after one period, in parts of the states' sizes."),
         may("drift", f"{dims} state", "f8", "shift in one period", "Of a state that need not return; whole turns."),
         may("drift_error", f"{dims} state", "f8", "error of the shift", "Estimated; 0 where nothing is shifted."),
+        may("neutral", "", "i4", "neutral multipliers", "How many are 1 by the structure of the system."),
     )
 
 
