@@ -173,7 +173,9 @@ def intervals(dataset: Dataset) -> Markup:
     if dataset.attrs.get("kind") != "bifurcation-diagram":
         return NOTHING
     parameter = str(dataset["outcome"].dims[0])
-    ordered = dataset.isel(seed=0).sortby(parameter)
+    # the order copies what it is given
+    told = [name for name in ("outcome", "period", "lyapunov_exponent") if name in dataset]
+    ordered = dataset[told].isel(seed=0).sortby(parameter)
     values, names, largest = ordered[parameter].values, _kinds(ordered), _largest(ordered)
     starts = np.flatnonzero(np.r_[True, names[1:] != names[:-1]])
     ends = np.r_[starts[1:], len(names)]

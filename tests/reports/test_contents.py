@@ -2,13 +2,16 @@
 
 import hashlib
 import json
+import tracemalloc
 
 import netCDF4
+import numpy as np
 import pytest
-from support.archives import SCENE
+from support.archives import SCENE, diagram
 from support.pages import read
 
 import chaosdrill as cd
+from chaosdrill.reports import charts, tables
 
 
 @pytest.fixture
@@ -137,3 +140,15 @@ def test_scene_of_another_version_hides_nothing_else(write, tree):
     assert "unknown" in page.text
     assert "no-such-system" in next(page.all("pre")).text
     assert made.charts == 2
+
+
+def test_a_large_variable_that_no_chart_shows_is_not_copied():
+    ds = diagram().assign(more=("other", np.zeros(2_000_000)))
+    charts.explorer(ds, "diagram", 1)  # what is imported does not count
+    tracemalloc.start()
+    try:
+        charts.explorer(ds, "diagram", 1)
+        tables.intervals(ds)
+        assert tracemalloc.get_traced_memory()[1] < ds["more"].nbytes / 4
+    finally:
+        tracemalloc.stop()
