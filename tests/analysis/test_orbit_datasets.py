@@ -122,8 +122,7 @@ def test_codes_of_branches_have_their_names(oscillator):
     ds = labelled(oscillator, branches_dataset(oscillator, branch()), "continuation", sweep={"omega": [2.0, 3.0]})
     assert ds["omega"].dims == ("point",)
     assert ds["special_point"].attrs["flag_meanings"].split()[2] == "period_doubling"
-    ends = ds["branch_end"].attrs["flag_meanings"].split()
-    assert [ends[code] for code in ds["branch_end"].values] == ["limit", "grazing"]
+    assert ds.cd.words("branch_end").values.tolist() == ["limit", "grazing"]
     assert ds["orbit_state"].values.tolist() == ds["section"].values[:, 0].tolist()
     assert ds["stable"].attrs["flag_meanings"] == "no yes"
     assert int(ds["outcome"]) == Outcome.PERIODIC

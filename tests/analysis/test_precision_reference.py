@@ -14,18 +14,13 @@ from chaosdrill.model.special import SPECIAL
 
 
 def free_fall(e=0.75, g=2.0):
-    x, v = sympy.symbols("x v", real=True)
     return cd.HybridSystem(
         name="ball",
-        states=(x, v),
+        states="x v",
         parameters={"g": g, "e": e},
-        modes={"flight": {x: v, v: -sympy.Symbol("g", real=True)}},
-        transitions=[
-            cd.Transition(
-                "hit", "flight", "flight", guard=x, direction=-1, reset={v: -sympy.Symbol("e", real=True) * v}
-            )
-        ],
-        initial={x: 1.0, v: 3.0},
+        modes={"flight": {"x": "v", "v": "-g"}},
+        transitions=[cd.Transition("hit", "flight", "flight", "x", -1, reset={"v": "-e*v"})],
+        initial={"x": 1.0, "v": 3.0},
     )
 
 

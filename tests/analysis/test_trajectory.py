@@ -79,8 +79,7 @@ def test_heights_are_parabolas(bounced):
 
 
 def test_events_are_all_there_in_order(bounced):
-    names = bounced["event_kind"].attrs["flag_meanings"].split()
-    kinds = np.array([names[k] for k in bounced["event_kind"].values])
+    kinds = bounced.cd.words("event_kind").values
     times, speeds = bounces(20)
     times, speeds = times[times <= 10], speeds[times <= 10]
     assert list(kinds) == (["apex", "hit"] * (len(times) + 1))[: len(kinds)]

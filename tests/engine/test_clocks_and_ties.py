@@ -30,7 +30,7 @@ def outcome(run):
 
 def times(run):
     names = run["event_kind"].attrs["flag_meanings"].split()
-    return {n: run["event_time"].values[run["event_kind"].values == i] for i, n in enumerate(names)}
+    return {name: run["event_time"].values[run.cd.words("event_kind") == name] for name in names}
 
 
 @pytest.fixture(scope="module")

@@ -397,8 +397,7 @@ def test_a_factor_before_a_guard_changes_nothing_next_to_a_state_that_decays(met
         scales.beside_decay(switch).with_parameters(scale=scale), duration=20.0, samples=2, method=method
     )
     assert outcome(run) == "ok"
-    names = run["event_kind"].attrs["flag_meanings"].split()
-    found = run["event_time"].values[run["event_kind"].values == names.index("rise")]
+    found = run["event_time"].values[run.cd.words("event_kind") == "rise"]
     assert len(found) == 32
     np.testing.assert_allclose(found, right, rtol=0, atol=1e-8)
 

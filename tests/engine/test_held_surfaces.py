@@ -24,15 +24,8 @@ def kicked():
         parameters={"tau": 0.6, "kick": 4.0, "fall": 3.0, "w": 2.0},
         modes={"on": {**rates, "v": "-v/tau - 0.2*(x + tau*v)"}, "off": {**rates, "v": "-fall"}},
         transitions=[
-            {
-                "name": "kicked",
-                "source": "on",
-                "target": "off",
-                "guard": "cos(w*t) + 0.2*x",
-                "direction": -1,
-                "reset": {"v": "v + kick"},
-            },
-            {"name": "lands", "source": "off", "target": "on", "guard": "x + tau*v", "direction": -1},
+            cd.Transition("kicked", "on", "off", "cos(w*t) + 0.2*x", -1, reset={"v": "v + kick"}),
+            cd.Transition("lands", "off", "on", "x + tau*v", -1),
         ],
         period="2*pi/w",
         initial={"mode": "on", "x": 0.6, "v": -1.0, "y": 0.1},

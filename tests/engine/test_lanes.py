@@ -177,12 +177,8 @@ def test_every_end_is_an_outcome_and_no_neighbour_feels_it(ends):
     codes = [ends.mode_names.index(m) for m in modes]
     b = batch(ends, starts, codes, window=2)
     b.run(1, np.array([0, 2]))
-    assert b.outcome[[0, 2, 4, 8]].tolist() == [
-        Outcome.ESCAPED,
-        Outcome.STALLED,
-        Outcome.EVENT_LIMIT,
-        Outcome.INVALID_START,
-    ]
+    expected = [Outcome.ESCAPED, Outcome.STALLED, Outcome.EVENT_LIMIT, Outcome.INVALID_START]
+    assert b.outcome[[0, 2, 4, 8]].tolist() == expected
     assert b.outcome[6] in (Outcome.ESCAPED, Outcome.NONFINITE, Outcome.STEP_UNDERFLOW)
     calm = np.array([1, 3, 5, 7, 9])
     assert (b.outcome[calm] == Outcome.OK).all()

@@ -86,8 +86,12 @@ def ball(e, completed=True):
     )
 
 
+def names(run):
+    return run.cd.words("event_kind").values.tolist()
+
+
 def events(run, name):
-    return run["event_kind"].values == run["event_kind"].attrs["flag_meanings"].split().index(name)
+    return run.cd.words("event_kind").values == name
 
 
 @pytest.mark.parametrize("e", [0.0, 0.1, 0.5, 0.9, 0.99])
@@ -204,8 +208,7 @@ ORDERS = [((1, 0), ["p-first", "q-last"], [[1, 0], [0.5, 0.5]]), ((0, 1), ["q-fi
 @pytest.mark.parametrize(("priorities", "order", "matrix"), ORDERS)
 def test_priority_decides_the_order(priorities, order, matrix, case):
     run = cd.trajectory(case(5).corner(*priorities), duration=2.0, samples=4)
-    names = run["event_kind"].attrs["flag_meanings"].split()
-    assert [names[k] for k in run["event_kind"].values] == order
+    assert names(run) == order
     np.testing.assert_allclose(run["event_time"].values, 1.0, rtol=0, atol=1e-14)
     np.testing.assert_allclose(run["states"].values[-1], [1.0, 1.0], atol=1e-13)
 
@@ -226,8 +229,7 @@ def test_a_drill_whose_release_and_hit_coincide_hits_first():
     # r = 1 and xi = 0: friction gives way where the stop is
     system = cd.drill(eta=0.8, xi=0.0, r=1.0)
     run = cd.trajectory(system, periods=50)
-    names = run["event_kind"].attrs["flag_meanings"].split()
-    happened = [names[k] for k in run["event_kind"].values]
+    happened = names(run)
     assert "strong-hit" in happened
     assert "release" not in happened
     assert run["states"].values[:, 0].max() <= 1 + 1e-12
@@ -382,11 +384,6 @@ def test_advance_is_summed_without_loss():
 
 
 TINY = 2.0**-20
-
-
-def names(run):
-    meanings = run["event_kind"].attrs["flag_meanings"].split()
-    return [meanings[code] for code in run["event_kind"].values]
 
 
 @pytest.mark.parametrize("mode", ["stick", "slip"])

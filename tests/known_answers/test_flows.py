@@ -102,8 +102,7 @@ def test_spectrum_is_exact():
 
 def test_every_return_takes_five_and_triples():
     run = cd.trajectory(cd.build("tilted-switch"), duration=5 * 60, samples=2)
-    names = run["event_kind"].attrs["flag_meanings"].split()
-    back = run["event_kind"].values == names.index("return")
+    back = run.cd.words("event_kind").values == "return"
     np.testing.assert_allclose(np.diff(run["event_time"].values[back]), 5, atol=1e-12)
     x = run["event_state_after"].values[back, 0]
     np.testing.assert_allclose((x[1:] - 3 * x[:-1] + 0.5) % 1, 0.5, atol=1e-12)

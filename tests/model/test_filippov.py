@@ -123,8 +123,7 @@ def test_sliding_field_is_the_combination_of_the_fields_by_hand():
     time = run["time"].values
     np.testing.assert_allclose(run["states"].values[time < end], hand.sol(time[time < end]).T, atol=1e-11)
     side, field = (("up", above), ("down", below))[len(hand.t_events[1])]
-    name = run["event_kind"].attrs["flag_meanings"].split()[int(run["event_kind"][0])]
-    assert name == f"leave-{side}"
+    assert run.cd.words("event_kind")[0] == f"leave-{side}"
     after = solve_ivp(lambda t, s: field(t, *s), (end, time[-1]), hand.y[:, -1], **options)
     np.testing.assert_allclose(run["states"].values[-1], after.y[:, -1], atol=1e-10)
 
@@ -134,8 +133,7 @@ def test_tangents_across_entry_and_exit_are_those_of_differences():
 
     def end(state):
         run = cd.trajectory(skew(dict(zip("xyz", state, strict=True))), duration=length, samples=1)
-        kinds = [run["event_kind"].attrs["flag_meanings"].split()[k] for k in run["event_kind"].values]
-        return run["states"].values[-1], kinds
+        return run["states"].values[-1], run.cd.words("event_kind").values.tolist()
 
     _, kinds = end(start)
     assert kinds[0].startswith("slide")
@@ -172,8 +170,7 @@ def test_dry_friction_is_the_system_written_by_hand(omega, force):
 
 def mode_names(run):
     words = {"forward": "above", "backward": "below", "stick": "sliding"}
-    names = run["mode"].attrs["flag_meanings"].split()
-    return [words.get(names[k], names[k]) for k in run["mode"].values]
+    return [words.get(name, name) for name in run.cd.words("mode").values]
 
 
 def belt(**changes):
@@ -210,8 +207,7 @@ def test_stick_slip_period_on_a_belt():
     slip = brentq(lambda t: velocity(t) - speed, 3.5, 2 * pi / turn, xtol=1e-14)
     stick = (hold - (hold - fall * speed + place(slip))) / speed
     run = cd.trajectory(belt(), duration=100, samples=1)
-    names = run["event_kind"].attrs["flag_meanings"].split()
-    leaves = run["event_time"].values[run["event_kind"].values == names.index("leave-down")]
+    leaves = run["event_time"].values[run.cd.words("event_kind") == "leave-down"]
     assert leaves[0] == pytest.approx((hold - 0.5) / speed, rel=1e-14)
     np.testing.assert_allclose(np.diff(leaves), slip + stick, rtol=1e-11)
     spectrum = cd.lyapunov_spectrum(belt(), duration=20 * (slip + stick), transient=slip + stick)
@@ -456,15 +452,14 @@ def test_a_wall_is_added_to_what_is_made():
         initial={"mode": "above", "x": -3.0},
     )
     run = cd.trajectory(walled, duration=60, samples=1)
-    names = run["event_kind"].attrs["flag_meanings"].split()
-    assert [names[k] for k in run["event_kind"].values[:3]] == ["impact", "cross-up", "impact"]
+    assert run.cd.words("event_kind")[:3].values.tolist() == ["impact", "cross-up", "impact"]
     # from rest at -3 to the wall at 1, back to rest at -y, to the wall again
     first = sqrt(9 - 1 - 2 * 0.1 * 4)
     assert run["event_speed"].values[0] == pytest.approx(first, rel=1e-13)
     y = -run["event_state_after"].values[1, 0]
     assert (0.8 * first) ** 2 + 1 == pytest.approx(y**2 + 2 * 0.1 * (1 + y), rel=1e-13)
     assert run["event_speed"].values[2] == pytest.approx(sqrt(y**2 - 1 - 2 * 0.1 * (1 + y)), rel=1e-13)
-    assert names[run["event_kind"].values[-1]].startswith("slide")
+    assert str(run.cd.words("event_kind")[-1].values).startswith("slide")
 
 
 @pytest.mark.parametrize("initial", [{"v": 2.0}, {"mode": "above", "v": 2.0}])

@@ -18,8 +18,7 @@ def made(acceleration, **changes):
 
 
 def kinds(run):
-    names = run["event_kind"].attrs["flag_meanings"].split()
-    return [names[k] for k in run["event_kind"].values]
+    return run.cd.words("event_kind").values.tolist()
 
 
 @pytest.mark.parametrize(

@@ -122,6 +122,7 @@ def test_a_pinned_state_is_no_surface():
 
 def test_a_capture_that_is_no_guard():
     """Two masses that stick together where they meet: their speeds are one."""
+    speed = "(u + m*w)/(1 + m)"
     system = cd.HybridSystem(
         name="capture",
         states="a u b w",
@@ -130,16 +131,7 @@ def test_a_capture_that_is_no_guard():
             "apart": {"a": "u", "u": "-a", "b": "w", "w": "1"},
             "together": {"a": "u", "u": "-a/(1 + m)", "b": "w", "w": "-b/(1 + m)"},
         },
-        transitions=[
-            {
-                "name": "meet",
-                "source": "apart",
-                "target": "together",
-                "guard": "a - b",
-                "direction": 1,
-                "reset": {"u": "(u + m*w)/(1 + m)", "w": "(u + m*w)/(1 + m)"},
-            }
-        ],
+        transitions=[cd.Transition("meet", "apart", "together", "a - b", 1, reset={"u": speed, "w": speed})],
     )
     found = [{str(x) for x in s.free_symbols} - {"m"} for s in held_surfaces(system)["together"]]
     assert sorted(map(sorted, found)) == [["a", "b"], ["u", "w"]]

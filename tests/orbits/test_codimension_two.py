@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import sympy
 
 import chaosdrill as cd
 from chaosdrill.dataset.branches import Special
@@ -182,15 +181,11 @@ def test_a_doubling_turns_hard_in_any_coordinates():
 
 
 def test_a_torus_of_an_autonomous_flow():
-    x, y, z, a, k = sympy.symbols("x y z a k", real=True)
-    c, d = sympy.Rational(1, 2), sympy.Rational(7, 2)
+    rates = {"x": "(z - 1)*x - 7*y/2", "y": "7*x/2 + (z - 1)*y", "z": "1/2 + a*z - k*z**3/3 - x**2 - y**2"}
     system = cd.HybridSystem(
-        name="langford",
-        states=(x, y, z),
-        parameters={"a": 0.45, "k": 0.5},
-        modes={"flow": {x: (z - 1) * x - d * y, y: d * x + (z - 1) * y, z: c + a * z - k * z**3 / 3 - x**2 - y**2}},
-        initial={"mode": "flow", x: 0.9, y: 0.0, z: 1.0},
-    )
+        name="langford", states="x y z", parameters={"a": 0.45, "k": 0.5}, modes={"flow": rates},
+        initial={"x": 0.9, "z": 1.0},
+    )  # fmt: skip
     limits = {"a": (-0.3, 0.8), "k": (-0.3, 0.8)}
     result = cd.continue_orbit(system, limits, follow="neimark_sacker", at="y < 0", step=0.1)
     assert np.abs(result["a"].values - result["k"].values).max() < 1e-11
@@ -211,14 +206,10 @@ def test_a_torus_of_an_autonomous_flow():
 
 
 def test_impacts_without_loss():
-    x, v, t, a, e = sympy.symbols("x v t A e", real=True)
-    hit = cd.Transition(
-        "impact", "flight", "flight", guard=x - a * sympy.cos(t), direction=-1,
-        reset={v: -e * v - (1 + e) * a * sympy.sin(t)},
-    )  # fmt: skip
+    hit = cd.Transition("impact", "flight", "flight", "x - A*cos(t)", -1, reset={"v": "-e*v - (1 + e)*A*sin(t)"})
     ball = cd.HybridSystem(
-        name="ball", states=(x, v), time=t, parameters={"A": 0.3, "e": 0.97}, modes={"flight": {x: v, v: -1}},
-        transitions=[hit], period=2 * sympy.pi, initial={"mode": "flight", x: 0.3, v: np.pi - 0.001},
+        name="ball", states="x v", parameters={"A": 0.3, "e": 0.97}, modes={"flight": {"x": "v", "v": "-1"}},
+        transitions=[hit], period="2*pi", initial={"x": 0.3, "v": np.pi - 0.001},
     )  # fmt: skip
     result = cd.continue_orbit(
         ball, {"e": (0.9, 1.1), "A": (0.2, 1.1)}, follow="neimark_sacker", start="guess", step=0.03
@@ -239,19 +230,17 @@ def test_impacts_without_loss():
 
 
 def test_a_touching_orbit_folds_and_doubles():
-    x, v, u, w, t, p, q = sympy.symbols("x v u w t p q", real=True)
     system = cd.HybridSystem(
         name="touching",
-        states=(x, v, u, w),
-        time=t,
+        states="x v u w",
         parameters={"p": 0.6, "q": 0.3},
-        modes={"free": {x: v, v: -4 * x - v / 2 + sympy.cos(t), u: (q - u**2) / 10, w: 0}},
+        modes={"free": {"x": "v", "v": "-4*x - v/2 + cos(t)", "u": "(q - u**2)/10", "w": "0"}},
         transitions=[
-            cd.Transition("wall", "free", "free", guard=x + u / 5 - p, direction=1, reset={v: -v / 2}),
-            cd.Transition("turn", "free", "free", guard=sympy.sin(t), direction=1, reset={w: -(q + 0.5) * w}),
+            cd.Transition("wall", "free", "free", "x + u/5 - p", 1, reset={"v": "-v/2"}),
+            cd.Transition("turn", "free", "free", "sin(t)", 1, reset={"w": "-(q + 0.5)*w"}),
         ],
-        period=2 * sympy.pi,
-        initial={"mode": "free", x: 0.0, v: 0.0, u: 0.5, w: 0.1},
+        period="2*pi",
+        initial={"u": 0.5, "w": 0.1},
     )
     result = cd.continue_orbit(system, {"p": (0.05, 0.8), "q": (-0.1, 0.8)}, follow="grazing", step=0.4)
     height = 1 / np.hypot(3, 0.5)

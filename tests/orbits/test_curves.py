@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import sympy
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import fsolve
@@ -112,16 +111,14 @@ def test_no_orbit_is_said():
 
 @pytest.fixture(scope="module")
 def loop():
-    x, y, t, p, q = sympy.symbols("x y t p q", real=True)
     # x rests where p = x^3/3 + (q^2 - 1) x, a surface that folds on x^2 + q^2 = 1; y only keeps it from being at rest
     system = cd.HybridSystem(
         name="folded-surface",
-        states=(x, y),
-        time=t,
+        states="x y",
         parameters={"p": 0.0, "q": 0.3},
-        modes={"free": {x: p - (x**3 / 3 + (q**2 - 1) * x), y: -y + sympy.cos(t)}},
-        period=2 * sympy.pi,
-        initial={"mode": "free", x: 1.7, y: 0.5},
+        modes={"free": {"x": "p - (x**3/3 + (q**2 - 1)*x)", "y": "-y + cos(t)"}},
+        period="2*pi",
+        initial={"x": 1.7, "y": 0.5},
     )
     return followed(system, {"p": (-1.0, 1.0), "q": (-1.5, 1.5)}, "fold", 0.04, transient=20)
 
@@ -148,16 +145,15 @@ def test_the_curve_is_closed_and_passes_both_cusps(loop):
 
 
 def test_cycles_fold_together():
-    x, y, mu, q = sympy.symbols("x y mu q", real=True)
-    square = x**2 + y**2
+    square = "(x**2 + y**2)"
     # growth mu + q r^2 - r^4 of the radius: two cycles meet at r^2 = q/2
-    growth, turning = mu + q * square - square**2, 1 + square / 2
+    growth, turning = f"(mu + q*{square} - {square}**2)", f"(1 + {square}/2)"
     system = cd.HybridSystem(
         name="two-cycles",
-        states=(x, y),
+        states="x y",
         parameters={"mu": -0.1, "q": 1.0},
-        modes={"flow": {x: growth * x - turning * y, y: growth * y + turning * x}},
-        initial={"mode": "flow", x: 1.0, y: 0.0},
+        modes={"flow": {"x": f"{growth}*x - {turning}*y", "y": f"{growth}*y + {turning}*x"}},
+        initial={"x": 1.0},
     )
     result = followed(system, {"mu": (-1.0, 0.5), "q": (0.2, 1.8)}, "fold", 0.06, transient=100)
     mu, q = result.values.T
@@ -174,20 +170,13 @@ KICK, DAMPING = 0.5, 0.2
 
 @pytest.fixture(scope="module")
 def kicked():
-    x, v, t, omega, wall = sympy.symbols("x v t omega wall", real=True)
     system = cd.HybridSystem(
         name="kicked-oscillator",
-        states=(x, v),
-        time=t,
+        states="x v",
         parameters={"omega": 1.9, "wall": 0.2},
-        modes={"free": {x: v, v: -x - sympy.Rational(1, 5) * v + sympy.cos(omega * t)}},
-        transitions=[
-            cd.Transition(
-                "kick", "free", "free", guard=x - wall, direction=+1, reset={v: -v / 2 - sympy.Rational(1, 2)}
-            )
-        ],
-        period=2 * sympy.pi / omega,
-        initial={"mode": "free", x: 0.0, v: 0.0},
+        modes={"free": {"x": "v", "v": "-x - v/5 + cos(omega*t)"}},
+        transitions=[cd.Transition("kick", "free", "free", "x - wall", +1, reset={"v": "-v/2 - 1/2"})],
+        period="2*pi/omega",
     )
     return followed(system, {"omega": (1.2, 6.0), "wall": (-1.0, 1.0)}, "grazing", 0.05)
 

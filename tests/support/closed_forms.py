@@ -10,12 +10,10 @@ from typing import Any
 
 import mpmath
 import numpy as np
-import sympy
 
 import chaosdrill as cd
 
 DIGITS = 40
-T, X, V, Y = sympy.symbols("t x v y", real=True)
 
 
 @dataclass(frozen=True)
@@ -92,21 +90,11 @@ def impact_oscillator() -> Case:
 
     system = cd.HybridSystem(
         name="impact-oscillator",
-        states=(X, V),
-        time=T,
+        states="x v",
         parameters={"omega": 2.5, "wall": 0.3, "e": 0.8},
-        modes={"free": {X: V, V: -X + sympy.cos(sympy.Symbol("omega") * T)}},
-        transitions=[
-            cd.Transition(
-                "impact",
-                "free",
-                "free",
-                guard=X - sympy.Symbol("wall"),
-                direction=+1,
-                reset={V: -sympy.Symbol("e") * V},
-            )
-        ],
-        initial={X: 0.0, V: 0.25},
+        modes={"free": {"x": "v", "v": "-x + cos(omega*t)"}},
+        transitions=[cd.Transition("impact", "free", "free", "x - wall", +1, reset={"v": "-e*v"})],
+        initial={"v": 0.25},
     )
     return Case(
         "impact oscillator", system, ("0", "0.25"), 10.0, arc, lambda t, s: s[0] - wall, lambda t, s: [wall, -e * s[1]]
@@ -125,24 +113,14 @@ def ball_on_a_table() -> Case:
         speed = high * omega * mpmath.cos(omega * t)
         return [high * mpmath.sin(omega * t), speed - e * (state[1] - speed)]
 
-    table = sympy.sin(2 * T) / 8
+    onto = {"x": "sin(2*t)/8", "v": "7*cos(2*t)/16 - 3*v/4"}
     system = cd.HybridSystem(
         name="ball-on-a-table",
-        states=(X, V),
-        time=T,
+        states="x v",
         parameters={},
-        modes={"free": {X: V, V: -1}},
-        transitions=[
-            cd.Transition(
-                "impact",
-                "free",
-                "free",
-                guard=table - X,
-                direction=+1,
-                reset={X: table, V: sympy.Rational(7, 4) * table.diff(T) - sympy.Rational(3, 4) * V},
-            )
-        ],
-        initial={X: 1.0, V: 0.0},
+        modes={"free": {"x": "v", "v": "-1"}},
+        transitions=[cd.Transition("impact", "free", "free", "sin(2*t)/8 - x", +1, reset=onto)],
+        initial={"x": 1.0},
     )
     return Case(
         "ball on a table", system, ("1", "0"), 6.0, arc, lambda t, s: high * mpmath.sin(omega * t) - s[0], reset
@@ -158,20 +136,13 @@ def growth_with_harvest() -> Case:
 
     system = cd.HybridSystem(
         name="growth-with-harvest",
-        states=(X, Y),
+        states="x y",
         parameters={},
-        modes={"grow": {X: X * (1 - X), Y: -X * Y}},
+        modes={"grow": {"x": "x*(1 - x)", "y": "-x*y"}},
         transitions=[
-            cd.Transition(
-                "harvest",
-                "grow",
-                "grow",
-                guard=X + Y**2 / 4 - sympy.Rational(9, 10),
-                direction=+1,
-                reset={X: X / 4 + Y / 8, Y: Y + X / 2},
-            )
+            cd.Transition("harvest", "grow", "grow", "x + y**2/4 - 9/10", +1, reset={"x": "x/4 + y/8", "y": "y + x/2"})
         ],
-        initial={X: 0.25, Y: 0.5},
+        initial={"x": 0.25, "y": 0.5},
     )
     return Case(
         "growth with harvest",

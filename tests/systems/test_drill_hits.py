@@ -15,8 +15,7 @@ def run(request):
 
 def states(run, *kinds):
     """States before and after the events of these names."""
-    names = run["event_kind"].attrs["flag_meanings"].split()
-    chosen = np.isin(run["event_kind"].values, [names.index(k) for k in kinds])
+    chosen = np.isin(run.cd.words("event_kind"), kinds)
     return run["event_state_before"].values[chosen], run["event_state_after"].values[chosen]
 
 

@@ -10,8 +10,7 @@ WALL = {"drive": "none", "rock": "fixed", "friction": "none", "xi": 0.0, "b": 0.
 
 
 def events(run):
-    names = run["event_kind"].attrs["flag_meanings"].split()
-    return [names[k] for k in run["event_kind"].values], run["event_time"].values
+    return run.cd.words("event_kind").values.tolist(), run["event_time"].values
 
 
 def first_hit():

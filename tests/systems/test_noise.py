@@ -296,7 +296,6 @@ def test_the_order_in_which_distributions_are_named_draws_the_same_numbers():
     assert np.array_equal(one.sel(state=["x", "y"]), other.sel(state=["x", "y"]))
 
 
-REPEATS = "repeats"
 REASONS = {
     **dict.fromkeys(("periodic_orbit", "continue_orbit", "regularity", "manifolds"), "repeats"),
     "basin_measures": "basins gives the shares",

@@ -9,13 +9,8 @@ from chaosdrill.engine.run import Run
 
 
 def events(run, name):
-    names = run["event_kind"].attrs["flag_meanings"].split()
-    chosen = run["event_kind"].values == names.index(name)
-    return (
-        run["event_time"].values[chosen],
-        run["event_state_before"].values[chosen],
-        run["event_state_after"].values[chosen],
-    )
+    chosen = run.cd.words("event_kind") == name
+    return tuple(run[f"event_{part}"].values[chosen] for part in ("time", "state_before", "state_after"))
 
 
 @pytest.fixture(scope="module")
