@@ -20,8 +20,8 @@ def near(found, name, exact, least=1e-9):
 @pytest.fixture(scope="module")
 def double_well():
     system = cd.HybridSystem(
-        name="double-well", states="x v", parameters={"d": 0.25, "f": 0.1}, time="t", period="2*pi",
-        modes={"on": {"x": "v", "v": "x - x**3 - d*v + f*cos(t)"}}, initial={"x": 0.9, "v": 0.0},
+        name="double-well", states="x v", parameters={"d": 0.25, "f": 0.1, "u": 1.0}, time="t", period="2*pi",
+        modes={"on": {"x": "v", "v": "x - x**3/u**2 - d*v + f*u*cos(t)"}}, initial={"x": 0.9, "v": 0.0},
     )  # fmt: skip
     return system, cd.edge_states(system, initial=WELLS, **FEW)
 
@@ -48,6 +48,17 @@ def test_the_edge_state_of_a_forced_well_is_the_orbit_that_newton_finds(double_w
     assert near(found, "growth_rate", exact[0])
     np.testing.assert_allclose(found["lyapunov_exponent"], exact, rtol=1e-6)
     assert found["track_distance"].values[0] <= 1e-8 < found["track_distance"].values.max() <= 1e-5
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1e3])
+def test_the_edge_state_does_not_depend_on_units(double_well, unit):
+    system, exact = double_well
+    starts = [{"x": unit * start["x"]} for start in WELLS]
+    found = cd.edge_states(system.with_parameters(u=unit), initial=starts, **FEW)
+    assert (int(found["outcome"]), int(found["period"])) == (cd.Outcome.PERIODIC, 1)
+    error = found["edge_error"] / unit
+    assert (abs(found["edge_state"] / unit - exact["edge_state"]) <= 4 * error + 1e-11).all()
+    assert (error < 1e-7).all()
 
 
 @pytest.mark.parametrize("transient", [0, 1, 3])
