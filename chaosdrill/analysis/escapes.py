@@ -52,6 +52,8 @@ NONE_SEEN = 1.5
 FEWEST = 20
 """Escapes in each half without which these are not compared."""
 
+AT_ONCE = "all runs that count leave at one age, so that no rate is told: take other starts, or more of them"
+
 STEP = 1e-6
 """Step of a difference of dimensions, in parts of the largest exponent: they have kinks at whole numbers only."""
 
@@ -132,6 +134,7 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
             "state": list(system.state_names),
             "exponent": np.arange(1, system.free + 1, dtype=np.int32),
         },
+        attrs={"reason": AT_ONCE} if rate.escapes and math.isnan(rate.value) else None,
     )
 
 
@@ -150,11 +153,10 @@ def escape_rate(units: np.ndarray, left: np.ndarray, lead: int) -> Rate:
     old = units >= lead
     escapes = int((old & left).sum())
     trials = int((units[old] - lead).sum()) + escapes
-    if not trials:
+    if trials == escapes:
+        # nothing was watched, or all left at once
         return Rate(math.nan, math.nan, escapes)
     share = escapes / trials
-    if share == 1.0:
-        return Rate(math.inf, math.nan, escapes)
     error = math.sqrt(share / ((1 - share) * trials)) if escapes else NONE_SEEN / trials
     return Rate(-math.log1p(-share), error, escapes)
 
@@ -202,7 +204,7 @@ def rate_of_flow(lengths: np.ndarray, lead: float, longest: float) -> Rate:
     before = lengths.clip(lead, longest - gap) - lead
     after = lengths.clip(lead + gap, longest) - (lead + gap)
     if not (before.sum() > 0 and after.sum() > 0):
-        return Rate(math.inf, math.nan, len(gone))
+        return Rate(math.nan, math.nan, len(gone))
     scatter = before / before.sum() - after / after.sum()
     value = math.log(before.sum() / after.sum()) / gap
     # few escapes show too little scatter: about Student's factor for as many degrees of freedom less 1

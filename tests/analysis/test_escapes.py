@@ -244,6 +244,14 @@ def test_lives_that_are_not_exponential_drift():
     assert drift(mixed, mixed >= 0, 0) < -10
 
 
+def test_runs_that_leave_at_one_age_tell_no_rate():
+    """It was infinite, without an error."""
+    for starts in ([{"x": 0.5}], [{"x": 2.0}, {"x": 3.0}]):
+        found = cd.transient_chaos(open_tent(WIDTHS), periods=40, initial=starts)
+        assert np.isnan([found["escape_rate"], found["escape_rate_error"]]).all()
+        assert found.attrs["reason"].startswith("all runs that count leave at one age")
+
+
 def test_arguments_that_do_not_fit():
     tent = open_tent(WIDTHS)
     with pytest.raises(cd.SettingsError, match="give starts: random"):

@@ -141,7 +141,8 @@ def transient_chaos(system: HybridSystem, given: TransientChaos, job: Job) -> Da
         ``escape_rate`` and ``escape_rate_error``, per unit of time, ``escapes``, ``least_age`` and ``drift``, NaN with
         fewer than 40 escapes; ``saddle_state`` (point, state), ``lyapunov_exponent`` and ``lyapunov_error`` (exponent),
         ``saddle_dimension`` and ``saddle_dimension_error``, NaN where fewer than 100 runs live long. Without an escape
-        the rate is 0, and twice its error is the largest rate that would have shown no escape in 5 % of all cases.
+        the rate is 0, and twice its error is the largest rate that would have shown no escape in 5 % of all cases; if
+        all runs leave at one age, it is NaN, and the attribute ``reason`` says so.
     """
     from chaosdrill.analysis.escapes import transients
 
