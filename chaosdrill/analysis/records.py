@@ -152,6 +152,10 @@ def over_records(system: HybridSystem, given: Any, job: Job, measure: Measure) -
     parameter, values = over_values
     found, said = carry_out(RecordTask(system, given, job.numerics, parameter, values, where, measure), job)
     over = {name: ((parameter, *measure.dims.get(name, ())), value) for name, value in found.items()}
+    undecided = values[found["outcome"] == Outcome.UNDECIDED]
+    if len(undecided):
+        words = f"{len(undecided)} of {len(values)} values are undecided, the first {parameter} = {undecided[0]:.6g}"
+        said = {**(said or {}), "reason": f"{words}; a record at one of them says why"}
     return dataset({parameter: values, **labels, **over}, labels, said)
 
 
