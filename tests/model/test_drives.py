@@ -320,6 +320,12 @@ def test_what_is_no_drive_is_refused(arguments, message):
         cd.driven(oscillator(), *arguments)
 
 
+def test_no_parameter_is_named_as_the_phase():
+    named = cd.HybridSystem(states="x", parameters={"f": 0, "phase": 1}, modes={"on": {"x": "f*phase - x"}}, period=1)
+    with pytest.raises(cd.ModelError, match="named 'phase', which"):
+        cd.driven(named, "f", "square")
+
+
 @pytest.mark.parametrize(
     "table", [[1, 2], "cosine", [1, 2, float("nan")], {0: 1, 0.5: 2}, {0: 1, 0.5: 2, 1.5: 3}, [1, 2, "a"]]
 )
