@@ -123,10 +123,15 @@ def error_of(x, h, scale, least, longest, vectors, live, rounding, stages):
     states that have none, as what has decayed to nothing, in the largest scale of the others.
     """
     for i in range(stages.shape[1]):
-        rate = 0.0
-        for j in range(STAGES):
-            rate = max(rate, abs(stages[j, i]))
-        width = control.begun(x, scale, i, stages[0, i], least, longest, rate * h)
+        most = abs(stages[0, i])
+        slowest = math.inf
+        for j in range(1, STAGES):
+            most = max(most, abs(stages[j, i]))
+            slowest = min(slowest, abs(stages[j, i]))
+        # what begins is no larger than all stages say: one alone may have met a pulse
+        if control.is_new(scale[i], x[i] if i < x.size else 0.0, stages[0, i], least, longest):
+            most = max(slowest, EPSILON * most)
+        width = control.begun(x, scale, i, stages[0, i], least, longest, most * h)
         width = max(width, rounding[i])
         stages[WEIGHTS, i] = 1.0 / width if width > SMALLEST else 0.0
     error = _estimate(stages, 0, stages.shape[1], h, 1.0)

@@ -1,6 +1,7 @@
 """Steps count when they were compared with the equations where a method's own estimate sees nothing."""
 
 import importlib
+import math
 import sys
 from pathlib import Path
 
@@ -138,6 +139,17 @@ def test_integrals_and_tangents_go_through_a_pulse_that_no_state_feels(method):
     run = cd.trajectory(system, duration=2.7, samples=1, tangents=True, method=method)
     assert run["q"].values[-1] == pytest.approx(np.sqrt(np.pi), rel=1e-10)
     assert run["final_tangent"].values[-1] == pytest.approx([0.0, np.exp(-np.sqrt(np.pi))], rel=1e-10)
+
+
+@pytest.mark.parametrize("method", ["taylor", "dop853"])
+def test_a_pulse_beside_the_start_is_no_size_of_a_longer_step(method):
+    """The rate of one stage alone, times a step that is far longer than the pulse, is no size of what it moves."""
+    pulse = cd.HybridSystem(
+        states="x y", parameters={"w": 1e-7}, modes={"all": {"x": "1", "y": "exp(-(x/w)**2)/w"}}, initial={"y": 0}
+    )
+    for widths in (0.3, 1.0, 1e6):
+        run = cd.trajectory(pulse.with_initial(x=-1e-7 * widths), duration=1e3, samples=1, method=method)
+        assert run["states"].values[-1, 1] == pytest.approx(np.sqrt(np.pi) / 2 * (1 + math.erf(widths)), rel=1e-10)
 
 
 @pytest.mark.parametrize("method", ["taylor", "dop853"])
