@@ -431,7 +431,7 @@ class Problem:
         last = len(sizes) - len(self.held(orbit)) - 1
         left = np.full(len(vectors), TUNING.states_to_parameters)
         left[count : count + d] = weights[:d] * self.solved_to(orbit.starts[:, :d]) / TUNING.residual
-        return float(self.accuracy * (np.abs(vectors[:, last]) @ left) / max(sizes[last], TUNING.smallest_pivot))
+        return float(self.accuracy * np.linalg.norm(vectors[:, last] * left) / max(sizes[last], TUNING.smallest_pivot))
 
     def kept(self, guess: Orbit, orbit: Orbit, change: np.ndarray) -> Orbit:
         """A guess with what distinguishes the orbits of a family as it is after a change of an orbit.
