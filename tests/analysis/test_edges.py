@@ -1,10 +1,13 @@
 """Edge states against saddles that are known in closed form, or by Newton's method."""
 
+from contextlib import nullcontext
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import chaosdrill as cd
-from chaosdrill.analysis.edges import OTHER, UNKNOWN, bracket, mean_rates, told_by
+from chaosdrill.analysis.edges import OTHER, UNKNOWN, _Edge, _Stopped, bracket, mean_rates, told_by
 
 FEW = {"transient": 40, "periods": 16, "max_period": 4, "rounds": 8}
 WELLS = [{"x": 0.9}, {"x": -0.8}]
@@ -240,6 +243,17 @@ def of_runs(*rows):
     moments = np.stack([mean, spread, np.zeros(len(rows)), np.full(len(rows), 2.0)], axis=1)[:, :, np.newaxis]
     none = np.zeros((len(rows), 0))
     return {"outcome": outcome, "period": period, "moments": moments, "lyapunov_exponent": none, "lyapunov_error": none}
+
+
+@pytest.mark.parametrize(("needed", "longer"), [(0, 0), (2, 2), (9, 4)])
+def test_a_state_that_no_bisection_has_replaced_is_told_by_longer_runs(needed, longer):
+    """The first of a pair, which goes to the first attractor in runs that are so much longer."""
+    edge = SimpleNamespace(longer=0, plan=SimpleNamespace(max_extension=4))
+    edge.fates = lambda _, states: np.full(len(states), 1 if edge.longer >= needed else 2)
+    given, pair = (SimpleNamespace(states=np.array([[0.0], [end]])) for end in (1.0, 0.1))
+    with pytest.raises(_Stopped, match="give a longer transient") if needed > 4 else nullcontext():
+        _Edge._ascertain(edge, given, pair)
+    assert edge.longer == longer
 
 
 def test_a_fate_is_told_by_where_runs_go_not_by_words_that_are_missing():
