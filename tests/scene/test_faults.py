@@ -12,6 +12,7 @@ from chaosdrill.analysis.base import NumericsSettings
 from chaosdrill.analysis.registry import analyses
 from chaosdrill.declared import METHODS
 from chaosdrill.errors import SceneError
+from chaosdrill.names import remedy
 from chaosdrill.scene import parse_scene
 
 # A wrong scene of each kind is reported with its line, its field and the remedy.
@@ -619,3 +620,14 @@ def test_an_argument_that_there_is_not_is_refused_as_python_does():
         cd.trajectory(cd.build("lorenz"), period=3)
     with pytest.raises(TypeError, match=r"parameter_chart\(\) missing a required argument: 'sweep'"):
         cd.parameter_chart(cd.build("lorenz"))
+
+
+@pytest.mark.parametrize(
+    ("given", "known", "meant"),
+    [
+        ("newton contact", ("newton", "new-contact"), "newton"),
+        ("shear force", ("force", "shear-forces"), "shear-forces"),
+    ],
+)
+def test_a_known_name_among_other_words_is_meant_unless_all_of_them_are_nearly_one(given, known, meant):
+    assert remedy(given, known) == f"did you mean {meant!r}?"
