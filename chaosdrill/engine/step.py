@@ -246,7 +246,8 @@ def end_step(functions, tables, settings, te, strobe, j, ties, backs, outcome, s
         if run.events_in_period > settings.max_events:
             return at.EVENT_LIMIT
         if largest == math.inf:
-            return at.NONFINITE
+            # more events in one instant than there are transitions are rebounds without end, the last without a speed
+            return at.STALLED if run.stalls > tables.transitions.shape[0] else at.NONFINITE
         if largest > TANGENTS.large:
             run.qr_since = run.qr_wait
     if orthonormal and (run.rank_check >= at.CHECKED or run.qr_since >= run.qr_wait):

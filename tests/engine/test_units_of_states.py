@@ -144,3 +144,26 @@ def test_a_reset_that_cancels_beside_a_state_in_a_tiny_unit():
     )
     found = cd.trajectory(system, duration=4.5, samples=1)
     assert found["event_kind"].values.tolist() == [0, 1] * 4
+
+
+def test_rebounds_without_end_stall_with_tangents_in_any_unit():
+    """The last of them have no speed, and then the tangents no number."""
+    table = cd.HybridSystem(
+        states="h v",
+        parameters={"g": 1.3},
+        modes={"air": {"h": "v", "v": "-1"}},
+        transitions=[
+            cd.Transition(
+                "hit", "air", "air", guard="h - g*(1 + sin(t))", direction=-1, reset={"v": "-v/2 + 3*g/2*cos(t)"}
+            )
+        ],
+        time="t",
+        period=2 * sympy.pi,
+        initial={"h": 3.0, "v": 0.0},
+    )
+    system = in_units(table)
+    for h, v in ((1.0, 1.0), (1e3, 1e3), (1e-3, 1.0), (9e7, 1.6)):
+        units = {"unit_of_h": h, "unit_of_v": v}
+        start = {"h": 3.0 * h, "v": 0.0}
+        spectrum = cd.lyapunov_spectrum(system.with_parameters(**units).with_initial(**start), periods=64)
+        assert spectrum.cd.outcome == "stalled", (h, v)
