@@ -55,10 +55,8 @@ def traced(where: Section, given: Any, job: "Job") -> Path:
     even = start + np.arange(len(rows)) * (plan.unit / samples)
     times = even if wanted is None else np.array(wanted[: len(rows)], dtype=float)
     outcome = found.outcome if outcome == Outcome.OK else outcome
-    tangents = (
-        None if beside is None else _followed(beside, plan.length if since is None else float(since[-1]), outcome)
-    )
-    return Path(outcome, times, rows, found.of(set(range(where.own))), tangents, run.stopped(outcome))
+    tangents, told = _followed(beside, plan.length if since is None else float(since[-1]), outcome)
+    return Path(outcome, times, rows, found.of(set(range(where.own))), tangents, run.stopped(outcome) or told)
 
 
 def _beside(run: Run, tangents: np.ndarray, numerics: Numerics) -> Run:
@@ -70,8 +68,11 @@ def _beside(run: Run, tangents: np.ndarray, numerics: Numerics) -> Run:
     return beside
 
 
-def _followed(beside: Run, length: float, outcome: Outcome) -> np.ndarray:
-    """The tangents of a run a time later, NaN where it or the record ended early."""
+def _followed(beside: Run | None, length: float, outcome: Outcome) -> tuple[np.ndarray | None, str]:
+    """The tangents of a run a time later, NaN where it or the record ended early, and what ended it alone."""
+    if beside is None:
+        return None, ""
+    told = ""
     if outcome == Outcome.OK:
         whole, rest = divmod(Fraction(length), Fraction(beside.period))
         if abs(rest - Fraction(beside.period)) <= SECTIONS.rounding * length:
@@ -81,7 +82,8 @@ def _followed(beside: Run, length: float, outcome: Outcome) -> np.ndarray:
         if rest > SECTIONS.rounding * length and outcome == Outcome.OK:
             beside.change_period(float(rest))
             outcome, _ = beside.advance(1)
-    return beside.vectors.copy() if outcome == Outcome.OK else np.full(beside.vectors.shape, np.nan)
+        told = beside.stopped(outcome)
+    return beside.vectors.copy() if outcome == Outcome.OK else np.full(beside.vectors.shape, np.nan), told
 
 
 def _since(start: float, plan: Span, times: list[float]) -> np.ndarray:
@@ -125,9 +127,9 @@ def _traced_to_points(where: Section, given: Any, job: "Job") -> Path:
         again.settings["samples"] = parts
         rows.append(record(again, 1, events=False, slices=1).samples)
     table = np.vstack(rows)
-    tangents = None if beside is None else _followed(beside, length, outcome)
+    tangents, told = _followed(beside, length, outcome)
     times = start + np.arange(len(table)) * (length / parts)
-    return Path(outcome, times, table, found.of(set(range(where.own))), tangents, run.stopped(outcome))
+    return Path(outcome, times, table, found.of(set(range(where.own))), tangents, run.stopped(outcome) or told)
 
 
 def _present(run: Run) -> np.ndarray:

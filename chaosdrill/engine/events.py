@@ -29,9 +29,9 @@ def saltation_jump(event, out):
 def saltate(vectors, live, event, speed, caused, sooner, jump, image):
     """Map live tangents across an event, S d = DR d + jump (n.d) / (n.F- + dh/dt); returns their largest entry.
 
-    A tangent along the guard is mapped by the reset alone, without round-off from a large jump; so is every tangent
-    where the flow does not jump, however slowly it comes. ``sooner`` gets by how much the event comes sooner along each
-    tangent, or says so, of an event that the last one has caused.
+    That is infinity where one is no number. A tangent along the guard is mapped by the reset alone, without round-off
+    from a large jump; so is every tangent where the flow does not jump, however slowly it comes. ``sooner`` gets by how
+    much the event comes sooner along each tangent, or says so, of an event that the last one has caused.
     """
     n = vectors.shape[1]
     place = event_places(n)
@@ -52,7 +52,8 @@ def saltate(vectors, live, event, speed, caused, sooner, jump, image):
             image[i] = s + jump[i] * across if jump[i] != 0.0 else s
         for i in range(n):
             vectors[v, i] = image[i]
-            largest = max(largest, abs(image[i]))
+            size = abs(image[i])
+            largest = max(largest, size if size < math.inf else math.inf)
     return largest
 
 

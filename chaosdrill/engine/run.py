@@ -321,7 +321,9 @@ class Run:
         state = ", ".join(f"{name} = {x:.6g}" for name, x in zip(system.state_names, self.x.tolist(), strict=True))
         where = f"in mode {system.mode_names[mode]!r}, time {self.elapsed:.10g}, at {state}"
         if k < 0 and outcome == Outcome.NONFINITE:
-            return f"{'an image' if system.discrete else 'a number'} is infinite or not a number: {where}"
+            known = np.isfinite(self.x).all() and not np.isfinite(self.vectors).all()
+            what = "a tangent" if known else "an image" if system.discrete else "a number"
+            return f"{what} is infinite or not a number: {where}"
         if k >= 0:
             return f"{ending_term(system, mode, k)}: {where}"
         if outcome == Outcome.STEP_UNDERFLOW and (k := lost_sum(system, mode, self.x, self.elapsed)) >= 0:

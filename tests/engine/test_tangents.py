@@ -527,3 +527,21 @@ def test_a_start_where_no_series_exists_costs_a_few_rejected_steps(stiff):
     run = through(system, length, 1e-10)
     rejected = (run.evaluations - 16 * run.steps) / 11
     assert rejected < 0.3 * run.steps
+
+
+def test_a_tangent_without_a_number_ends_what_follows_tangents_where_it_comes():
+    """A root at its branch point has no derivative; the states go on."""
+    system = cd.HybridSystem(
+        states="x y",
+        parameters={},
+        modes={"on": {"x": "1", "y": "0"}},
+        transitions=[cd.Transition("meet", "on", "on", guard="x - 1", direction=1, reset={"y": "sqrt(x - 1)"})],
+        initial={"x": 0.0, "y": 1.0},
+    )
+    told = "a tangent is infinite or not a number: in mode 'on', time 1, at x = 1, y = 0"
+    spectrum = cd.lyapunov_spectrum(system, duration=50)
+    assert (spectrum.cd.outcome, spectrum.attrs["message"]) == ("nonfinite", told)
+    run = cd.trajectory(system, duration=3, tangents=True)
+    assert (run.cd.outcome, run.attrs["message"]) == ("ok", told)
+    assert run["states"][-1, 0] == 3
+    assert np.isnan(run["final_tangent"]).any()
