@@ -44,7 +44,7 @@ def sizes_met(system: HybridSystem, numerics: Numerics, unit: float | None) -> n
     run = Run(system, length, numerics, samples=parts)
     path = np.zeros((2 + TUNING.sized_units * parts, d + len(system.quadratures) + 1))
     path[-1, :d] = run.x
-    if run.advance(TUNING.sized_units, path[:-1])[0] != Outcome.OK:
+    if run.advance(TUNING.sized_units, path[:-1])[0] in (Outcome.ESCAPED, Outcome.NONFINITE):
         path = path[-1:]
     if not system.forced:
         events = events_until_escape(Place(system), numerics, length)

@@ -8,7 +8,7 @@ import pytest
 import chaosdrill as cd
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.orbits.find import starting_orbit
-from chaosdrill.orbits.sizes import sizes_beside
+from chaosdrill.orbits.sizes import sizes_beside, sizes_met
 from chaosdrill.orbits.verification import check, describe, verify
 
 BY_METHOD = [("taylor", 1e-8), ("dop853", 1e-12), ("dop853", 1e-13), ("radau", 1e-13)]
@@ -217,6 +217,17 @@ def test_a_state_that_stays_zero_is_as_large_as_what_changes_the_events_of_a_for
     system = cd.HybridSystem(states="x y", modes=modes, transitions=[hit], time="t", period="1")
     sizes = sizes_beside(system, Numerics(), np.array([1.0, 0.0]), 1.0)
     assert sizes == pytest.approx([1.0, 0.5], rel=1e-4)
+
+
+def test_a_forced_motion_that_stalls_has_the_sizes_of_its_whole_way():
+    """A ball falls from 3 onto a moving table, and its rebounds die out there."""
+    hit = cd.Transition("hit", "air", "air", "h - 1.3*(1 + sin(t))", -1, reset={"v": "-v/2 + 1.95*cos(t)"})
+    modes = {"air": {"h": "v", "v": "-1"}}
+    system = cd.HybridSystem(states="h v", modes=modes, transitions=[hit], time="t", period="2*pi", initial={"h": 3.0})
+    assert cd.trajectory(system, periods=20).cd.outcome == "stalled"
+    height, speed = sizes_met(system, Numerics(), float(2 * np.pi))
+    assert 3.0 <= height < 10.0
+    assert 1.0 < speed < 10.0
 
 
 @pytest.mark.parametrize(("unit", "at"), [(1e-3, "y > 0"), (300.0, "x > 0.1")])
