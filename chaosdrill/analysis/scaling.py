@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpy.lib.stride_tricks import sliding_window_view
 
 from chaosdrill.analysis.neighbours import SCALES, Counted, Shares, neighbours, shares
 from chaosdrill.analysis.records import Measure, over_records
@@ -210,31 +211,33 @@ def scaling_region(sums: Sums, shortest: int = SCALING.shortest) -> Region | Non
     far the dimensions over all other ranges are off, weighted by one over their squared errors.
     """
     places = np.flatnonzero(sums.sound)
-    ranges = [
-        _fitted(sums, low, high)
-        for low in places.tolist()
-        for high in range(low + shortest, int(places[-1]) + 1)
-    ]  # fmt: skip
-    if not ranges:
+    if not len(places) or places[-1] - places[0] < shortest:
         return None
-    least = min(one.error for one in ranges)
-    best = max(
-        (one for one in ranges if one.error <= SCALING.nearly * least), key=lambda one: (one.high - one.low, -one.error)
-    )
-    dimension, error = np.array([(one.dimension, one.error) for one in ranges]).T
-    elsewhere = np.average((dimension - best.dimension) ** 2, weights=error**-2)
-    return best._replace(error=float(np.sqrt(best.error**2 + elsewhere)))
+    sums = Sums(*(part[..., places[0] : places[-1] + 1] for part in sums))
+    low, high = np.array(
+        [(low, high) for low in range(len(sums.values)) for high in range(low + shortest, len(sums.values))]
+    ).T
+    dimension, error = _fitted(sums, low, high)
+    near = np.flatnonzero(error <= SCALING.nearly * error.min())
+    best = near[np.lexsort((error[near], (low - high)[near]))[0]]
+    elsewhere = np.average((dimension - dimension[best]) ** 2, weights=error**-2)
+    whole = float(np.sqrt(error[best] ** 2 + elsewhere))
+    return Region(float(dimension[best]), whole, int(places[0] + low[best]), int(places[0] + high[best]))
 
 
-def _fitted(sums: Sums, low: int, high: int) -> Region:
-    values, blocks = sums.values[low : high + 1], sums.blocks[:, low : high + 1]
-    weight = _weights(high - low + 1)
-    dimension = float(weight @ values)
-    half = (high - low) // 2 + 2
-    finer = float(_weights(half) @ values[:half])
-    by_chance, by_range = standard_error(blocks @ weight), OF_SLOPE * standard_error(np.diff(values) / STEP)
-    parts = np.array([by_chance, by_range, finer - dimension, weight @ sums.itself[low : high + 1]])
-    return Region(dimension, float(np.sqrt((parts**2).sum())), low, high)
+def _fitted(sums: Sums, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Slopes over ranges of distances, and their errors."""
+    weights, finer = np.zeros((2, len(low), len(sums.values)))
+    by_range = np.empty(len(low))
+    slopes = np.diff(sums.values) / STEP
+    for steps in np.unique(high - low).tolist():
+        which = np.flatnonzero(high - low == steps)
+        for into, count in ((weights, steps + 1), (finer, steps // 2 + 2)):
+            into[which[:, np.newaxis], low[which, np.newaxis] + np.arange(count)] = _weights(count)
+        by_range[which] = OF_SLOPE * standard_error(sliding_window_view(slopes, steps)[low[which]].T)
+    dimension, by_chance = weights @ sums.values, standard_error(np.einsum("bs,rs->br", sums.blocks, weights))
+    parts = np.array([by_chance, by_range, finer @ sums.values - dimension, weights @ sums.itself])
+    return dimension, np.sqrt((parts**2).sum(axis=0))
 
 
 def _weights(count: int) -> np.ndarray:
