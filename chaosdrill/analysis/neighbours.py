@@ -1,37 +1,50 @@
 """Neighbours of section points: how many there are within a distance, and how far those are that hold a part of all.
 
-Distances are the largest over the coordinates. Both come from a tree, for a limited number of points, so that the time
-grows like the record.
+Distances are the largest over the coordinates. Both come from sorted boxes, for a limited number of points, so that the
+time grows like the record.
 """
 
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from chaosdrill.analysis.tuning import SCALING
+from chaosdrill.codegen.kinds import int64, void
+from chaosdrill.codegen.signatures import integer_matrix, integers, matrix, vector
+from chaosdrill.engine.jit import compiled, inner
+from chaosdrill.engine.lanes import exponent
 
 SCALES = 2.0 ** np.arange(-26.0, 2.25, 0.5)
 """Distances, in standard deviations of the states; below the first one the digits of states end."""
 
 
-NEAREST = np.array([2, 3, 4, 6, 8, 11, 16, 23])
-"""Numbers of the neighbours to which distances are asked, of all points; the last two also of ever fewer points."""
+NEAREST = np.array([2, 3, 4, 6, 8, 11, 16, 23, 32])
+"""Numbers of the neighbours to which distances are asked, of all points."""
+
+_AGAIN, _THINNER = NEAREST[-4:], 4
+"""Those that are asked of ever fewer points, too, and how many times fewer: parts go on evenly."""
+
+_FURTHER = 16
+"""Widths of a box up to which points are looked for in boxes; beyond, all are looked at."""
+
+_BELOW = 1 - 2.0**-53
+"""What makes a power of two less than that, and changes the exponent of no other number."""
 
 
 class Counted(NamedTuple):
     """Neighbours of some points, in the order of the record."""
 
-    counts: np.ndarray  # (R, S): within each distance; NaN at distances at which it was not worth counting
+    places: np.ndarray  # (C,): distances, as places of `SCALES`
+    counts: np.ndarray  # (R, C): within each of these
     possible: np.ndarray  # (R,): points that could be such
 
     def sound(self) -> np.ndarray:
-        """Distances with enough pairs, but well below the extent of the attractor; (S,)."""
+        """Distances with enough pairs, but well below the extent of the attractor; (C,)."""
         counted = self.counts.sum(axis=0)
         return np.asarray((counted >= 2 * SCALING.fewest_pairs) & (counted <= SCALING.widest * self.possible.sum()))
 
     def near(self) -> np.ndarray:
-        """Mean number of neighbours, shape (S,)."""
+        """Mean number of neighbours, shape (C,)."""
         return np.asarray(self.counts.mean(axis=0))
 
     def regular(self) -> bool:
@@ -50,7 +63,7 @@ class Shares(NamedTuple):
 
 
 def neighbours(points: np.ndarray, window: int) -> list[Counted]:
-    """Neighbours within each distance of some points: among all points, and at large distances among those alone.
+    """Neighbours within each distance of some points: among all points, and at large distances among fewer.
 
     Parameters
     ----------
@@ -63,35 +76,49 @@ def neighbours(points: np.ndarray, window: int) -> list[Counted]:
     list of Counted
         One where the points are few; else two, which share one distance.
     """
-    count, which = len(points), picked(len(points), SCALING.centres)
-    tree, few = cKDTree(points, leafsize=SCALING.leaf), points[picked(count, SCALING.looked_at)]
-    near = np.array([_within(tree, few, r).mean() for r in SCALES]) - 1
-    # what a few points see of a sparse distance is by chance
-    chosen = (near * len(which) >= SCALING.fewest_pairs) & (near <= SCALING.beyond * SCALING.widest * count)
+    count, columns = len(points), _columns(points)
+    which, fewer = picked(count, SCALING.centres), picked(count, SCALING.fewer)
+    near = _near(columns, fewer)
+    last = max(int(np.searchsorted(near, SCALING.beyond * SCALING.widest * count, "right")) - 1, 0)
     if len(which) == count:
-        return [_counted(points, tree, which, which, window, chosen)]
-    switch = np.argmax(near >= SCALING.many)
-    at = np.arange(len(SCALES))
+        return [_counted(columns, which, which, window, 0, last)]
+    switch = min(int(np.searchsorted(near, SCALING.many)), last)
     return [
-        _counted(points, tree, which, np.arange(count), window, chosen & (at <= switch)),
-        _counted(points, cKDTree(points[which], leafsize=SCALING.leaf), which, which, window, chosen & (at >= switch)),
+        _counted(columns, which, np.arange(count), window, 0, switch),
+        _counted(columns, which, fewer, window, switch, last),
     ]
 
 
-def _counted(
-    points: np.ndarray, tree: cKDTree, which: np.ndarray, among: np.ndarray, window: int, chosen: np.ndarray
-) -> Counted:
-    """Neighbours of some points among some, of which there is a tree; both are places in order."""
-    counts = np.full((len(which), len(SCALES)), np.nan)
-    for place in np.flatnonzero(chosen):
-        counts[:, place] = _within(tree, points[which], SCALES[place])
+def _near(columns: np.ndarray, among: np.ndarray) -> np.ndarray:
+    """About how many neighbours there are within each distance, from a few points and some others, shape (S,)."""
+    count = columns.shape[1]
+    few, some = columns.take(picked(count, SCALING.looked_at), axis=1), columns.take(among, axis=1)
+    counts = np.zeros((few.shape[1], len(SCALES) + 1), dtype=np.int64)
+    begin = np.zeros((1, len(counts)), dtype=np.int64)
+    _tally(few, some, begin, begin + len(among), 0, 1, counts, np.zeros(len(among)))
+    return np.asarray((counts[:, :-1].cumsum(axis=1).mean(axis=0) - 1) * count / len(among))
+
+
+def _counted(columns: np.ndarray, which: np.ndarray, among: np.ndarray, window: int, first: int, last: int) -> Counted:
+    """Neighbours of some points among some, within some of the distances; both are places in order."""
+    centres, some, apart = columns.take(which, axis=1), columns.take(among, axis=1), np.zeros(len(among))
+    boxes = _Boxes(some, SCALES[last])
+    rank, begin, end = boxes.about(centres, 1)
+    ranked = np.zeros((len(which), max(last - first + 1, 0) + 1), dtype=np.int64)
+    _tally(centres.take(rank, axis=1), boxes.columns, begin, end, first, 1, ranked, apart)
+    within = np.empty_like(ranked)
+    within[rank] = ranked
     # those near in time, of which a point itself is one
-    first, last = np.searchsorted(among, which - window), np.searchsorted(among, which + window, "right")
-    for further in range(int((last - first).max())):
-        there = first + further < last
-        apart = np.abs(points[which[there]] - points[among[first[there] + further]]).max(axis=1)
-        counts[there] -= apart[:, np.newaxis] <= SCALES
-    return Counted(counts, len(among) - (last - first))
+    begin, end = _near_in_time(among, which, window)
+    _tally(centres, some, begin[np.newaxis], end[np.newaxis], first, -1, within, apart)
+    within = within[:, :-1].cumsum(axis=1)
+    told = np.flatnonzero(within.sum(axis=0) >= SCALING.fewest_pairs)
+    return Counted(first + told, within[:, told].astype(float), len(among) - (end - begin))
+
+
+def _near_in_time(among: np.ndarray, which: np.ndarray, window: int) -> tuple[np.ndarray, np.ndarray]:
+    """Where those among some begin and end that are within a window about each of others; all are places in order."""
+    return np.searchsorted(among, which - window), np.searchsorted(among, which + window, "right")
 
 
 def shares(points: np.ndarray, window: int) -> Shares:
@@ -103,27 +130,138 @@ def shares(points: np.ndarray, window: int) -> Shares:
     """
     from scipy.special import digamma
 
-    count = len(points)
+    count, columns = len(points), _columns(points)
     which = picked(count, SCALING.centres_of_shares)
+    near = _near(columns, which)
     logs, parts, held = [], [], []
-    thin = 1
-    while thin * NEAREST[-2] <= SCALING.largest_share * count:
+    thin, asked = 1, NEAREST
+    while len(asked := asked[asked * thin <= SCALING.largest_share * count]):
         among = picked(count, -(-count // thin))
-        asked = NEAREST if thin == 1 else NEAREST[-2:]
-        asked = asked[asked * thin <= SCALING.largest_share * count]
-        spare = 2 * (window // thin + 1) + 1
-        apart, place = cKDTree(points[among]).query(points[which], k=asked[-1] + spare, p=np.inf)
-        apart[np.abs(among[place] - which[:, np.newaxis]) <= window] = np.inf
-        apart = np.sort(apart, axis=1)[:, asked - 1]
-        left = len(among) - np.searchsorted(among, which + window, "right") + np.searchsorted(among, which - window)
+        enough = int(np.searchsorted(near, SCALING.spare * thin * asked[-1]))
+        apart = _nearest(columns, which, among, window, int(asked[-1]), SCALES[min(enough, len(SCALES) - 1)])
+        begin, end = _near_in_time(among, which, window)
         with np.errstate(divide="ignore"):
-            logs.append(np.log(apart))
-        parts.append(digamma(asked) - digamma(left + 1).mean())
+            logs.append(np.log(apart[:, asked - 1]))
+        parts.append(digamma(asked) - digamma(len(among) + 1 - (end - begin)).mean())
         held.append(asked * thin)
-        thin *= 2
+        thin, asked = _THINNER * thin, _AGAIN
     if not logs:
         return Shares(np.zeros((len(which), 0)), np.zeros(0), np.zeros(0))
     return Shares(np.concatenate(logs, axis=1), np.concatenate(parts), np.concatenate(held))
+
+
+def _nearest(
+    columns: np.ndarray, which: np.ndarray, among: np.ndarray, window: int, most: int, reach: float
+) -> np.ndarray:
+    """Distances of some points to their nearest neighbours among some, in order, shape (R, most)."""
+    boxes = _Boxes(columns.take(among, axis=1), reach)
+    found, times, apart = np.full((len(which), most), np.inf), among[boxes.order], np.zeros(len(among))
+    left = np.arange(len(which))
+    for widths in (1, 4, _FURTHER, np.inf):
+        rank, begin, end = boxes.about(columns.take(which[left], axis=1), widths)
+        at, near = which[left[rank]], np.full((len(left), most), np.inf)
+        _keep_nearest(columns.take(at, axis=1), at, boxes.columns, times, begin, end, window, near, apart)
+        found[left[rank]] = near
+        left = left[found[left, -1] > widths * reach]
+    return found
+
+
+class _Boxes:
+    """Points in rows of boxes of the second and third coordinate; in a row they are in the order of the first.
+
+    Parameters
+    ----------
+    columns : ndarray, shape (d, N)
+        Coordinates of the points.
+    width : float
+        Of the boxes, at least.
+    """
+
+    def __init__(self, columns: np.ndarray, width: float) -> None:
+        self._width, self._low = width, columns.min(axis=1)
+        extent = columns.max(axis=1) - self._low
+        # so much more that rounding puts no two points that are a width apart two boxes apart
+        self._sizes = (1 + 1e-9) * np.maximum(width, extent / SCALING.boxes)
+        self._steps = [float(extent[0]) + 3 * _FURTHER * width]
+        for number in np.ceil(extent / self._sizes)[1:3].tolist():
+            self._steps.append(self._steps[-1] * (number + 3 * _FURTHER))
+        places = self._places(columns)
+        self.order = np.argsort(places)
+        self._sorted, self.columns = places[self.order], columns.take(self.order, axis=1)
+
+    def _places(self, columns: np.ndarray) -> np.ndarray:
+        """Numbers of the rows and places in them, as one number."""
+        found = columns[0] - self._low[0]
+        for a, step in enumerate(self._steps[:-1], 1):
+            found += step * np.floor((columns[a] - self._low[a]) / self._sizes[a])
+        return found
+
+    def about(self, columns: np.ndarray, widths: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Where those points are that may be within some widths of each of others.
+
+        Returns
+        -------
+        rank : ndarray of int, shape (R,)
+            The order in which the others are looked at.
+        first, last : ndarray of int, shape (rows, R)
+            For each row about one of them, where in ``order`` those points begin and end.
+        """
+        if widths > _FURTHER:
+            first = np.zeros((1, columns.shape[1]), dtype=np.int64)
+            return np.arange(columns.shape[1]), first, first + len(self.order)
+        rows = np.zeros(1)
+        for step in self._steps[:-1]:
+            rows = np.add.outer(rows, step * np.arange(-widths, widths + 1)).ravel()
+        places = self._places(columns)
+        rank = np.argsort(places)
+        at, ahead = np.add.outer(rows, places[rank]), widths * self._width + 4 * np.spacing(self._steps[-1])
+        return rank, np.searchsorted(self._sorted, at - ahead), np.searchsorted(self._sorted, at + ahead, "right")
+
+
+def _columns(points: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(points.T)
+
+
+@inner
+def _distances(centres, i, columns, first, last, apart):
+    """Largest differences of coordinates."""
+    for j in range(first, last):
+        apart[j - first] = abs(columns[0, j] - centres[0, i])
+    for a in range(1, columns.shape[0]):
+        for j in range(first, last):
+            apart[j - first] = max(apart[j - first], abs(columns[a, j] - centres[a, i]))
+
+
+@compiled(void(matrix, matrix, integer_matrix, integer_matrix, int64, int64, integer_matrix, vector))
+def _tally(centres, columns, first, last, lowest, each, counts, apart):
+    """Add points to the counts of the smallest of `SCALES` within which they are, or of the last one, of all beyond."""
+    beyond = counts.shape[1] - 1
+    for i in range(first.shape[1]):
+        for row in range(first.shape[0]):
+            begin, end = first[row, i], last[row, i]
+            _distances(centres, i, columns, begin, end, apart)
+            for j in range(end - begin):
+                # squares of `SCALES` are the powers of two from 2**-52 on
+                apart[j] = exponent(apart[j] * apart[j] * _BELOW) + (53.0 - lowest)
+            for j in range(end - begin):
+                counts[i, int(min(max(apart[j], 0.0), beyond))] += each
+
+
+@compiled(void(matrix, integers, matrix, integers, integer_matrix, integer_matrix, int64, matrix, vector))
+def _keep_nearest(centres, times, columns, times_of_points, first, last, window, nearest, apart):
+    """Keep the smallest distances in order."""
+    most = nearest.shape[1]
+    for i in range(first.shape[1]):
+        for row in range(first.shape[0]):
+            begin, end = first[row, i], last[row, i]
+            _distances(centres, i, columns, begin, end, apart)
+            for j in range(end - begin):
+                if apart[j] < nearest[i, most - 1] and abs(times_of_points[begin + j] - times[i]) > window:
+                    k = most - 1
+                    while k > 0 and nearest[i, k - 1] > apart[j]:
+                        nearest[i, k] = nearest[i, k - 1]
+                        k -= 1
+                    nearest[i, k] = apart[j]
 
 
 def picked(count: int, most: int) -> np.ndarray:
@@ -134,7 +272,3 @@ def picked(count: int, most: int) -> np.ndarray:
     step = -(-count // most)
     first = np.arange(0, count - step + 1, step)
     return np.asarray(first + np.random.default_rng(0).integers(0, step, len(first)))
-
-
-def _within(tree: cKDTree, places: np.ndarray, distance: float) -> np.ndarray:
-    return np.asarray(tree.query_ball_point(places, distance, p=np.inf, return_length=True))

@@ -148,18 +148,24 @@ def correlation_sums(counted: Counted, order: int) -> Sums:
     (Grassberger 1983, doi:10.1016/0375-9601(83)90753-3); powers are counted as tuples of different points. A point adds
     to it as a centre, and q - 1 times as much as a neighbour.
     """
-    power, (counts, possible) = order - 1, counted
+    power, (places, counts, possible) = order - 1, counted
     tuples = np.ones_like(counts)
     for less in range(power):
         tuples *= np.maximum(counts - less, 0.0) / (possible[:, np.newaxis] - less)
     mean = tuples.mean(axis=0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        values = np.log(mean) / power
-        blocks = in_blocks(tuples / mean - 1, SCALING.blocks) * (order / power)
-        itself = np.log1p(1 / counted.near()) if counted.regular() else np.zeros(len(SCALES))
-    missing = ~np.isfinite(values)
-    values[missing], blocks[:, missing] = np.nan, np.nan
-    return Sums(values, blocks, itself, counted.sound() & ~missing)
+    told = mean > 0
+    blocks = (in_blocks(tuples, SCALING.blocks)[:, told] / mean[told] - 1) * (order / power)
+    itself = np.log1p(1 / counted.near()[told]) if counted.regular() else np.zeros(told.sum())
+    parts = np.log(mean[told]) / power, blocks, itself, counted.sound()[told]
+    whole = Sums(
+        np.full(len(SCALES), np.nan),
+        np.full((len(blocks), len(SCALES)), np.nan),
+        np.zeros(len(SCALES)),
+        np.zeros(len(SCALES), dtype=bool),
+    )
+    for part, found in zip(parts, whole, strict=True):
+        found[..., places[told]] = part
+    return whole
 
 
 def joined(parts: list[Sums]) -> Sums:

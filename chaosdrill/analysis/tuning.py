@@ -203,7 +203,7 @@ class Scaling:
     nearly: float = 2.0
     """Times the least error up to which a longer range is taken instead: slopes of sets with gaps oscillate at all
     scales, those of the Henon map by a tenth, and are level where they turn."""
-    blocks: int = 256
+    blocks: int = 128
     """Parts of a record, in order, from which the error by chance is taken."""
     fewest_pairs: int = 500
     """Pairs at the smallest distance that counts, at least: their number is then sure to 5 %."""
@@ -212,14 +212,18 @@ class Scaling:
     beyond: float = 1.2
     """Times the widest distance up to which pairs are counted, so that it is seen how a region ends."""
     centres: int = 8192
-    centres_of_shares: int = 4096
+    centres_of_shares: int = 2048
     looked_at: int = 64
     """Points at most whose neighbours are counted, from which distances to neighbours are asked, and by which it is
     seen at which distances to count."""
     many: int = 200
-    """Mean number of neighbours from which on they are counted among the centres alone."""
-    leaf: int = 64
-    """Points of a leaf of the tree, which are counted without a look at them where all of a leaf is near enough."""
+    """Mean number of neighbours from which on they are counted among few points."""
+    fewer: int = 4096
+    """Points at most among which they are counted there."""
+    boxes: int = 1024
+    """Boxes along a coordinate, at most: the number of a row and the place in it share the digits of a number."""
+    spare: float = 2.0
+    """Mean number of neighbours, in those that are asked for, where these are looked for first."""
     largest_share: float = 0.05
     """Part of all points that the neighbours hold at most."""
     regular: float = 0.5

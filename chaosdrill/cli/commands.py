@@ -45,7 +45,8 @@ def warm(folder: str | None, as_json: bool) -> None:
         raise click.UsageError("DIR is empty; name a folder, or leave it out")
     from chaosdrill.engine.warm import warm as warm_engine
 
-    elsewhere = tuple(f"chaosdrill.analysis.{one}" for one in ("blocks", "covariant", "matching", "recurrence", "tori"))
+    compiled = ("blocks", "covariant", "matching", "neighbours", "recurrence", "tori")
+    elsewhere = tuple(f"chaosdrill.analysis.{one}" for one in compiled)
     made = warm_engine(None if folder is None else Path(folder), (*elsewhere, "chaosdrill.orbits.event_changes"))
     size = sum(file.stat().st_size for file in made if file.exists())
     where = sorted({str(file.parent) for file in made})

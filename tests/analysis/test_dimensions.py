@@ -1,13 +1,17 @@
 """Dimensions of section points, against sets whose dimensions are exact, published figures, and counts of all pairs."""
 
+from time import process_time
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from scipy.spatial import cKDTree
 from scipy.special import digamma
 
 import chaosdrill as cd
-from chaosdrill.analysis.neighbours import SCALES, neighbours, shares
+from chaosdrill.analysis.neighbours import NEAREST, SCALES, neighbours, picked, shares
 from chaosdrill.analysis.scaling import FEWEST, STEP, local_slopes, refusal, scaling_region, sums_of
+from chaosdrill.analysis.tuning import SCALING
 
 SHARE, LEFT, RIGHT = 0.3, 0.25, 0.4
 """Of a skew baker's map: the part of the square that goes to the left, and the widths of the images."""
@@ -141,14 +145,13 @@ def test_noise_has_the_dimension_of_its_space(dimension, order):
 
 def test_counts_are_those_of_all_pairs():
     points = np.cumsum(np.random.default_rng(4).normal(size=(700, 2)), axis=0) / 10
-    ((counts, possible),) = neighbours(points, 5)
+    ((places, counts, possible),) = neighbours(points, 5)
     apart = np.abs(points[:, np.newaxis] - points).max(axis=2)
     steps = np.abs(np.subtract.outer(np.arange(700), np.arange(700)))
     apart[steps <= 5] = np.inf
-    told = np.isfinite(counts).all(axis=0)
-    assert told.sum() >= 8
-    for place in np.flatnonzero(told):
-        assert (counts[:, place] == (apart <= SCALES[place]).sum(axis=1)).all()
+    assert len(places) >= 8
+    for place, within in zip(places, counts.T, strict=True):
+        assert (within == (apart <= SCALES[place]).sum(axis=1)).all()
     assert (possible == np.isfinite(apart).sum(axis=1)).all()
 
 
@@ -156,8 +159,8 @@ def test_many_points_are_counted_as_few():
     """Beyond some thousand points large distances are counted among some alone; the sums go on evenly and exactly."""
     points = np.random.default_rng(8).random((20_000, 2))
     few, many = neighbours(points, 3)
-    assert np.isfinite(few.counts).all(axis=0).sum() > 5
-    assert (np.isfinite(few.counts).all(axis=0) & np.isfinite(many.counts).all(axis=0)).sum() == 1
+    assert len(few.places) > 5
+    assert len(np.intersect1d(few.places, many.places)) == 1
     (sums,) = sums_of(points, 3, np.array([2]))
     told = np.isfinite(sums.values)
     # two points of the unit interval are within r with the probability 2r - r^2
@@ -167,6 +170,43 @@ def test_many_points_are_counted_as_few():
     slopes, errors = local_slopes(sums)
     at = np.isfinite(slopes)
     assert (abs(slopes - np.diff(exactly) / STEP) <= 4 * errors + 1e-3)[at].all()
+
+
+@pytest.mark.parametrize("points", [
+    np.random.default_rng(6).normal(size=(9000, 3)),
+    np.random.default_rng(6).standard_cauchy(size=(9000, 2)),
+    np.random.default_rng(6).integers(0, 30, (9000, 2)) / 8,
+])  # fmt: skip
+def test_boxes_hold_what_is_near(points):
+    """Also far away from where points crowd, and on the edges of boxes."""
+
+    def apart(at, among):
+        found = np.abs(points[at, np.newaxis] - points[among]).max(axis=2)
+        found[np.abs(np.subtract.outer(at, among)) <= 20] = np.inf
+        return found
+
+    every, some, centres = np.arange(9000), slice(None, None, 50), picked(9000, SCALING.centres)
+    for counted, among in zip(neighbours(points, 20), (every, picked(9000, SCALING.fewer)), strict=True):
+        assert len(counted.places) > 1
+        within = apart(centres[some], among)[..., np.newaxis] <= SCALES[counted.places]
+        assert np.array_equal(counted.counts[some], within.sum(axis=1))
+    found = shares(points, 20)
+    with np.errstate(divide="ignore"):
+        nearest = np.log(np.sort(apart(picked(9000, SCALING.centres_of_shares)[some], every), axis=1))
+    few = found.neighbours <= NEAREST[-1]
+    assert np.array_equal(found.logs[some][:, few], nearest[:, NEAREST - 1])
+
+
+def test_many_points_take_little_time():
+    """No longer than a tree takes to find the nearest neighbour of each."""
+    points = np.random.default_rng(8).random((40_000, 2))
+    times = [process_time()]
+    cKDTree(points).query(points, k=2, p=np.inf)
+    times.append(process_time())
+    sums_of(points, 3, np.array([1, 2, 3]))
+    times.append(process_time())
+    library, ours = np.diff(times)
+    assert ours < 3 * library
 
 
 def test_shares_are_those_of_all_points():
@@ -190,9 +230,8 @@ def test_points_that_follow_each_other_are_no_pairs():
     for row, step in zip(points, steps, strict=True):
         place = np.abs(1 - np.abs(1 - (place + step)))
         row[:] = place
-    counts = {window: neighbours(points, window)[0].counts for window in (0, 250)}
-    near = np.flatnonzero(np.isfinite(counts[250]).all(axis=0))[0]
-    assert np.nanmean(counts[0][:, near]) > 1.5 * np.nanmean(counts[250][:, near])
+    every, apart = (neighbours(points, window)[0] for window in (0, 250))
+    assert every.near()[every.places == apart.places[0]] > 1.5 * apart.near()[0]
 
 
 def test_what_cannot_be_told_has_a_reason():
