@@ -426,6 +426,7 @@ def transient_chaos(
     random: dict[str, Any] | None = None,
     initial: Any = None,
     until: str | None = None,
+    saddle: str | None = None,
     method: str = "taylor",
     tolerance: float = 1e-12,
     steps: int | None = None,

@@ -8,20 +8,17 @@ stretch, and compared with its average over a later one.
 """
 
 import math
-from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
+from chaosdrill.analysis.saddles import SHORT, Runs, Saddle, reached, sprinkled, staggered, unknown_saddle
+from chaosdrill.analysis.staggers import Walkers
 from chaosdrill.analysis.starts import drawn_or_listed
-from chaosdrill.analysis.statistics import block_ends
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.build import dataset
-from chaosdrill.engine.batch import Batch, Returns
-from chaosdrill.engine.structure import examine
 from chaosdrill.model import HybridSystem
-from chaosdrill.model.noise import seeds_of_starts
 from chaosdrill.model.surface import surface
 
 if TYPE_CHECKING:
@@ -34,18 +31,6 @@ EARLY, LATE = 0.25, 0.625
 """Quantiles of lives between which the rate of a flow is taken: half of the runs leave meanwhile, and lives that end at
 multiples of a time differ by one."""
 
-TOGETHER = 4096
-"""Starts of a batch."""
-
-SURVIVORS = 100
-"""Runs that are to reach the age at which the saddle is looked at: the most that do."""
-
-MARGIN = 0.25
-"""Part of that age, at its beginning and at its end, in which runs still come to the saddle or leave it already."""
-
-VISITS = 10
-"""States of a run that are kept as points on the saddle, at most."""
-
 NONE_SEEN = 1.5
 """Expected escapes of which twice as many would have shown one in 95 % of all cases: the error of a rate of zero."""
 
@@ -54,27 +39,10 @@ FEWEST = 20
 
 AT_ONCE = "all runs that count leave at one age, so that no rate is told: take other starts, or more of them"
 
+NO_SADDLE = "too few runs stay long enough to show a saddle: take more starts, nearer to it, or a longer record"
+
 STEP = 1e-6
 """Step of a difference of dimensions, in parts of the largest exponent: they have kinks at whole numbers only."""
-
-
-class _Lives(NamedTuple):
-    """What became of runs, one entry each."""
-
-    length: np.ndarray  # time until they left, or as long as they were watched
-    units: np.ndarray  # whole units of it
-    left: np.ndarray  # whether they left
-    outcome: np.ndarray
-
-
-class _Saddle(NamedTuple):
-    """What runs that stay long tell of the saddle."""
-
-    points: np.ndarray  # (K, n)
-    exponents: np.ndarray  # (m,): descending
-    errors: np.ndarray  # (m,)
-    rates: np.ndarray  # (R, m): of single runs
-    moved: np.ndarray  # (m,): exponents less those over the first half of the lives
 
 
 class Rate(NamedTuple):
@@ -93,7 +61,8 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     forced = period is not None
     unit, count = (given.duration / PARTS, PARTS) if period is None else (period, given.periods)
     report = job.report(2 * len(starts))
-    lives = _watched(marked, ends, starts, modes, unit, count, job, report)
+    runs = Runs(marked, ends, unit, job.numerics)
+    lives = runs.watched(starts, modes, count, report)
     lead = min(int(np.median(lives.units)), count // 4) if given.transient is None else given.transient
     if not forced and given.transient is not None:
         lead = math.ceil(given.transient / unit * (1 - 1e-12))
@@ -105,12 +74,15 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
         whole = lives.length[lives.left | (lives.outcome == Outcome.OK)]
         rate, changes = rate_of_flow(whole, lead * unit, count * unit), drift_of_flow(whole, lead * unit, count * unit)
     dimension = (math.nan, math.nan)
-    saddle = _saddle(marked, ends, starts, modes, lives.units, unit, lead, job)
-    if len(saddle.rates) and math.isfinite(rate.value + rate.error):
+    saddle = _saddle(runs, Walkers(starts, modes, lives.units), lead, count, given)
+    leaves = rate if math.isnan(saddle.rate[0]) else Rate(*saddle.rate, saddle.staggers)
+    if len(saddle.rates) and math.isfinite(leaves.value + leaves.error):
         flows = system.autonomous and not system.discrete
-        dimension = dimension_of_saddle(saddle.rates, saddle.moved, rate, flows=flows)
+        dimension = dimension_of_saddle(saddle.rates, saddle.moved, leaves, flows=flows)
     if report:
         report(2 * len(starts))
+    reasons = [AT_ONCE] if rate.escapes and math.isnan(rate.value) else []
+    reasons += [] if len(saddle.rates) else [NO_SADDLE]
     alive = np.array([(lives.units >= age).sum() for age in range(count + 1)]) / len(starts)
     return dataset(
         {
@@ -124,6 +96,11 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
             "drift": ((), changes),
             "least_age": ((), lead * unit),
             "saddle_state": (("point", "state"), saddle.points),
+            "saddle_age": ((), saddle.age),
+            "saddle_rate": ((), saddle.rate[0]),
+            "saddle_rate_error": ((), saddle.rate[1]),
+            "staggers": ((), np.int64(saddle.staggers)),
+            "stagger_size": ((), saddle.size),
             "saddle_dimension": ((), dimension[0]),
             "saddle_dimension_error": ((), dimension[1]),
             "lyapunov_exponent": ("exponent", saddle.exponents),
@@ -134,8 +111,22 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
             "state": list(system.state_names),
             "exponent": np.arange(1, system.free + 1, dtype=np.int32),
         },
-        attrs={"reason": AT_ONCE} if rate.escapes and math.isnan(rate.value) else None,
+        attrs={"reason": "; ".join(reasons)} if reasons else None,
     )
+
+
+def _saddle(runs: Runs, starts: Walkers, lead: int, count: int, given: Any) -> Saddle:
+    """The saddle by the method that is asked for; by default by stagger-and-step where runs do not stay for long."""
+    seed = (given.random or {}).get("seed", 0)
+    found = None
+    if given.saddle == "stagger":
+        found = staggered(runs, starts, count, seed)
+    else:
+        brief = given.saddle is None and not runs.system.draws and 0 < reached(starts.lives) < count
+        found = sprinkled(runs, starts, lead, SHORT if brief else 1)
+        if found is None and brief:
+            found = staggered(runs, starts, count, seed) or sprinkled(runs, starts, lead, 1)
+    return found or unknown_saddle(runs.system)
 
 
 def escape_rate(units: np.ndarray, left: np.ndarray, lead: int) -> Rate:
@@ -233,102 +224,6 @@ def _marked(system: HybridSystem, until: str | None) -> tuple[HybridSystem, list
     return marked, sorted(marks)
 
 
-def _parts(count: int) -> Iterator[slice]:
-    yield from (slice(first, min(first + TOGETHER, count)) for first in range(0, count, TOGETHER))
-
-
-def _watched(
-    system: HybridSystem,
-    ends: list[int],
-    starts: np.ndarray,
-    modes: np.ndarray,
-    unit: float,
-    count: int,
-    job: "Job",
-    report: Any,
-) -> _Lives:
-    """Run all starts until they leave, or to the end."""
-    length, outcome = np.zeros(len(starts)), np.zeros(len(starts), dtype=np.int64)
-    counted: dict[str, Any] = {"section": set(ends), "returns": Returns(count * unit)} if ends else {}
-    for part in _parts(len(starts)):
-        seeds = seeds_of_starts(system, np.arange(part.start, part.stop))
-        batch = Batch(system, seeds, starts[part], modes[part], job.numerics, unit=unit, **counted)
-        batch.run(0, np.array([0, 1 if ends else count]))
-        length[part], outcome[part] = batch.elapsed, batch.outcome
-        if report:
-            report(part.stop)
-    if ends:
-        met = outcome == Outcome.OK
-        stayed = np.isin(outcome, (Outcome.NO_RETURN, Outcome.EQUILIBRIUM))
-        outcome = np.where(met, int(Outcome.ESCAPED), np.where(stayed, int(Outcome.OK), outcome))
-        length = np.where(stayed, count * unit, length)
-    units = np.minimum(np.floor(length / unit + 1e-9).astype(np.int64), count)
-    # within a step of a map nothing happens
-    return _Lives(units * unit if system.discrete else length, units, outcome == Outcome.ESCAPED, outcome)
-
-
-def _saddle(
-    system: HybridSystem,
-    ends: list[int],
-    starts: np.ndarray,
-    modes: np.ndarray,
-    units: np.ndarray,
-    unit: float,
-    lead: int,
-    job: "Job",
-) -> _Saddle:
-    """Points on the saddle and its exponents with their errors, from runs that stay long (sprinkler).
-
-    In the middle of a long life a run is near the saddle: it has come along the stable manifold, and has not yet left
-    along the unstable one.
-    """
-    n = len(system.state_names)
-    unknown = np.full(system.free, np.nan)
-    none = _Saddle(np.zeros((0, n)), unknown, unknown, np.zeros((0, system.free)), unknown)
-    if len(units) < SURVIVORS:
-        return none
-    age = int(np.sort(units)[-SURVIVORS])
-    margin = max(lead, math.ceil(MARGIN * age))
-    window = age - 2 * margin
-    if window < 1:
-        return none
-    structure = examine(system)
-    frame, symmetries = structure.tangents(system.free)
-    old = np.flatnonzero(units >= margin)
-    points, growth = [], []
-    lengths = np.diff(block_ends(window, VISITS))
-    early = lengths[: len(lengths) // 2].sum()
-    for part in _parts(len(old)):
-        which = old[part]
-        batch = Batch(
-            system, seeds_of_starts(system, which), starts[which], modes[which], job.numerics, unit=unit,
-            tangents=frame, symmetries=symmetries, deficient=structure.deficient,
-        )  # fmt: skip
-        stay = _still_there(batch, np.arange(len(which)), margin, ends)
-        seen, grown = [], []
-        for length in lengths.tolist():
-            stay = _still_there(batch, stay, length, ends)
-            grown.append(batch.sums_by_size(np.arange(len(which)))[:, -1])
-            seen.append(batch.x.copy())
-        stay = _still_there(batch, stay, margin, ends)
-        points.append(np.concatenate([states[stay] for states in seen]))
-        growth.append(np.array([sums[stay] for sums in grown]))
-    parts = np.concatenate(growth, axis=1)
-    rates = parts.sum(axis=0) / (window * unit)
-    if len(rates) < 2:
-        return none
-    means = rates.mean(axis=0)
-    order = np.argsort(-means, kind="stable")
-    half, moved = len(lengths) // 2, np.zeros(system.free)
-    with np.errstate(invalid="ignore"):
-        errors = rates.std(axis=0, ddof=1) / math.sqrt(len(rates))
-        if half:
-            # a mean that still moves along the lives is not yet that of the saddle
-            moved = means - parts[:half].sum(axis=0).mean(axis=0) / (early * unit)
-            errors = np.hypot(errors, moved)
-    return _Saddle(np.concatenate(points), means[order], errors[order], rates[:, order], moved[order])
-
-
 def dimension_of_saddle(rates: np.ndarray, moved: np.ndarray, rate: Rate, *, flows: bool) -> tuple[float, float]:
     """The information dimension of a saddle by its exponents and escape rate, and its standard error.
 
@@ -379,10 +274,3 @@ def _information_dimension(exponents: np.ndarray, rate: float, *, flows: bool) -
                 break
             left, total = left - growth, total + 1
     return total
-
-
-def _still_there(batch: Batch, which: np.ndarray, units: int, ends: list[int]) -> np.ndarray:
-    """Continue over a number of units; return which of some runs have not left meanwhile."""
-    batch.proceed(which, 0, np.array([0, units]))
-    gone = batch.counts[which][:, ends].any(axis=1)
-    return which[(batch.outcome[which] == Outcome.OK) & ~gone]

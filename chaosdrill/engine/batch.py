@@ -578,6 +578,9 @@ def _constants(system: "HybridSystem", parameters: Mapping[str, np.ndarray], poi
         given[:, column] = parameters.get(name, value)
     c = np.empty((points, max(kernels_of(system).layout.constants, 1)))
     fill = kernels_of(system).fill_constants
-    for values, row in zip(given, c, strict=True):
+    # what no parameter tells apart is computed once
+    differing = points if parameters else min(points, 1)
+    for values, row in zip(given[:differing], c[:differing], strict=True):
         fill(values, row)
+    c[differing:] = c[:1]
     return c

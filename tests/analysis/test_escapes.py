@@ -252,8 +252,50 @@ def test_runs_that_leave_at_one_age_tell_no_rate():
         assert found.attrs["reason"].startswith("all runs that count leave at one age")
 
 
+@pytest.fixture(scope="module")
+def horseshoe():
+    images, box = {"x": "a - x**2 + b*y/u", "y": "u*x"}, {"x": (-6, 6)}
+    system = cd.Map("x y", {"a": 6.0, "b": 0.3, "u": 2.0**-30}, images, initial={"x": 0.1, "y": 0.0}, bounds=box)
+    starts = {"count": 2000, "seed": 1, "x": (-3, 3), "y": (-3 * 2.0**-30, 3 * 2.0**-30)}
+    return cd.transient_chaos(system, periods=40, random=starts, saddle="stagger")
+
+
+def test_staggers_find_a_saddle_that_runs_leave_soon(horseshoe):
+    """Rate and exponent of the horseshoe of Henon's map by its 2046 cycles of up to 10 points (cycle expansion)."""
+    rate, exponent = 0.8349232170507, 1.5212953674348
+    exact = {
+        "saddle_rate": rate,
+        "lyapunov_exponent": exponent,
+        "saddle_dimension": (exponent - rate) * (1 / exponent + 1 / (exponent - np.log(0.3))),
+    }
+    for name, value in exact.items():
+        error = horseshoe[{"lyapunov_exponent": "lyapunov_error"}.get(name, f"{name}_error")]
+        assert abs(horseshoe[name].values.ravel()[0] - value) <= 3 * error.values.ravel()[0] < 0.06 * value
+    assert float(horseshoe["lyapunov_exponent"].sum()) == pytest.approx(np.log(0.3), abs=1e-9)
+    assert horseshoe["staggers"] > 1000
+    assert 1e-11 < horseshoe["stagger_size"] < 1e-5
+
+
+def test_points_that_staggers_find_lie_near_the_saddle(horseshoe):
+    """Iterated here, they stay in the square that holds the horseshoe."""
+    now, past = horseshoe["saddle_state"].values.T * [[1.0], [2.0**30]]
+    assert len(np.unique(now)) > 1000
+    edge = (1.3 + np.sqrt(1.3**2 + 4 * 6)) / 2
+    for _ in range(2):
+        assert (abs(now) <= edge).all()
+        now, past = 6 - now**2 + 0.3 * past, now
+
+
+def test_where_no_run_stays_there_is_no_saddle():
+    found = cd.transient_chaos(open_tent(WIDTHS), periods=40, initial=[{"x": 2.0}], saddle="stagger")
+    assert np.isnan(found["lyapunov_exponent"]).all()
+    assert "too few runs stay" in found.attrs["reason"]
+
+
 def test_arguments_that_do_not_fit():
     tent = open_tent(WIDTHS)
+    with pytest.raises(cd.SettingsError, match="sprinkler"):
+        cd.transient_chaos(tent, periods=5, random=STARTS, saddle="staggers")
     with pytest.raises(cd.SettingsError, match="give starts: random"):
         cd.transient_chaos(tent, periods=5)
     with pytest.raises(cd.SettingsError, match="has a forcing period; give periods instead"):
