@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 WALKERS = 1024
-"""How many step together. Their mean is wrong by about a part in as many, which is far below its error."""
+"""How many step together. Their mean is wrong by about one part in as many as are apart, below its error unless most of
+them leave in each round."""
 
 TRIES = 12
 """Displacements that each clone tries in a round. One that is not parted from its twin at once is later on."""
