@@ -122,7 +122,7 @@ def _saddle(runs: Runs, starts: Walkers, lead: int, count: int, given: Any) -> S
     if given.saddle == "stagger":
         found = staggered(runs, starts, count, seed)
     else:
-        brief = given.saddle is None and not runs.system.draws and 0 < reached(starts.lives) < count
+        brief = given.saddle is None and not (runs.system.draws or runs.ends) and 0 < reached(starts.lives) < count
         found = sprinkled(runs, starts, lead, SHORT if brief else 1)
         if found is None and brief:
             found = staggered(runs, starts, count, seed) or sprinkled(runs, starts, lead, 1)

@@ -294,6 +294,8 @@ def test_where_no_run_stays_there_is_no_saddle():
 
 def test_arguments_that_do_not_fit():
     tent = open_tent(WIDTHS)
+    with pytest.raises(cd.SettingsError, match="beyond the surface"):
+        cd.transient_chaos(tent, periods=5, random=STARTS, until="x > 1", saddle="stagger")
     with pytest.raises(cd.SettingsError, match="sprinkler"):
         cd.transient_chaos(tent, periods=5, random=STARTS, saddle="staggers")
     with pytest.raises(cd.SettingsError, match="give starts: random"):

@@ -104,6 +104,9 @@ class TransientChaos(AnalysisSettings):
             yield ("until",), told(fault, until)
         if table.get("saddle") == "stagger" and system.noise:
             yield ("saddle",), told("under noise the time to stay is one of chance; leave it out", "stagger")
+        if table.get("saddle") == "stagger" and until is not None:
+            words = "a displacement may lead beyond the surface, where until is not met; give bounds of states instead"
+            yield ("saddle",), told(words, "stagger")
         if system.forced:
             if "duration" in table:
                 words = f"{system.name} has a forcing period; give periods instead"
