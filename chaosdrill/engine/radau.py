@@ -156,7 +156,8 @@ def expand(place, p, t):
             h *= factor
             rejected = True
             continue
-        dense_output(kind, x, h, resolved, stages, scratch.workspace)
+        if not dense_output(kind, x, h, resolved, stages, scratch.workspace):
+            return math.nan
         if watching:
             left = guard_polynomials(functions, tables, settings, state, t, h, scratch)
             ends = ends or left == math.inf

@@ -10,12 +10,13 @@ of the stages; for every tangent its rate at the start, then the tangents at the
 
 import math
 
+from chaosdrill.codegen.layout import EPSILON
 from chaosdrill.engine.checked import first_row, rounding_of_rate
 from chaosdrill.engine.dop853_tables import END, PLACE, ROWS_A_VECTOR, VECTORS, WEIGHTS
 from chaosdrill.engine.jit import inner, rare, series
 from chaosdrill.engine.radau_tables import DEGREE, MOST_STAGES, NODES, PIVOT, POWERS, SLOPES, WEIGHTS_OF_RATES
 from chaosdrill.engine.scales import SMALLEST, fill
-from chaosdrill.engine.step_control import begun, size
+from chaosdrill.engine.step_control import begun, is_new, size
 from chaosdrill.engine.tuning import CHECKS, RADAU, STEPS
 
 Z, F, WIDTHS = 1, 1 + MOST_STAGES, 1 + 2 * MOST_STAGES
@@ -315,6 +316,19 @@ def _filter(h, kind, n, room, stages):
     return factorise(room.filter, n, room.filter_pivots)
 
 
+@series
+def _begins(kind, stages, i, most):
+    """What the slowest stage moves a state in a step, or rounding of ``most`` and of what the others move."""
+    slowest = math.inf
+    for j in range(3 + 2 * kind):
+        slope = 0.0
+        for k in range(3 + 2 * kind):
+            slope += SLOPES[kind, 1 + j, 1 + k] * stages[Z + k, i]
+        most = max(most, abs(slope))
+        slowest = min(slowest, abs(slope))
+    return max(slowest, EPSILON * most)
+
+
 @inner
 def errors_of(kind, x, h, scale, least, longest, rounding, room, stages):
     """Error of a step: as it counts, and without the damping of what is stiff; the sizes by which it is told are kept.
@@ -330,8 +344,12 @@ def errors_of(kind, x, h, scale, least, longest, rounding, room, stages):
     widths, weights, right = stages[WIDTHS], stages[WEIGHTS], room.right
     for i in range(stages.shape[1]):
         moved = 0.0
-        for j in range(s):
-            moved = max(moved, abs(stages[Z + j, i]))
+        if is_new(scale[i], x[i] if i < n else 0.0, stages[0, i], least, longest):
+            # what begins is no larger than all stages say: one alone may have met a pulse
+            moved = _begins(kind, stages, i, h * abs(stages[0, i]))
+        else:
+            for j in range(s):
+                moved = max(moved, abs(stages[Z + j, i]))
         width = max(begun(x, scale, i, stages[0, i], least, longest, moved), rounding[i])
         widths[i] = 1.0 / width if width > SMALLEST else 0.0
     if not _filter(h, kind, n, room, stages):
@@ -392,8 +410,12 @@ def tangent_error(kind, v, h, tolerance, room, stages, row):
 
 @series
 def dense_output(kind, x, h, steep, stages, ws):
-    """Coefficients of states and integrals over the step; ``steep`` for the slope at the start to be the rate there."""
+    """Coefficients of states and integrals over the step; returns whether they are numbers.
+
+    ``steep`` is for the slope at the start to be the rate there.
+    """
     s = 3 + 2 * kind
+    sizes = 0.0
     for i in range(stages.shape[1]):
         ws[i, 0] = x[i] if i < x.size else 0.0
         more = h * excess(kind, h, stages, i) if steep else 0.0
@@ -404,10 +426,12 @@ def dense_output(kind, x, h, steep, stages, ws):
                 total += POWERS[kind, k, j] * stages[Z + j, i]
             power /= h
             ws[i, k + 1] = total * power
+            sizes += abs(ws[i, k + 1])
         if steep:
             ws[i, 1] = stages[0, i]
         else:
             stages[0, i] = ws[i, 1]
+    return sizes < math.inf
 
 
 @series

@@ -224,6 +224,9 @@ def end_step(functions, tables, settings, te, strobe, j, ties, backs, outcome, s
     if strobe >= 0.0:
         for i in range(state.x.size):
             state.extent[i] = max(state.extent[i], abs(state.x[i]))
+        for i in range(settings.quadratures):
+            if not abs(state.sums[0, i]) < math.inf:
+                outcome = at.NONFINITE
     run.fresh = at.ONGOING
     run.longest = max(run.longest, te)
     if te > STEPS.smallest * run.longest:

@@ -14,8 +14,9 @@ from chaosdrill.engine.run import Run
 from chaosdrill.engine.stepper import stepper
 
 X, V, MU, RATE = sympy.symbols("x v mu rate", real=True)
-TOLERANCES = {3: 1e-4, 5: 1e-7, 7: 1e-12}
-"""By the number of stages that they ask for."""
+TOLERANCES = {3: 2e-5, 5: 1e-7, 7: 1e-12}
+"""By the number of stages that they ask for. What Newton's method leaves of a step is part of its differences, not of
+its tangents: at 1e-4 that may be 1.3e-6 of them, at half of it 4e-9, whatever the distance of the starts."""
 
 
 @pytest.fixture(scope="module")

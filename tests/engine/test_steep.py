@@ -141,7 +141,7 @@ def test_integrals_and_tangents_go_through_a_pulse_that_no_state_feels(method):
     assert run["final_tangent"].values[-1] == pytest.approx([0.0, np.exp(-np.sqrt(np.pi))], rel=1e-10)
 
 
-@pytest.mark.parametrize("method", ["taylor", "dop853"])
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau"])
 def test_a_pulse_beside_the_start_is_no_size_of_a_longer_step(method):
     """The rate of one stage alone, times a step that is far longer than the pulse, is no size of what it moves."""
     pulse = cd.HybridSystem(
@@ -189,6 +189,18 @@ def test_an_integral_and_a_guard_that_leave_the_doubles_end_a_run(role):
     for method in (*ADAPTIVE, *(["rk4"] if role == "integral" else [])):
         run = cd.trajectory(system, duration=10.0, samples=1, method=method)
         assert cd.Outcome(int(run["outcome"])) == cd.Outcome.NONFINITE, method
+
+
+@pytest.mark.parametrize("method", ADAPTIVE)
+def test_an_integral_is_a_number_or_ends_the_run(method):
+    """Its sum leaves the doubles, and before that the polynomials of an implicit step do."""
+    system = cd.HybridSystem(
+        states="p", parameters={"a": 1}, modes={"all": {"p": "1"}}, quadratures={"q": "a*cos(p)**2"}, initial={"p": 0}
+    )
+    for a, duration in ((1e306, 1.0), (1e307, 1.0), (1e306, 1000.0)):
+        run = cd.trajectory(system.with_parameters(a=a), duration=duration, samples=1, method=method)
+        right = a * (duration / 2 + math.sin(2 * duration) / 4)
+        assert run["outcome"] == cd.Outcome.NONFINITE or run["q"].values[-1] == pytest.approx(right, rel=1e-10)
 
 
 @settings(max_examples=24)
