@@ -386,8 +386,8 @@ def side_by_side(one: Written, system: cd.HybridSystem) -> Found:
         return Found("runs side by side differ", {}, [], np.zeros(0))
     counts: dict[str, int] = Counter()
     for transition, number in zip(system.transitions, runs.counts[0].tolist(), strict=True):
-        if transition.name != "zz_mark" and number:
-            counts[plain_name(transition)] += number
+        if (name := plain_name(transition)) != "zz_mark" and number:
+            counts[name] += number
     scale = np.array([one.units.get(s, 1.0) for s in one.states])
     return Found(cd.Outcome(int(runs.outcome[0])).meaning, counts, [], (runs.x[0] * scale)[order_of(one)])
 
