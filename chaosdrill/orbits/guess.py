@@ -321,13 +321,14 @@ def guess_of_autonomous(
             last = _shortest_return(shifts.across(states - states[0]), states, kinds, problem.sizes)
             if last is None:
                 return outcome, None
-            durations, events, moved = np.diff(times)[:last], events[1 : last + 1], states[last] - states[0]
+            durations, events = np.diff(times)[:last], events[1 : last + 1]
+            begun, moved = states[0], states[last] - states[0]
         else:
-            times = times[times < expected]
+            begun, times = None, times[times < expected]
             events, durations = events[: len(times)], np.diff(times, prepend=times[-1:] - expected)
         if not len(events):
             return outcome, None
-        orbit = orbit_of_events(problem, events, durations, 1, values, 0.0, moved)
+        orbit = orbit_of_events(problem, events, durations, 1, values, 0.0, moved, begun)
         return (Outcome.OK, orbit) if _connected(problem, orbit) else (outcome, None)
     segments = np.array([[problem.system.mode_names.index(mode), at.PLANE, -1]], dtype=np.int64)
     starts = np.concatenate([state, values])[np.newaxis]
@@ -422,8 +423,12 @@ def orbit_of_events(
     values: np.ndarray,
     phase: float,
     moved: np.ndarray,
+    begun: np.ndarray | None = None,
 ) -> Orbit:
-    """The round that ends with the last of the events; the state changes in it by ``moved``, shape (d,)."""
+    """The round that ends with the last of the events; the state changes in it by ``moved``, shape (d,).
+
+    It begins in the state ``begun``, as the first duration did; if it is not known, where the last event led.
+    """
     d = problem.states
     guards = kernels_of(problem.system).events
     segments = np.zeros((len(events), 3), dtype=np.int64)
@@ -433,7 +438,9 @@ def orbit_of_events(
     after = np.roll(events[:, layout.EVENT_COLUMNS + d : layout.EVENT_COLUMNS + 2 * d], 1, axis=0)
     starts = np.column_stack([after, np.tile(values, (len(events), 1))])
     orbit = Orbit(segments, periods, starts, phase, durations, drift_in(problem, moved))
-    if orbit.drift is not None:
+    if begun is not None:
+        starts[0, :d] = begun
+    elif orbit.drift is not None:
         # it begins where the last event led, a drift further
         starts[1:] += orbit.moved_on()
     return orbit

@@ -135,6 +135,15 @@ def test_a_stiff_relaxation(van_der_pol, mu, method):
     assert found.multipliers[0] == pytest.approx(1, abs=1e-6)
 
 
+@pytest.mark.parametrize("peak", [-34.0, -32.0])
+def test_a_round_begins_in_the_state_that_its_first_duration_belongs_to(peak):
+    """After its last event a neuron that still adapts takes another time to the spike, which it would run over."""
+    neuron = cd.build("adaptive-integrate-and-fire", parameters={"peak": peak})
+    found = cd.periodic_orbit(neuron, transient=100)
+    spikes = cd.trajectory(neuron, duration=1500.0, samples=1)["event_time"].values
+    assert float(found["period_time"]) == pytest.approx(spikes[-1] - spikes[-2], rel=1e-9)
+
+
 def test_a_return_does_not_depend_on_units_of_states(van_der_pol):
     """The speed in units a million times as small, in which it is by far the larger state."""
     a, b, mu = sympy.symbols("x v mu", real=True)
