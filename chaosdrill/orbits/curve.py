@@ -196,7 +196,7 @@ class Curve:
             return 0.0
         change = point.tangent.change
         along = abs(float(change[-len(self.spans)])) / np.linalg.norm(point.weights * change)
-        return float(along * self.problem.off(point.orbit, shot, point.weights))
+        return float(along * np.linalg.norm(self.problem.off(point.orbit, shot, point.weights)))
 
     def blocked(self, point: Point) -> tuple["Orbit", "Shot"] | None:
         """The orbit at or beside a point if it is inadmissible; otherwise None."""

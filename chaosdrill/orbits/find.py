@@ -24,7 +24,7 @@ from chaosdrill.orbits.guess import (
     unit_of,
 )
 from chaosdrill.orbits.marks import Marks
-from chaosdrill.orbits.multipliers import based
+from chaosdrill.orbits.multipliers import based, free_multipliers
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.place import Place, reached
 from chaosdrill.orbits.problem import CONVERGED, SINGULAR, SLOW, Problem, Shot
@@ -87,6 +87,28 @@ def inadmissible_words(problem: Problem, orbit: Orbit, shot: Shot) -> str:
         if end >= 0 and not shot.speeds[i] > 0:
             return f"the guard of {system.transitions[outcome].name!r} would be crossed from the other side"
     return ""
+
+
+def open_words(problem: Problem, orbit: Orbit, shot: Shot) -> str:
+    """Which stay may as well last no time, as far as the equations tell, in words; empty for none.
+
+    A motion that stops for less from period to period nears the edge of orbits without a stop; there Newton's method
+    ends.
+    """
+    if orbit.eventless or len(problem.conserved):
+        return ""
+    weights, first = problem.weights(orbit), problem.states + 1
+    off = np.abs(problem.off(orbit, shot, weights))[first : first + len(orbit)]
+    parts = weights[first] * orbit.durations
+    i = int((off - np.where(orbit.tied, np.inf, parts)).argmax())
+    free = free_multipliers(np.linalg.eigvals(shot.monodromy), problem.neutral.count)
+    if orbit.tied[i] or off[i] < parts[i] or np.abs(free - 1).min(initial=np.inf) > parts[i]:
+        return ""
+    name = problem.plain.mode_names[orbit.segments[i, at.SEGMENT_MODE]]
+    return (
+        f"a multiplier is 1, and the equations leave open whether the stay in mode {name!r} lasts "
+        f"{orbit.durations[i]:.1g} or no time: motions may near an orbit without it ever more slowly"
+    )
 
 
 def at_rest(problem: Problem, orbit: Orbit) -> bool:
@@ -256,7 +278,12 @@ def starting_orbit(
             _, least, shot, residuals = problem.newton(least)
         if least.periods == period:
             problem.conserved = conserved_at(problem, least, shot)
-            remarks = [message, family_words(problem.conserved, system.state_names), tie_words(problem, least)]
+            remarks = [
+                message,
+                family_words(problem.conserved, system.state_names),
+                tie_words(problem, least),
+                open_words(problem, least, shot),
+            ]
             return problem, least, shot, residuals, "; ".join(filter(None, remarks))
         shorter = shorter or (problem, least, shot, residuals, message)
     if shorter is not None:

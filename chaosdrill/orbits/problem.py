@@ -421,17 +421,19 @@ class Problem:
         kept = sizes[: len(sizes) - len(self.held(orbit))]
         return float(kept[-1])
 
-    def off(self, orbit: Orbit, shot: Shot, weights: np.ndarray) -> float:
-        """How far an orbit may be off where its equations determine it least, in the norm of the weights.
+    def off(self, orbit: Orbit, shot: Shot, weights: np.ndarray) -> np.ndarray:
+        """How far the unknowns of an orbit may be off where its equations determine them least, shape (columns,).
 
-        States close to within a part of their sizes, also where they are smaller than that along the orbit.
+        They are in the weights. States close to within a part of their sizes, also where they are smaller than that
+        along the orbit.
         """
         d, count = self.states, len(orbit)
-        vectors, sizes, _ = np.linalg.svd(self._weighted(orbit, shot, weights), full_matrices=False)
+        vectors, sizes, rows = np.linalg.svd(self._weighted(orbit, shot, weights), full_matrices=False)
         last = len(sizes) - len(self.held(orbit)) - 1
         left = np.full(len(vectors), TUNING.states_to_parameters)
         left[count : count + d] = weights[:d] * self.solved_to(orbit.starts[:, :d]) / TUNING.residual
-        return float(self.accuracy * np.linalg.norm(vectors[:, last] * left) / max(sizes[last], TUNING.smallest_pivot))
+        most = self.accuracy * np.linalg.norm(vectors[:, last] * left) / max(sizes[last], TUNING.smallest_pivot)
+        return np.asarray(most * rows[last])
 
     def kept(self, guess: Orbit, orbit: Orbit, change: np.ndarray) -> Orbit:
         """A guess with what distinguishes the orbits of a family as it is after a change of an orbit.

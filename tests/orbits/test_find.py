@@ -509,6 +509,18 @@ def test_a_motion_that_repeats_after_other_periods_says_after_how_many(start):
     assert find_orbit(neuron, 3, "attractor", 100, Numerics(tolerance=1e-13)).outcome == Outcome.PERIODIC
 
 
+@pytest.mark.parametrize("friction", [0.1, 0.3])
+def test_a_stay_that_dies_out_is_in_doubt(friction):
+    """At half the natural frequency motions without a stop come back from wherever they start, x > 1 + S at phase 0.
+
+    Those that stop there for a time t, x = S + cos(t/2), come back closer to that edge by t**3: Newton's method takes
+    a third of t off a step, and what it ends with is as good as the orbit without the stop.
+    """
+    slow = cd.periodic_orbit(cd.build("den-hartog", parameters={"omega": 0.5, "S": friction}))
+    assert "the stay in mode 'stick' lasts" in slow.attrs["message"]
+    assert float(slow["multiplier_real"][0]) == pytest.approx(1, abs=1e-6)
+
+
 def test_a_mode_that_escapes(drill):
     nothing(drill.with_initial(y=-1.0, u=2.0), Outcome.ESCAPED, "runs away")
     nothing(drill.with_parameters(eta=0.48), Outcome.ESCAPED, "ended", start="attractor")
