@@ -43,7 +43,7 @@ def _begin(part: str) -> None:
     if any(place.exists() for place in places(part, engine_path(part, function))):
         return
     tell_of_compilation()
-    script = f"import {part}; {part}.{function}.code"
+    script = f"import {part}; {part}.{function}.compile()"
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     with contextlib.suppress(OSError):
         quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
@@ -53,14 +53,17 @@ def _begin(part: str) -> None:
 
 
 def await_part(part: str) -> None:
-    """Wait for any processes that compile a part; what the part calls seldom is compiled by this one meanwhile."""
-    started = (_started.get(one) for one in (part, *_WITH.get(part, ())))
-    working = [process for process in started if process is not None and process.poll() is None]
-    if working:
+    """Wait for any processes that compile a part; this one compiles meanwhile what is called seldom."""
+    started = [_started[one] for one in (part, *_WITH.get(part, ())) if one in _started]
+
+    def working() -> list[subprocess.Popen[bytes]]:
+        return [process for process in started if process.poll() is None]
+
+    if working():
         import_module(part)
-        for one in COMPILED:
-            if isinstance(one, Unit):
-                one.code  # noqa: B018
-    for process in working:
+    for one in COMPILED:
+        if isinstance(one, Unit) and working():
+            one.compile()
+    for process in working():
         with compiling():
             process.wait()

@@ -10,7 +10,7 @@ import struct
 import threading
 from collections.abc import Callable
 from functools import cache, cached_property
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -40,9 +40,7 @@ _rare: set[str] = set()
 """Parts of the compiled names of functions that stay calls."""
 
 COMPILED: list["Compiled"] = []
-"""All compiled functions of modules that are imported."""
-
-_units: list["Unit"] = []
+"""All compiled functions."""
 
 _compiling = threading.RLock()
 
@@ -52,6 +50,27 @@ _names: dict[int, dict[str, Any]] = {id(vars(lanes)): vars(lanes)}
 _cells: list[Any] = []
 
 _Writer = Callable[[Any, list[Any]], None]
+
+_T = TypeVar("_T")
+
+
+class _Once(Generic[_T]):
+    """A property that is made on first use, under the one lock of all compilation.
+
+    Functions ask for one another's. A `cached_property` of Python 3.11 has a lock of its own, so that of two threads
+    each could hold what the other one waits for.
+    """
+
+    def __init__(self, make: Callable[[Any], _T]) -> None:
+        self._make = make
+        self.__doc__ = make.__doc__
+
+    def __get__(self, one: Any, owner: type) -> _T:
+        name = self._make.__name__
+        with _compiling:
+            if name not in vars(one):
+                vars(one)[name] = self._make(one)
+            return vars(one)[name]  # type: ignore[no-any-return]
 
 
 class Compiled:
@@ -66,28 +85,34 @@ class Compiled:
     signature : Signature
     loops : bool
         Whether loops of independent turns become vector instructions.
+    symbol : str, optional
+        Name of its machine code; default: its own.
     """
 
-    def __init__(self, function: Callable[..., Any], signature: Signature, loops: bool) -> None:
+    def __init__(self, function: Callable[..., Any], signature: Signature, loops: bool, symbol: str = "") -> None:
         self.py_func = _heard_of(function)
         self.signature = signature
         self._loops = loops
         self.__doc__ = function.__doc__
-        self.__name__ = self.symbol = function.__name__
+        self.__name__ = function.__name__
+        self.symbol = symbol or self.__name__
         self._writers = [_writer(kind) for kind in signature.args]
         self._format = struct.Struct("".join(map(_format, signature.args)))
         self._result = struct.Struct("" if signature.return_type is void else _format(signature.return_type))
+        COMPILED.append(self)
 
-    @cached_property
+    @_Once
     def code(self) -> bytes:
         """Its object code; that of a function of the package is kept."""
-        module = self.py_func.__module__
-        with _compiling:
-            if not kept.is_own(self.py_func):
-                return self._compile()
-            return kept.engine_code(module, self.__name__, self._compile)
+        if not kept.is_own(self.py_func):
+            return self._object_code()
+        return kept.engine_code(self.py_func.__module__, self.__name__, self._object_code)
 
-    def _compile(self) -> bytes:
+    def compile(self) -> bytes:
+        """Have its code, unless it is there."""
+        return self.code
+
+    def _object_code(self) -> bytes:
         # what pays to be packed is written with lanes; to pack more costs a twentieth of a run in shuffles
         with compiling():
             from chaosdrill.engine.front_end import llvm_module
@@ -96,18 +121,17 @@ class Compiled:
             module = llvm_module(self.py_func, self.symbol, self.signature.real, _rare)
             return optimised_object(module, loops=self._loops)
 
-    @cached_property
+    @_Once
     def _library(self) -> Any:
-        with _compiling:
-            called = (one for one in _units if one is not self and one.symbol.encode() in self.code)
-            return load(self.code, {one.symbol: one.address for one in called})
+        units = (one for one in COMPILED if isinstance(one, Unit) and one is not self)
+        return load(self.code, {one.symbol: one.address for one in units if one.symbol.encode() in self.code})
 
-    @cached_property
+    @_Once
     def address(self) -> int:
         """Where compiled functions call it."""
         return int(self._library.address(self.symbol))
 
-    @cached_property
+    @_Once
     def _call(self) -> Any:
         return ctypes.CFUNCTYPE(None, ctypes.c_void_p)(self._library.address(self.symbol + FROM_WORDS))
 
@@ -132,9 +156,7 @@ class Unit(Compiled, Late):
     """One that compiled functions call by its name, for what happens seldom: it is a part of none of them."""
 
     def __init__(self, function: Callable[..., Any], signature: Signature) -> None:
-        super().__init__(function, signature, loops=False)
-        self.symbol = f"unit.{function.__module__}.{function.__name__}"
-        _units.append(self)
+        super().__init__(function, signature, loops=False, symbol=f"unit.{function.__module__}.{function.__name__}")
 
     @cached_property
     def real(self) -> Any:
@@ -219,20 +241,14 @@ def compiled(signature: Signature, *, loops: bool = True) -> Callable[[Any], Any
     """Compile for one signature; see `Compiled`."""
 
     def wrap(function: Any) -> Any:
-        return Uncompiled(function) if UNCOMPILED else _listed(Compiled(function, signature, loops))
+        return Uncompiled(function) if UNCOMPILED else Compiled(function, signature, loops)
 
     return wrap
 
 
 def unit(function: Any, signature: Signature) -> Any:
     """Compile by itself what compiled functions call seldom; see `Unit`."""
-    return numbers_of_numpy(function) if UNCOMPILED else _listed(Unit(function, signature))
-
-
-def _listed(made: Compiled) -> Compiled:
-    if kept.is_own(made.py_func):
-        COMPILED.append(made)
-    return made
+    return numbers_of_numpy(function) if UNCOMPILED else Unit(function, signature)
 
 
 class Part(Late):

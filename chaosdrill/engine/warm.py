@@ -1,6 +1,5 @@
 """The engine compiled beforehand, for containers and clusters whose processes are not to wait for it."""
 
-from functools import partial
 from importlib import import_module
 from pathlib import Path
 
@@ -35,15 +34,14 @@ def warm(folder: Path | None = None, elsewhere: tuple[str, ...] = ()) -> list[Pa
         import_module(name)
     if folder is not None:
         folder.mkdir(mode=0o755, parents=True, exist_ok=True)
-    codes = {
-        kept.engine_path(one.py_func.__module__, one.__name__): partial(getattr, one, "code") for one in COMPILED
-    } | addresses.kept_codes()
+    own = (one for one in COMPILED if kept.is_own(one.py_func))
+    codes = {kept.engine_path(one.py_func.__module__, one.__name__): one.compile for one in own}
     found = []
-    for own, code_of in codes.items():
+    for path, code_of in (codes | addresses.kept_codes()).items():
         code = code_of()
         if folder is not None:
-            own = folder / own.name
-            put(own, code)
-            own.chmod(0o644)
-        found.append(own)
+            path = folder / path.name
+            put(path, code)
+            path.chmod(0o644)
+        found.append(path)
     return found

@@ -9,6 +9,7 @@ import sys
 import tempfile
 import threading
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -159,6 +160,15 @@ def test_what_compiles_ahead_imports_nothing_from_the_working_directory(folder, 
     interpreter = command[: command.index("-c")]
     subprocess.run([*interpreter, "-c", "import llvmlite"], cwd=tmp_path, env=environment, check=True)
     assert not harm.exists()
+
+
+def test_what_is_called_seldom_is_compiled_as_long_as_a_part_is(monkeypatch):
+    done = []
+    process = SimpleNamespace(poll=lambda: 0 if len(done) >= 2 else None)
+    monkeypatch.setattr(ahead, "_started", {ahead.ONE_RUN: process})
+    monkeypatch.setattr(ahead.Unit, "compile", lambda one: done.append(one))
+    ahead.await_part(ahead.ONE_RUN)
+    assert len(done) == 2
 
 
 DAMAGES = {

@@ -204,16 +204,44 @@ def test_a_unit_is_linked_by_its_name_and_a_part_of_no_caller():
     assert [f.name.encode() for f in module.functions if f.is_declaration and "unit" in f.name] == [linked]
 
 
+THREADS = """
+import sys, threading, time
+sys.path.insert(0, sys.argv[1])
+import test_front_end as t
+from chaosdrill.progress import COMPILATION
+
+number = t.float64(t.float64)
+cubed = t.unit(t.cube, number)
+
+def apply(x):
+    return 2.0 * cubed(x)
+
+one, other = t.compiled(number)(apply), t.compiled(number)(t.doubled)
+thread = threading.Thread(target=lambda: print(one(3.0)), daemon=True)
+thread.start()
+while not COMPILATION.under_way:
+    time.sleep(0.001)
+assert other.address
+thread.join()
+"""
+
+
+def test_two_threads_do_not_wait_for_each_other():
+    command = [sys.executable, "-c", THREADS, str(Path(__file__).parent)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
+    assert done.stdout == "54.0\n"
+
+
 def test_numba_compiles_other_code_after_the_engine():
     script = "import sys; sys.path.insert(0, sys.argv[1]); import test_front_end as t; "
-    script += "t.compiled(t.SIGNATURE)(t.total).code; import numba; "
+    script += "t.compiled(t.SIGNATURE)(t.total).compile(); import numba; "
     script += "print(numba.cfunc('float64(float64)', _nrt=False)(lambda x: 2.0 * x).ctypes(1.5))"
     command = [sys.executable, "-c", script, str(Path(__file__).parent)]
     assert subprocess.run(command, capture_output=True, text=True, check=True).stdout == "3.0\n"
 
 
 def test_python_is_refused_a_part_of_the_engine():
-    compiled(SIGNATURE)(total).code  # noqa: B018
+    compiled(SIGNATURE)(total).compile()
     with pytest.raises(TypeError):
         half(1.0)
 
