@@ -43,6 +43,9 @@ _CALLBACK = {"error_model": "numpy", "_nrt": False}
 PLAIN: dict[str, Any] = _CALLBACK | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 """Options of numba for the engine: no arithmetic errors, no allocation, no calls from Python."""
 
+_parts: list[Any] = []
+"""Functions that become parts of compiled ones, each compiled for one target: the inner parts' own, or numba's."""
+
 if inner_parts is not None:
     PLAIN["pipeline_class"] = inner_parts.Compiler
 
@@ -110,7 +113,7 @@ class OneOf(InMemory):
 class InFrame(InMemory):
     """A named tuple of whose words a compiled function has a copy in its frame; ``there`` is the type of the original.
 
-    No function that stays a call is given the copy (see `given_originals`), so that its words become values.
+    No function that stays a call is given the copy (see `part`), so that its words become values.
     """
 
     def __init__(self, there: InMemory) -> None:
@@ -256,15 +259,21 @@ def state_of(typingctx: Any, states: Any, p: Any) -> Any:
     return InFrame(one)(states, types.int64), code
 
 
-def given_originals(dispatcher: Any) -> Any:
-    """Let a function that stays a call be given records where they are, and not copies in the frame of its caller."""
-    ask = dispatcher.get_call_template
+def part(function: Callable[..., Any], options: dict[str, Any]) -> Any:
+    """A function that compiled functions call.
+
+    One that stays a call is given records where they are, and not copies in the frame of its caller.
+    """
+    made = numba.njit(**PLAIN, **options)(function)
+    _parts.append(made)
+    ask = made.get_call_template
 
     def template(arguments: Any, named: Any) -> Any:
         return ask(tuple(one.there if isinstance(one, InFrame) else one for one in arguments), named)
 
-    dispatcher.get_call_template = template
-    return dispatcher
+    if not options.get("forceinline"):
+        made.get_call_template = template
+    return made
 
 
 def at_symbol(name: str, signature: Any) -> Any:
@@ -343,13 +352,18 @@ def _lowered_in_public(function: Callable[..., Any], signature: Any) -> tuple[An
 
 
 def _lowered(function: Callable[..., Any], signature: Any) -> tuple[Any, Any, list[Any], Callable[..., Any]]:
-    if inner_parts is None:
-        return _lowered_in_public(function, signature)
-    try:
-        return inner_parts.lowered(numba.njit(**PLAIN)(function), signature)
-    # whatever a numba that has changed them makes of it; a fault of the function itself comes again
-    except Exception:
-        return _lowered_in_public(function, signature)
+    global inner_parts
+    if inner_parts is not None:
+        try:
+            return inner_parts.lowered(numba.njit(**PLAIN)(function), signature)
+        # whatever a numba that has changed them makes of it; a fault of the function itself comes again
+        except Exception:
+            for one in _parts:
+                one.overloads.clear()
+    found = _lowered_in_public(function, signature)
+    # the parts of it are numba's now, and so are those of what follows
+    inner_parts = None
+    return found
 
 
 @contextlib.contextmanager

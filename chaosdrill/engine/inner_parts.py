@@ -16,22 +16,24 @@ from typing import Any
 import llvmlite.binding as llvm
 from llvmlite import ir
 from numba import _dynfunc, types
-from numba.core import codegen, cpu, registry, typing
-from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core import codegen, compiler, cpu, registry, typing
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import PassManager
+from numba.core.runtime import rtsys
 from numba.np import arrayobj
 
 _IDLE = {"WithLift", "InlineClosureLikes", "InlineInlinables", "InlineOverloads", "LiteralUnroll", "NopythonRewrites"}
 """Passes of numba for what is not in the engine: closures, blocks with objects, expressions of whole arrays."""
 
 
-class Compiler(CompilerBase):  # type: ignore[misc]
-    """numba's own without idle passes, which take a ninth of the time."""
+class Compiler(compiler.Compiler):  # type: ignore[misc]
+    """numba's own; for the target of this file without idle passes, which take a ninth of the time."""
 
     def define_pipelines(self) -> list[Any]:
+        if not isinstance(self.state.targetctx, _Context):
+            return list(super().define_pipelines())
         passes = PassManager("engine")
-        for one, told in DefaultPassBuilder.define_nopython_pipeline(self.state).passes:
+        for one, told in compiler.DefaultPassBuilder.define_nopython_pipeline(self.state).passes:
             if one.__name__ not in _IDLE:
                 passes.add_pass(one, told)
         passes.finalize()
@@ -58,12 +60,6 @@ class _Library(codegen.JITCodeLibrary):  # type: ignore[misc]
 
     def get_pointer_to_function(self, name: str) -> int:
         return 0
-
-    def _get_module_for_linking(self) -> Any:
-        # other code that numba compiles takes what counts references from where it was made first
-        if self._shared_module is None:
-            _linked(self)
-        return super()._get_module_for_linking()
 
 
 class _Codegen(codegen.JITCPUCodegen):  # type: ignore[misc]
@@ -115,6 +111,8 @@ def _call_type(function: Any, context: Any, args: Any, kws: Any) -> Any:
 
 @cache
 def _contexts() -> tuple[Any, Any]:
+    # what counts references, of which other code takes what the first target makes
+    rtsys.initialize(registry.cpu_target.target_context)
     typed = typing.Context()
     return typed, _Context(typed, "cpu")
 

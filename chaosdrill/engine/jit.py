@@ -261,12 +261,9 @@ class Part(Late):
 
     @cached_property
     def real(self) -> Any:
-        import numba
+        from chaosdrill.engine.front_end import part
 
-        from chaosdrill.engine.front_end import PLAIN, given_originals
-
-        made = numba.njit(**PLAIN, **self._options)(self.py_func)
-        return made if self._options.get("forceinline") else given_originals(made)
+        return part(self.py_func, self._options)
 
 
 class _AtAddress(Late):

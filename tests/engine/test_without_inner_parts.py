@@ -3,7 +3,6 @@
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +11,8 @@ from chaosdrill.codegen.kinds import Tuple, float64, int64, void
 from chaosdrill.codegen.signatures import matrix, vector
 from chaosdrill.engine import front_end
 from chaosdrill.engine.jit import compiled, inner, unit
+
+inner_parts = front_end.inner_parts
 
 
 @inner
@@ -67,10 +68,14 @@ def _gone(*_):
     raise AttributeError("module 'numba.core.codegen' has no attribute 'JITCodeLibrary'")
 
 
-@pytest.mark.parametrize("parts", [None, SimpleNamespace(lowered=_gone)], ids=["absent", "changed"])
-def test_functions_do_the_same(parts, monkeypatch):
-    monkeypatch.setattr(front_end, "inner_parts", parts)
+@pytest.mark.parametrize("changed", ["_linked", "compiler", "lowered", None])
+def test_functions_do_the_same(changed, monkeypatch):
+    """What has changed shows before anything is compiled, or when all parts of a function are."""
+    monkeypatch.setattr(front_end, "inner_parts", changed and inner_parts)
+    if changed:
+        monkeypatch.setattr(inner_parts, changed, _gone)
     found = run(compiled(SIGNATURE)(bounce))
+    assert front_end.inner_parts is None
     assert found[0] > 3
     assert found == pytest.approx(run(in_python()), rel=1e-12)
     values = np.array([1.0, 3.0])
@@ -84,6 +89,7 @@ def test_a_fault_of_the_function_is_told_as_such():
 
     with pytest.raises(Exception, match="no_such_part"):
         compiled(float64(vector))(wrong)(np.zeros(2))
+    assert front_end.inner_parts is inner_parts
 
 
 WITHOUT = """
