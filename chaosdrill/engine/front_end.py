@@ -15,6 +15,7 @@ from typing import Any
 
 import llvmlite.binding as llvm
 import numba
+import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
@@ -82,12 +83,14 @@ class InMemory(types.Type):
     """A named tuple whose words stand in memory, and stay as they are: of it compiled functions load what they name.
 
     Taken apart and put together at every call of a function, its fields were three quarters of the engine's LLVM code.
+    ``key`` is what makes it another type: its name is that of the tuple's class alone.
     """
 
     model: ir.Type = WORDS
+    key: Any = None
 
     def __init__(self, kind: Any, where: str = "in memory") -> None:
-        self.kind = kind
+        self.kind = self.key = kind
         super().__init__(f"{kind.name} {where}")
 
     def part(self, name: str) -> Any:
@@ -108,6 +111,7 @@ class OneOf(InMemory):
         kind = types.NamedTuple(tuple(parts), State)
         kind.name = State.__name__
         super().__init__(kind)
+        self.key = states
 
 
 class InFrame(InMemory):
@@ -120,6 +124,7 @@ class InFrame(InMemory):
         self.there = there
         self.model = ir.LiteralStructType([WORDS, there.model])
         super().__init__(there.kind, "in the frame")
+        self.key = there
 
     def part(self, name: str) -> Any:
         part = super().part(name)
@@ -368,14 +373,18 @@ def _lowered(function: Callable[..., Any], signature: Any) -> tuple[Any, Any, li
 
 @contextlib.contextmanager
 def _uncollected() -> Iterator[None]:
-    """Do not look for garbage: nearly all that is made meanwhile stays, and to look took a third of the time."""
-    enabled = gc.isenabled()
-    gc.disable()
+    """Do not look for garbage: nearly all that is made meanwhile stays, and to look took a third of the time.
+
+    What others ask of the collector meanwhile holds: whether it is enabled is theirs, and so is another threshold.
+    """
+    first, *others = gc.get_threshold()
+    never = int(np.iinfo(np.intc).max)
+    gc.set_threshold(never, *others)
     try:
         yield
     finally:
-        if enabled:
-            gc.enable()
+        if gc.get_threshold()[0] == never:
+            gc.set_threshold(first, *others)
 
 
 def llvm_module(function: Callable[..., Any], name: str, signature: Any, rare: set[str]) -> Any:

@@ -116,8 +116,11 @@ def unit(result: Kind) -> Callable[[Any], Any]:
     """As ``rare``, for what is compiled by itself, once for all that call it: its arguments have their usual names."""
 
     def wrap(function: Any) -> Any:
-        kinds = [_ARGUMENTS[name] for name in inspect.signature(function).parameters]
-        return jit.unit(function, Signature(result, kinds))
+        names = inspect.signature(function).parameters
+        for name in names:
+            if name not in _ARGUMENTS:
+                raise TypeError(f"{function.__module__}.{function.__name__} has an argument of no known kind: {name}")
+        return jit.unit(function, Signature(result, [_ARGUMENTS[name] for name in names]))
 
     return wrap
 

@@ -1,5 +1,6 @@
 """What the engine takes of numba's inner parts: a new numba that has changed one of them is named here."""
 
+import contextlib
 import gc
 import inspect
 import math
@@ -20,7 +21,7 @@ from numba.np import arrayobj
 from chaosdrill.codegen.kinds import NamedTuple, Pointer, Tuple, float64, int64
 from chaosdrill.codegen.machine import optimised_object
 from chaosdrill.codegen.signatures import LaneFunctions, matrix, vector
-from chaosdrill.engine import front_end, inner_parts
+from chaosdrill.engine import front_end, inner_parts, records
 from chaosdrill.engine.jit import Layout, Record, at_address, compiled, in_frame, inner, put_real, rare, unit
 
 # What the engine takes of numba's inner parts: a new numba that has changed one of them is named here.
@@ -174,12 +175,24 @@ def test_a_record_is_read_with_its_functions(given):
     assert values[0] == 2.5
 
 
+def test_records_of_one_class_with_other_fields_are_of_two_types():
+    kinds = [NamedTuple(parts, LaneFunctions) for parts in ((ONE, float64, vector), (ONE, vector, float64))]
+    first_at, second_at = map(at_address, kinds)
+
+    def both(one, other):
+        return first_at(one).jacobian_jet + in_frame(second_at(other)).tangent
+
+    values = np.array([1.0, 2.0])
+    function = compiled(float64(float64))(doubled)
+    given = [LaneFunctions(function, 0.25, values), LaneFunctions(function, values, 4.0)]
+    assert compiled(float64(int64, int64))(both)(*map(Record, map(Layout, kinds), given)) == 4.25
+
+
 def test_words_in_the_frame_become_values():
     """An address that another function had would keep them in memory, where runs would load them all the time."""
     apply = compiled(int64(int64))(applied(in_frame)).py_func
     put_real()
     module = front_end.llvm_module(apply, "apply", int64(int64).real, set())
-    assert gc.isenabled()
     words = re.compile(r"alloca i64, i\d+ 9\b")
     assert words.search(str(module))
     optimised_object(module, loops=False)
@@ -230,6 +243,32 @@ def test_two_threads_do_not_wait_for_each_other():
     command = [sys.executable, "-c", THREADS, str(Path(__file__).parent)]
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
     assert done.stdout == "54.0\n"
+
+
+def test_a_unit_has_arguments_of_known_kinds():
+    def push(speed):
+        return speed
+
+    with pytest.raises(TypeError, match=r"test_front_end\.push has an argument of no known kind: speed"):
+        records.unit(float64)(push)
+
+
+def test_others_decide_about_the_collector_while_it_waits():
+    before, collections = gc.get_threshold(), [one["collections"] for one in gc.get_stats()]
+    try:
+        with contextlib.suppress(OSError), front_end._uncollected():
+            kept = [[] for _ in range(10 * before[0])]
+            assert [one["collections"] for one in gc.get_stats()] == collections
+            gc.disable()
+            raise OSError(len(kept))
+        assert not gc.isenabled()
+        assert gc.get_threshold() == before
+        with front_end._uncollected():
+            gc.set_threshold(5 * before[0])
+        assert gc.get_threshold()[0] == 5 * before[0]
+    finally:
+        gc.enable()
+        gc.set_threshold(*before)
 
 
 def test_numba_compiles_other_code_after_the_engine():
