@@ -245,8 +245,6 @@ class Recurrences:
     looked_at: int = 64
     """Steps, at most, at which their distance is taken: the time goes with the square of these."""
     blocks: int = 256
-    parts: int = 2
-    """Parts of a series, in order, whose exponents are compared with those of the whole."""
     shortest: int = 4
     """Steps, at least, over which the distance of neighbours must grow evenly."""
     near: float = 0.5

@@ -43,14 +43,31 @@ def skew_tent(start, count):
     return np.array(values)
 
 
-@pytest.mark.parametrize("followed", [20, 100])
+@pytest.mark.parametrize("followed", [20, 100, 200])
 def test_the_error_of_the_largest_exponent_covers_however_long_neighbours_are_followed(followed):
     """Neighbours that are far apart part no further; a slope over all steps was too small by half, in no interval."""
     exact = -0.3 * math.log(0.3) - 0.7 * math.log(0.7)
     for start in np.linspace(0.1, 0.9, 12):
         series = skew_tent(start, 1000)
-        value, error = parting(np.column_stack([series[:-1], series[1:]]), 10, followed)
+        value, error, _ = parting(np.column_stack([series[:-1], series[1:]]), 10, followed)
         assert abs(value - exact) <= 2 * error < 0.2
+
+
+def test_neighbours_that_show_no_rate_are_told():
+    cycle, noise = np.tile(np.eye(2), (300, 1)), np.random.default_rng(1).normal(size=(600, 6))
+    for vectors, words in ((cycle, "neighbours coincide"), (noise, "near each other over 0 steps")):
+        *numbers, reason = parting(vectors, 10, 20)
+        assert np.isnan(numbers).all()
+        assert words in reason
+
+
+@pytest.mark.usefixtures("nolds")
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_exponents_are_not_told_without_their_errors():
+    """Half of this series has no neighbours, and errors were NaN beside exponents."""
+    found = cd.series_measures(np.append(henon(400), np.full(400, 0.5)), embedding=2)
+    assert np.isnan([found["lyapunov_exponent"], found["lyapunov_error"]]).all()
+    assert "lyapunov_exponent: no neighbours" in found.attrs["reason"]
 
 
 @pytest.mark.usefixtures("nolds")
@@ -143,6 +160,8 @@ def test_what_is_no_series():
             cd.series_measures(values)
     with pytest.raises(cd.SettingsError, match="compared beyond a window of 30, need 646"):
         cd.series_measures(logistic(600), window=30)
+    with pytest.raises(cd.SettingsError, match="followed is 3"):
+        cd.series_measures(logistic(600), followed=3)
     motion = cd.trajectory(cd.build("lorenz"), times=np.cumsum(np.linspace(0.01, 0.02, 600)), duration=10.0)
     with pytest.raises(cd.SettingsError, match="times at unequal steps"):
         cd.series_measures(motion["states"].sel(state="x"))
