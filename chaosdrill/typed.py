@@ -22,10 +22,19 @@ class Kind:
 
     words: str  # what an argument must be
     holds: Callable[[Any], bool]  # whether a value is of this type
+    way: Callable[[Any], str] = lambda value: ""  # how one comes of another value
 
 
 def _is_path(value: Any) -> bool:
     return isinstance(value, str) or (isinstance(value, os.PathLike) and isinstance(os.fspath(value), str))
+
+
+def _way_to_path(value: Any) -> str:
+    if hasattr(value, "attrs"):
+        return "; save it first, as in chaosdrill.save(ds, 'result.nc'), which returns its path"
+    if hasattr(value, "with_parameters"):
+        return "; run an analysis of the system and save its result, as in chaosdrill.save(ds, 'result.nc')"
+    return ""
 
 
 def _is_table(value: Any) -> bool:
@@ -36,12 +45,11 @@ def _is_nested(value: Any) -> bool:
     return _is_table(value) and all(map(_is_table, value.values()))
 
 
-PATH = Kind("the name of a file, as text or a pathlib.Path", _is_path)
+PATH = Kind("the name of a file, as text or a pathlib.Path", _is_path, _way_to_path)
 FOLDER = Kind(
     "the name of a folder, as text or a pathlib.Path",
     lambda value: _is_path(value) and value != "" and "\0" not in os.fspath(value),
 )
-SYSTEM = Kind("a HybridSystem, as chaosdrill.build returns one", lambda value: hasattr(type(value), "with_parameters"))
 RESULT = Kind("what an analysis returned", lambda value: not _is_path(value))
 TEXT = Kind("text", lambda value: isinstance(value, str))
 TABLE = Kind("a mapping of names to values, as in {'a': 0.3}", _is_table)
@@ -60,23 +68,13 @@ LISTENER = Kind("True, False or a function", lambda value: isinstance(value, boo
 SWITCH = Kind("True or False", lambda value: isinstance(value, bool))
 
 
-def _way(value: Any) -> str:
-    """How a path comes of what was given for it."""
-    if hasattr(value, "attrs"):
-        return "; save it first, as in chaosdrill.save(ds, 'result.nc'), which returns its path"
-    if hasattr(value, "with_parameters"):
-        return "; run an analysis of the system and save its result, as in chaosdrill.save(ds, 'result.nc')"
-    return ""
-
-
 def refuse(error: type[ChaosdrillError], name: str, value: Any, kind: Kind, way: str = "") -> None:
     """Raise an error if a value is not of a type.
 
     Raises `ChaosdrillError`, of the class that is given, with the name of the argument, the value, and what it must be.
     """
     if not kind.holds(value):
-        way = way or (_way(value) if kind is PATH else "")
-        raise error(f"{name} is {brief(value)}; it must be {kind.words}{way}")
+        raise error(f"{name} is {brief(value)}; it must be {kind.words}{way or kind.way(value)}")
 
 
 _SPELT = {

@@ -25,7 +25,7 @@ from chaosdrill.dataset.schema import Table, rate_clash
 from chaosdrill.declared import ANALYSES, METHODS, unfit
 from chaosdrill.engine.methods import DEFAULT
 from chaosdrill.errors import ModelError, SettingsError, StartWarning
-from chaosdrill.names import brief, key_text
+from chaosdrill.names import key_text
 from chaosdrill.progress import Progress, teller, watched
 from chaosdrill.settings import LONGEST, Amount, Faults, Number, Settings, Whole, setting, told, whole
 from chaosdrill.typed import FOLDER, LISTENER, given_to, refuse
@@ -470,18 +470,13 @@ class Analysis:
         from chaosdrill.codegen.record import remember
         from chaosdrill.dataset import label
         from chaosdrill.engine.ahead import ONE_RUN, compile_ahead
-        from chaosdrill.model import HybridSystem
         from chaosdrill.model.regions import check_parameters
+        from chaosdrill.model.system import SYSTEM
 
         if "system" not in given:
             raise TypeError(f"{self.function}() missing a required argument: 'system'")
         system = given["system"]
-        if not isinstance(system, HybridSystem):
-            named = f"chaosdrill.build({system!r:.60})" if isinstance(system, str) else "chaosdrill.drill()"
-            raise SettingsError(
-                f"system is {brief(system)}; it must be a HybridSystem: your own, the system of a scene, as in "
-                f"load_scene(path).system, or one that has a name, as in {named}"
-            )
+        refuse(SettingsError, "system", system, SYSTEM)
         for name in system.quadratures:
             if reason := unfit(name):
                 told = f"has a name that {reason}; rename it, as in 'the_integral'"

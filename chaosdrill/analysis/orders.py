@@ -9,6 +9,7 @@ from chaosdrill.analysis.tuning import TIES
 from chaosdrill.errors import SettingsError
 from chaosdrill.names import shown
 from chaosdrill.settings import positive, real
+from chaosdrill.typed import refuse
 
 if TYPE_CHECKING:
     import numpy as np
@@ -84,10 +85,9 @@ def event_orders(
     import numpy as np
     import xarray as xr
 
-    from chaosdrill.model import HybridSystem
+    from chaosdrill.model.system import SYSTEM
 
-    if not isinstance(system, HybridSystem):
-        raise SettingsError(f"system is {shown(system):.60}; expected a HybridSystem")
+    refuse(SettingsError, "system", system, SYSTEM)
     names = list(system.state_names)
     if isinstance(state, xr.Dataset):
         state, mode, time, duration = _tie_on(system, state)

@@ -98,9 +98,9 @@ def signature() -> str:
 
 
 def _definition(system: Any) -> dict[str, str]:
-    from chaosdrill.model import HybridSystem
+    from chaosdrill.model.system import SYSTEM
 
-    if not isinstance(system, HybridSystem):
+    if not SYSTEM.holds(system):
         return {}
     if "definition" not in system.shared:
         from chaosdrill.model.definition import write_definition

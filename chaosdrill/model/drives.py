@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
@@ -13,13 +13,11 @@ from chaosdrill.model.derive import pinned_values
 from chaosdrill.model.parts import read_expression, read_symbol
 from chaosdrill.model.period import value_of
 from chaosdrill.model.places import parameter
+from chaosdrill.model.system import SYSTEM, HybridSystem
 from chaosdrill.model.transition import Transition
 from chaosdrill.names import remedy
 from chaosdrill.settings import real
-from chaosdrill.typed import SYSTEM, TEXT, expecting
-
-if TYPE_CHECKING:
-    from chaosdrill.model.system import HybridSystem
+from chaosdrill.typed import TEXT, expecting
 
 SHAPES: dict[str, dict[str, str]] = {
     "square": {"0": "1", "1/2": "-1"},

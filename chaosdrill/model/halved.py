@@ -13,14 +13,14 @@ from chaosdrill.model.crossings import same_surface
 from chaosdrill.model.derive import image_of
 from chaosdrill.model.parts import read_expression, read_table
 from chaosdrill.model.places import parameter
+from chaosdrill.model.system import SYSTEM, HybridSystem
 from chaosdrill.model.transition import REFLECTION, Transition
 from chaosdrill.model.tuning import TUNING
 from chaosdrill.names import remedy
-from chaosdrill.typed import SYSTEM, expecting
+from chaosdrill.typed import expecting
 
 if TYPE_CHECKING:
     from chaosdrill.model.maps import Map
-    from chaosdrill.model.system import HybridSystem
 
 CLOCK = "half_time"
 """State that tells the time within the half period."""

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
@@ -12,12 +12,10 @@ from chaosdrill.model.derive import image_of
 from chaosdrill.model.halved import drawn_places, value_at
 from chaosdrill.model.parts import is_name, read_expression, read_table
 from chaosdrill.model.places import parameter
+from chaosdrill.model.system import SYSTEM, HybridSystem
 from chaosdrill.model.tuning import TUNING
 from chaosdrill.names import remedy, shown
-from chaosdrill.typed import NUMBER, SYSTEM, TEXT, expecting
-
-if TYPE_CHECKING:
-    from chaosdrill.model.system import HybridSystem
+from chaosdrill.typed import NUMBER, TEXT, expecting
 
 
 @expecting(ModelError, system=SYSTEM, name=TEXT, rate=NUMBER)

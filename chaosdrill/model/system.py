@@ -18,8 +18,8 @@ from chaosdrill.model.tables import UNNAMED, finite
 from chaosdrill.model.transition import Transition
 from chaosdrill.model.tuning import TUNING
 from chaosdrill.model.values import Definition, Shared, System, deriving
-from chaosdrill.names import remedy, shown
-from chaosdrill.typed import constructor, meant
+from chaosdrill.names import brief, remedy, shown
+from chaosdrill.typed import Kind, constructor, meant
 
 if TYPE_CHECKING:
     from chaosdrill.model.noise import Noise
@@ -526,3 +526,10 @@ def _number(system: str, what: str, key: Any, value: Any) -> float:
         way = "; take one of its values after another" if getattr(value, "ndim", 0) else way
         raise SettingsError(f"{system}: {what} {str(key)!r} is {shown(value):.60}; it must be a finite number{way}")
     return number
+
+
+SYSTEM = Kind(
+    "a HybridSystem: your own, the system of a scene, as in load_scene(path).system, or one that has a name",
+    lambda value: isinstance(value, HybridSystem),
+    lambda value: f", as in chaosdrill.{f'build({brief(value)})' if isinstance(value, str) else 'drill()'}",
+)

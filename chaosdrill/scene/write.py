@@ -7,10 +7,10 @@ from typing import Any
 
 from chaosdrill.errors import SceneError
 from chaosdrill.files import followed, is_read_only, replacing
-from chaosdrill.model import HybridSystem
+from chaosdrill.model.system import SYSTEM, HybridSystem
 from chaosdrill.scene.changes import bare_or_quoted, toml_value
 from chaosdrill.scene.load import parse_scene
-from chaosdrill.typed import PATH, SYSTEM, TABLE, TABLES, TEXT, expecting
+from chaosdrill.typed import PATH, TABLE, TABLES, TEXT, expecting
 
 _HEADERS = {"system": 4, "analysis": 2, "numerics": 1}
 """Depth to which tables have their own header; deeper tables stand on one line."""
