@@ -106,8 +106,13 @@ def described_again(ds: Dataset, kind: str, *, system: Any) -> Dataset | None:
         found = describe(ds, kind, system=system, sweep=axes_of(settings))
     except (ChaosdrillError, AttributeError, KeyError, TypeError, ValueError, RecursionError):
         return None
-    codes = [one for one in found.variables.values() if "flag_values" in one.attrs]
-    return found if all(np.isin(one, [-1, *one.attrs["flag_values"]]).all() for one in codes) else None
+    for name, one in found.variables.items():
+        declared = SCHEMA[kind].get(str(name))
+        if declared and declared.flags:
+            known = [*one.attrs.get("flag_values", ()), *([-1] if declared.lacking else ())]
+            if not np.isin(one, known).all():
+                return None
+    return found
 
 
 def without_lost_codes(ds: Dataset) -> Dataset:

@@ -52,6 +52,7 @@ class Variable:
     flags: type[Code] | str = ""
     """What its codes stand for: a class, ``"mode"`` or ``"transition"`` of the system, or ``"truth"`` for no and yes;
     empty for none."""
+    lacking: bool = False  # whether its code is -1 where there is nothing
     coordinate: bool = False  # whether it is stored as a coordinate
     required: bool = False  # whether every dataset of the kind has it
     clocked: bool = False  # whether it is a measured time, which differs in a second run and cannot be compared
@@ -232,7 +233,7 @@ def of_attractors(dims: str, kind: str = "As a code.", error: str = "Of random s
         need("fraction", dims, "f8", "fraction of the basin", "Part of the starts that lead to the attractor."),
         need("fraction_error", dims, "f8", "standard error of the fraction", error),
         need("attractor_period", dims, "i2", "period of the attractor", "In iterates of the section, or 0."),
-        need("attractor_outcome", dims, "i1", "kind of the attractor", kind, flags=Outcome),
+        need("attractor_outcome", dims, "i1", "kind of the attractor", kind, flags=Outcome, lacking=True),
         may("attractor_exponent", f"{dims} exponent", "f8", "Lyapunov exponent", "Per unit of model time."),
         may("attractor_error", f"{dims} exponent", "f8", "standard error of the exponent", "From blocks."),
         need("attractor_state", f"{dims} state", "f8", "state on the attractor", "A point of it on the section."),

@@ -6,6 +6,7 @@ import pytest
 import xarray as xr
 
 import chaosdrill as cd
+from chaosdrill.dataset import described_again
 from chaosdrill.errors import SettingsError
 from chaosdrill.workflow.compare import examine
 
@@ -61,6 +62,7 @@ def test_a_run_that_ends_early_has_its_outcome_and_the_others_go_on(grows):
     np.testing.assert_allclose(ds["area"].values[0], 0.01 * np.expm1(times), rtol=1e-11)
     assert ds.cd.outcome.values.tolist() == ["ok", "escaped", "escaped"]
     np.testing.assert_array_equal(ds["mode"].values, np.where(np.isnan(found), -1, 0))
+    assert described_again(ds, "trajectory", system=grows) is not None
 
 
 def test_what_ends_in_the_transient_has_no_states(grows):

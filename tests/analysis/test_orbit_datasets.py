@@ -5,7 +5,7 @@ import pytest
 
 import chaosdrill as cd
 from chaosdrill.analysis.orbit_datasets import branches_dataset, numbered, orbits_dataset
-from chaosdrill.dataset import BranchEnd, Outcome, Special, label
+from chaosdrill.dataset import BranchEnd, Outcome, Special, described_again, label
 from chaosdrill.orbits.results import BranchInfo, BranchResult, Cascade, Checks, FoundOrbit, SpecialPoint
 from chaosdrill.orbits.table import nothing
 from chaosdrill.workflow import compare
@@ -107,6 +107,7 @@ def test_no_orbit_leaves_no_number(oscillator):
     assert int(ds["outcome"]) == Outcome.NO_ORBIT
     assert int(ds["period"]) == 0
     assert int(ds["mode"]) == -1
+    assert described_again(ds, "periodic-orbit", system=oscillator) is not None
     assert int(ds["stable"]) == int(ds["consistent"]) == 0
     for name in ("orbit_state", "residual", "period_time", "smallest_speed", "multiplier_real"):
         assert np.isnan(ds[name].values).all(), name

@@ -197,11 +197,12 @@ def test_a_damaged_result_is_computed_again(call, scene, tmp_path, whole, unfini
     assert compare(open_archive(tmp_path / "out.nc"), whole) == []
 
 
-def test_a_result_with_a_code_that_no_outcome_has_is_computed_again(call, scene, tmp_path, whole, unfinished):
+@pytest.mark.parametrize("code", [99, -1])
+def test_a_result_with_a_code_that_no_outcome_has_is_computed_again(call, scene, tmp_path, whole, unfinished, code):
     path = unfinished / "spectrum" / "result.nc"
     path.write_bytes(path.read_bytes()[:-LENGTH])
     with netCDF4.Dataset(path, "a") as file:
-        file["outcome"][...] = 99
+        file["outcome"][...] = code
     append_checksum(path)
     with pytest.warns(UserWarning, match=r"result.nc holds what no lyapunov-spectrum gives; spectrum is recomputed"):
         assert call("run", scene, "-o", tmp_path / "out.nc", "--resume").code == 0

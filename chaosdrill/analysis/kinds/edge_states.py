@@ -20,7 +20,7 @@ VARIABLES = table(
     need(
         "edge_error", "state", "f8", "error of the edge state", "Half of the last distance, or the change in a period."
     ),
-    need("edge_mode", "", "i1", "mode of the edge state", "As a code; -1 without an edge state.", flags="mode"),
+    need("edge_mode", "", "i1", "mode of the edge state", "-1: no edge state.", flags="mode", lacking=True),
     need("period", "", "i4", "period of the edge state", "In steps of the track; 0: it is no cycle."),
     outcome(""),
     need("return_distance", "", "f8", "distance after a period", f"Of the best one. {_PARTS}"),

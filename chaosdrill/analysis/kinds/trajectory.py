@@ -35,7 +35,7 @@ VARIABLES = table(
     axis("time", "time", "f8", "model time", "Dimensionless time of each sample.", True),
     *STATES,
     need("states", f"{RUN} time state", "f8", "state", "States of the hybrid system at the sample times."),
-    need("mode", f"{RUN} time", "i1", "mode", "Mode that holds at the sample time.", flags="mode"),
+    need("mode", f"{RUN} time", "i1", "mode", "At the sample time; -1: after the end.", flags="mode", lacking=True),
     may(QUADRATURE, f"{RUN} time", "f8", "quadrature", "Integral along the flow from the start of the record."),
     need("event_time", "event", "f8", "time of the event", "Times do not decrease; equal times are ties."),
     may("event_time_error", "event", "f8", "error of the time", "Of completed rebounds; zero of other events."),
