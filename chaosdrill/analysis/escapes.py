@@ -37,7 +37,12 @@ NONE_SEEN = 1.5
 FEWEST = 20
 """Escapes in each half without which these are not compared."""
 
-AT_ONCE = "all runs that count leave at one age, so that no rate is told: take other starts, or more of them"
+AT_ONCE = (
+    "runs that count leave at one age, or soon after each other, and none is watched for longer, so that no rate is "
+    "told: take other starts, or more of them"
+)
+
+NONE_LEFT = "no run is watched beyond the least age, so that no rate is told: take a shorter transient, or more starts"
 
 NO_SADDLE = "too few runs stay long enough to show a saddle: take more starts, nearer to it, or a longer record"
 
@@ -81,7 +86,7 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
         dimension = dimension_of_saddle(saddle.rates, saddle.moved, leaves, flows=flows)
     if report:
         report(2 * len(starts))
-    reasons = [AT_ONCE] if rate.escapes and math.isnan(rate.value) else []
+    reasons = [AT_ONCE if rate.escapes else NONE_LEFT] if math.isnan(rate.value) else []
     reasons += [] if len(saddle.rates) else [NO_SADDLE]
     alive = np.array([(lives.units >= age).sum() for age in range(count + 1)]) / len(starts)
     return dataset(

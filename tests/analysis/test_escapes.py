@@ -244,12 +244,19 @@ def test_lives_that_are_not_exponential_drift():
     assert drift(mixed, mixed >= 0, 0) < -10
 
 
-def test_runs_that_leave_at_one_age_tell_no_rate():
+@pytest.mark.parametrize(
+    ("starts", "transient", "words"),
+    [
+        ([{"x": 0.5}], None, "at one age, or soon"),
+        ([{"x": 2.0}, {"x": 3.0}], None, "at one age, or soon"),
+        ([{"x": 0.5}], 9, "no run is watched beyond the least age"),
+    ],
+)
+def test_runs_that_leave_at_one_age_or_too_early_tell_no_rate(starts, transient, words):
     """It was infinite, without an error."""
-    for starts in ([{"x": 0.5}], [{"x": 2.0}, {"x": 3.0}]):
-        found = cd.transient_chaos(open_tent(WIDTHS), periods=40, initial=starts)
-        assert np.isnan([found["escape_rate"], found["escape_rate_error"]]).all()
-        assert found.attrs["reason"].startswith("all runs that count leave at one age")
+    found = cd.transient_chaos(open_tent(WIDTHS), periods=40, initial=starts, transient=transient)
+    assert np.isnan([found["escape_rate"], found["escape_rate_error"]]).all()
+    assert words in found.attrs["reason"]
 
 
 @pytest.fixture(scope="module")

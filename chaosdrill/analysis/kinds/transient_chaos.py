@@ -166,8 +166,9 @@ def transient_chaos(system: HybridSystem, given: TransientChaos, job: Job) -> Da
         ``saddle_dimension`` and ``saddle_dimension_error``, NaN where too few runs live long, as ``reason`` says then;
         ``saddle_age``, to which these runs stay; ``staggers``, the number of displacements, 0 with the sprinkler
         method, and ``stagger_size``, from which on they fail, in parts of the extent of the saddle. Without an escape
-        the rate is 0, and twice its error is the largest rate that would have shown no escape in 5 % of all cases; if
-        all runs leave at one age, it is NaN, and the attribute ``reason`` says so.
+        the rate is 0, and twice its error is the largest rate that would have shown no escape in 5 % of all cases. It
+        is NaN, and the attribute ``reason`` says why, if all leave at one age, or soon after each other, or none is
+        watched beyond the least age.
     """
     from chaosdrill.analysis.escapes import transients
 
