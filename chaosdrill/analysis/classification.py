@@ -425,12 +425,12 @@ def add_later(
     if flow is None:
         e.cycle_reached[which] = closes_for_good(paths, sizes, rounding)
     leaving, settling = stationarity(paths[:, :, :-1], sizes)
-    stays = np.flatnonzero(~e.cycle_reached[which] & ~leaving & ~settling)
-    asked = e.may_have_reached_torus[which[stays]], False
-    seen = examine(later[stays], known[stays], shifts, rounding[stays], flow, *asked)
-    e.torus_reached[which[stays]] = seen.ordered | seen.torus & seen.converges & ((flow is None) | seen.agrees)
-    falls = e.late[which[stays]] < 0
-    e.cycle_reached[which[stays]] |= (seen.line | seen.curve & falls & ~e.unmoved[which[stays]]) & seen.converges
+    left = np.flatnonzero(~e.cycle_reached[which] & ~leaving & ~settling)
+    asked = e.may_have_reached_torus[which[left]], False
+    seen = examine(later[left], known[left], shifts, rounding[left], flow, *asked)
+    e.torus_reached[which[left]] = seen.ordered | seen.torus & seen.converges & ((flow is None) | seen.agrees)
+    falls = e.late[which[left]] < 0
+    e.cycle_reached[which[left]] |= (seen.line | seen.curve & falls & ~e.unmoved[which[left]]) & seen.converges
 
 
 def _smooth(system: HybridSystem) -> bool:

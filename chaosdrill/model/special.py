@@ -23,7 +23,7 @@ class WithSlopes(sympy.Function):
     """A function that knows its derivatives, by the first of its arguments or by all."""
 
     def slopes(self) -> tuple[Any, ...]:
-        """They in the order of the arguments."""
+        """The derivatives, in the order of the arguments."""
         raise NotImplementedError
 
     def fdiff(self, argindex: int = 1) -> Any:

@@ -24,14 +24,7 @@ CLOCK = "forcing period"
 
 
 class Residual:
-    """The shooting residual of a system's orbits, with free parameters among the states.
-
-    Parameters
-    ----------
-    system : HybridSystem
-    free : tuple of str
-    numerics : Numerics
-    """
+    """The shooting residual of a system's orbits, with free parameters among the states."""
 
     def __init__(self, system: HybridSystem, free: tuple[str, ...], numerics: Numerics) -> None:
         self.system = _with_free(system, free) if free else system
@@ -73,13 +66,9 @@ class Residual:
     ) -> tuple[int, float, list[np.ndarray]]:
         """Outcome, residual and all that `chaosdrill.engine.shooting.shooting_residual` finds.
 
-        Parameters
-        ----------
-        sizes : ndarray, shape (d,)
-        solved : ndarray, shape (d,)
-            How exactly equations between states are solved: the starts of segments are solutions, no more exact.
-        plane : ndarray, shape (4 + m, d)
-            What the orbit begins on, and closes but for; its drift is filled.
+        Of shapes (d,), (d,) and (4 + m, d): the sizes of states; how exactly equations between states are ``solved``,
+        since the starts of segments are solutions, no more exact; and the ``plane``, what the orbit begins on, and
+        closes but for, whose drift is filled.
         """
         self._slack[: len(solved)] = solved
         found, room = self._room(len(orbit))

@@ -100,7 +100,7 @@ def explorer_data(dataset: Dataset, share: float = 1.0) -> tuple[dict[str, Any],
 
     axes = [str(name) for name in dataset["outcome"].dims if name != "seed"]
     dataset = in_si(dataset).transpose(*axes, "seed", ...)
-    # which copies all variables
+    # sorting copies all variables
     if not all(dataset.indexes[name].is_monotonic_increasing for name in axes):
         dataset = dataset.sortby(axes)
     if not all(np.isfinite(dataset[name].values).all() for name in axes):

@@ -173,7 +173,7 @@ def intervals(dataset: Dataset) -> Markup:
     if dataset.attrs.get("kind") != "bifurcation-diagram":
         return NOTHING
     parameter = str(dataset["outcome"].dims[0])
-    # the order copies what it is given
+    # sorting copies all variables that it is given
     told = [name for name in ("outcome", "period", "lyapunov_exponent") if name in dataset]
     ordered = dataset[told].isel(seed=0).sortby(parameter)
     values, names, largest = ordered[parameter].values, _kinds(ordered), _largest(ordered)
