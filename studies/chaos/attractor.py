@@ -17,6 +17,9 @@ SHARES = (0.001, 0.01, 0.1, 0.5)
 PARTS = (1000, 10000)
 """Periods after which the smallest angle is told, too."""
 
+STRETCHES = 5
+"""Stretches of the record whose smallest angles tell where the angles end."""
+
 SEPARATIONS = (3e-3, 1e-3, 3e-4, 1e-4, 1e-6)
 """Distances of two neighbours whose growth is measured by the independent program, the smallest last."""
 
@@ -32,7 +35,8 @@ def angles(vectors: xr.Dataset) -> tuple[str, list[Claim]]:
     rows = [[f"smallest in {count:,} periods", _angle(value)] for count, value in smallest.items()]
     rows += [[f"{100 * share:g} % of the time below", _angle(q)] for share, q in zip(SHARES, quantiles, strict=True)]
     lost = float(vectors["lost"].isel(vector=2).mean())
-    fifths = [float(np.nanmin(part)) for part in np.array_split(met, 5)]
+    edge, error = edge_of([float(np.nanmin(part)) for part in np.array_split(met, STRETCHES)])
+    rows.append([f"edge, by the smallest in {STRETCHES} stretches", f"{edge:.4f} ± {error:.4f}"])
     return table(["angle", "rad"], rows), [
         Claim("the third direction is lost", f"in {100 * lost:g} % of the record", lost == 1),
         Claim(
@@ -41,11 +45,22 @@ def angles(vectors: xr.Dataset) -> tuple[str, list[Claim]]:
             smallest[met.size] > 0.1,
         ),
         Claim(
-            "in each fifth of the record the smallest angle is at most a tenth above that of all",
-            f"{min(fifths):.4f} to {max(fifths):.4f} rad",
-            max(fifths) < 1.1 * min(fifths),
+            "their edge is beyond 0.1 rad, too, by three errors",
+            f"{edge:.4f} ± {error:.4f} rad",
+            edge - 3 * error > 0.1,
         ),
     ]
+
+
+def edge_of(smallest: list[float]) -> tuple[float, float]:
+    """Return where a density ends that vanishes linearly there, from the smallest values of some stretches; its error.
+
+    The smallest of N values is beyond the edge by N^(-1/2) in the mean, and scatters as much. Twice the error holds
+    the edge of 93 % of such samples.
+    """
+    more, scatter = math.sqrt(len(smallest)), float(np.std(smallest, ddof=1))
+    edge = (more * min(smallest) - float(np.mean(smallest))) / (more - 1)
+    return edge, scatter * math.hypot(1, 1 / more) / (more - 1)
 
 
 def spectrum(found: xr.Dataset) -> tuple[str, list[Claim]]:

@@ -26,6 +26,15 @@ def test_the_peak_force_is_that_of_an_integrated_hit(module):
     assert module("percent").peak_force(1.0, 0.3, 1e6, 0.0) == pytest.approx(947.613, rel=1e-5)
 
 
+def test_the_edge_of_a_density_is_told_by_the_smallest_values(module):
+    rng, edge_of = np.random.default_rng(0), module("attractor").edge_of
+    samples = 0.13 + 0.5 * np.sqrt(rng.random((400, 5, 1000)))
+    edges, errors = np.array([edge_of(one.tolist()) for one in samples.min(axis=2)]).T
+    assert (np.abs(edges - 0.13) <= 2 * errors).mean() > 0.9
+    # the smallest value alone is beyond it
+    assert abs(np.median(edges) - 0.13) < np.median(samples.min(axis=(1, 2)) - 0.13) / 4
+
+
 def test_free_masses_hit_as_one_of_their_relative_mass(module):
     force = module("percent").peak_force
     eps = 0.7
