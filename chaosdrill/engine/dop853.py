@@ -123,15 +123,14 @@ def error_of(x, h, scale, least, longest, vectors, live, rounding, stages):
     states that have none, as what has decayed to nothing, in the largest scale of the others.
     """
     for i in range(stages.shape[1]):
-        most = abs(stages[0, i])
+        moved = abs(stages[0, i]) * h
         slowest = math.inf
         for j in range(1, STAGES):
-            most = max(most, abs(stages[j, i]))
-            slowest = min(slowest, abs(stages[j, i]))
-        # what begins is no larger than all stages say: one alone may have met a pulse
+            moved = max(moved, abs(stages[j, i]) * h)
+            slowest = min(slowest, abs(stages[j, i]) * h)
         if control.is_new(scale[i], x[i] if i < x.size else 0.0, stages[0, i], least, longest):
-            most = max(slowest, EPSILON * most)
-        width = control.begun(x, scale, i, stages[0, i], least, longest, most * h)
+            moved = control.beginning(slowest, moved)
+        width = control.begun(x, scale, i, stages[0, i], least, longest, moved)
         width = max(width, rounding[i])
         stages[WEIGHTS, i] = 1.0 / width if width > SMALLEST else 0.0
     error = _estimate(stages, 0, stages.shape[1], h, 1.0)

@@ -10,13 +10,12 @@ of the stages; for every tangent its rate at the start, then the tangents at the
 
 import math
 
-from chaosdrill.codegen.layout import EPSILON
 from chaosdrill.engine.checked import first_row, rounding_of_rate
 from chaosdrill.engine.dop853_tables import END, PLACE, ROWS_A_VECTOR, VECTORS, WEIGHTS
 from chaosdrill.engine.jit import inner, rare, series
 from chaosdrill.engine.radau_tables import DEGREE, MOST_STAGES, NODES, PIVOT, POWERS, SLOPES, WEIGHTS_OF_RATES
 from chaosdrill.engine.scales import SMALLEST, fill
-from chaosdrill.engine.step_control import begun, is_new, size
+from chaosdrill.engine.step_control import beginning, begun, is_new, size
 from chaosdrill.engine.tuning import CHECKS, RADAU, STEPS
 
 Z, F, WIDTHS = 1, 1 + MOST_STAGES, 1 + 2 * MOST_STAGES
@@ -318,7 +317,7 @@ def _filter(h, kind, n, room, stages):
 
 @series
 def _begins(kind, stages, i, most):
-    """What the slowest stage moves a state in a step, or rounding of ``most`` and of what the others move."""
+    """What a step moves a state that begins, ``most`` or less at its start."""
     slowest = math.inf
     for j in range(3 + 2 * kind):
         slope = 0.0
@@ -326,7 +325,7 @@ def _begins(kind, stages, i, most):
             slope += SLOPES[kind, 1 + j, 1 + k] * stages[Z + k, i]
         most = max(most, abs(slope))
         slowest = min(slowest, abs(slope))
-    return max(slowest, EPSILON * most)
+    return beginning(slowest, most)
 
 
 @inner
@@ -345,7 +344,6 @@ def errors_of(kind, x, h, scale, least, longest, rounding, room, stages):
     for i in range(stages.shape[1]):
         moved = 0.0
         if is_new(scale[i], x[i] if i < n else 0.0, stages[0, i], least, longest):
-            # what begins is no larger than all stages say: one alone may have met a pulse
             moved = _begins(kind, stages, i, h * abs(stages[0, i]))
         else:
             for j in range(s):

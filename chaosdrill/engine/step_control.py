@@ -6,11 +6,12 @@ Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed. 1993
 
 import math
 
+from chaosdrill.codegen.layout import EPSILON
 from chaosdrill.engine.dop853_tables import END, PLACE, ROWS_A_VECTOR, VECTORS, WEIGHTS
 from chaosdrill.engine.jit import inlined, inner, rare
 from chaosdrill.engine.layout import ONGOING
 from chaosdrill.engine.scales import brought, finest, followed, has_none
-from chaosdrill.engine.tuning import STEPS
+from chaosdrill.engine.tuning import SIZES, STEPS
 
 
 @rare
@@ -76,6 +77,16 @@ def begun(x, scale, i, rate, least, longest, moved):
     if moved < math.inf and is_new(scale[i], x[i] if i < x.size else 0.0, rate, least, longest):
         scale[i] = max(scale[i], moved)
     return max(scale[i], moved)
+
+
+@inlined
+def beginning(slowest, most):
+    """What a step moves that begins, by its slowest and fastest stage: one alone may have met a pulse.
+
+    Infinity where that is too little to tell a size.
+    """
+    moved = max(slowest, EPSILON * most)
+    return moved if moved > SIZES.begun else math.inf
 
 
 @inner
