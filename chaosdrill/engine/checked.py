@@ -394,9 +394,14 @@ def dense_defect(functions, degree, s, t, state, ws, scratch):
 
 @inner
 def dense_agrees(functions, tables, settings, first, allowed, s, t, state, scratch):
-    """Whether the defects that are there are allowed parts of sizes, of states and integrals from the first on."""
+    """Whether the defects that are there are allowed parts of sizes, of states and integrals from the first on.
+
+    And of states before it that have no size yet.
+    """
     rate, slope = scratch.before, scratch.after
-    for i in range(first, rate.size):
+    for i in range(rate.size):
+        if i < first and state.scale[i] > 0.0:
+            continue
         bound = allowed * state.scale[i] + settings.dense_noise * abs(rate[i]) * s
         off = abs(slope[i] - rate[i]) * s
         if not off <= bound:

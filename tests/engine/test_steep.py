@@ -152,6 +152,17 @@ def test_a_pulse_beside_the_start_is_no_size_of_a_longer_step(method):
         assert run["states"].values[-1, 1] == pytest.approx(np.sqrt(np.pi) / 2 * (1 + math.erf(widths)), rel=1e-10)
 
 
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau"])
+def test_a_pulse_moves_a_state_at_rest_in_any_unit(method):
+    """Its rates may be too small to tell a size where a stage first meets it."""
+    pulse = cd.HybridSystem(
+        states="x y", parameters={"u": 1.0}, modes={"all": {"x": "1", "y": "u*exp(-(1000*x)**2)"}}, initial={"x": -1.0}
+    )
+    for u in (1e9, 1e-80, 1e-240):
+        run = cd.trajectory(pulse.with_parameters(u=u), duration=2.0, samples=1, method=method)
+        assert run["states"].values[-1, 1] / u == pytest.approx(np.sqrt(np.pi) / 1000, rel=1e-10)
+
+
 @pytest.mark.parametrize("method", ["taylor", "dop853"])
 def test_a_pulse_of_a_guard_within_a_step_is_found(method):
     """A guard whose series at the ends of a step tell of nothing."""
