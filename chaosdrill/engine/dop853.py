@@ -129,9 +129,8 @@ def error_of(x, h, scale, least, longest, vectors, live, rounding, stages):
             moved = max(moved, abs(stages[j, i]) * h)
             slowest = min(slowest, abs(stages[j, i]) * h)
         if control.is_new(scale[i], x[i] if i < x.size else 0.0, stages[0, i], least, longest):
-            moved = control.beginning(slowest, moved)
-        width = control.begun(x, scale, i, stages[0, i], least, longest, moved)
-        width = max(width, rounding[i])
+            moved = control.begun(scale, i, slowest, moved)
+        width = max(scale[i], moved, rounding[i])
         stages[WEIGHTS, i] = 1.0 / width if width > SMALLEST else 0.0
     error = _estimate(stages, 0, stages.shape[1], h, 1.0)
     if live > 0:
@@ -186,7 +185,7 @@ def _agrees(functions, tables, settings, s, t, state, ws, scratch):
     part = CHECKS.dense_defect * GUARDS.interpolated
     if not checked.guards_agree(functions, tables, settings, part, s, t, state, ws, scratch):
         return False
-    return checked.tangents_agree(functions, DEGREE, allowed, DENSE_NOISE, s, t, state, ws, scratch)
+    return checked.tangents_agree(functions, DEGREE, allowed, settings.dense_noise, s, t, state, ws, scratch)
 
 
 _look = checked.looks(_agrees)

@@ -15,7 +15,7 @@ from chaosdrill.engine.dop853_tables import END, PLACE, ROWS_A_VECTOR, VECTORS, 
 from chaosdrill.engine.jit import inner, rare, series
 from chaosdrill.engine.radau_tables import DEGREE, MOST_STAGES, NODES, PIVOT, POWERS, SLOPES, WEIGHTS_OF_RATES
 from chaosdrill.engine.scales import SMALLEST, fill
-from chaosdrill.engine.step_control import beginning, begun, is_new, size
+from chaosdrill.engine.step_control import begun, is_new, size
 from chaosdrill.engine.tuning import CHECKS, RADAU, STEPS
 
 Z, F, WIDTHS = 1, 1 + MOST_STAGES, 1 + 2 * MOST_STAGES
@@ -316,8 +316,8 @@ def _filter(h, kind, n, room, stages):
 
 
 @series
-def _begins(kind, stages, i, most):
-    """What a step moves a state that begins, ``most`` or less at its start."""
+def _begun(kind, scale, stages, i, most):
+    """Size of what begins, which its rate at the start would move by ``most``."""
     slowest = math.inf
     for j in range(3 + 2 * kind):
         slope = 0.0
@@ -325,7 +325,7 @@ def _begins(kind, stages, i, most):
             slope += SLOPES[kind, 1 + j, 1 + k] * stages[Z + k, i]
         most = max(most, abs(slope))
         slowest = min(slowest, abs(slope))
-    return beginning(slowest, most)
+    return begun(scale, i, slowest, most)
 
 
 @inner
@@ -344,11 +344,11 @@ def errors_of(kind, x, h, scale, least, longest, rounding, room, stages):
     for i in range(stages.shape[1]):
         moved = 0.0
         if is_new(scale[i], x[i] if i < n else 0.0, stages[0, i], least, longest):
-            moved = _begins(kind, stages, i, h * abs(stages[0, i]))
+            moved = _begun(kind, scale, stages, i, h * abs(stages[0, i]))
         else:
             for j in range(s):
                 moved = max(moved, abs(stages[Z + j, i]))
-        width = max(begun(x, scale, i, stages[0, i], least, longest, moved), rounding[i])
+        width = max(scale[i], moved, rounding[i])
         widths[i] = 1.0 / width if width > SMALLEST else 0.0
     if not _filter(h, kind, n, room, stages):
         return math.nan, math.nan

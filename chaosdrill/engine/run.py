@@ -70,7 +70,7 @@ class Run:
         if period == system.forcing_period():
             check_period(system, period)
         kernels = kernels_of(system)
-        start = np.array([[system.initial[s] for s in system.state_names]])
+        start = np.array([system.initial_values])
         modes, refused = modes_of_starts(system, {}, start, np.array([own_mode(system)]))
         n, q = len(system.state_names), len(system.quadratures)
         frame = np.zeros((0, n)) if tangents is None else np.array(tangents, dtype=float)

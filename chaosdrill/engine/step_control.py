@@ -72,21 +72,16 @@ def is_new(size, value, rate, least, longest):
 
 
 @inlined
-def begun(x, scale, i, rate, least, longest, moved):
-    """Size of a state or a quadrature in a step that moves it so far; where it has none yet, this is it."""
-    if moved < math.inf and is_new(scale[i], x[i] if i < x.size else 0.0, rate, least, longest):
-        scale[i] = max(scale[i], moved)
-    return max(scale[i], moved)
+def begun(scale, i, slowest, most):
+    """Size of what begins, by what the slowest and the fastest stage of a step move: one alone may have met a pulse.
 
-
-@inlined
-def beginning(slowest, most):
-    """What a step moves that begins, by its slowest and fastest stage: one alone may have met a pulse.
-
-    Infinity where that is too little to tell a size.
+    Where that is too little, or too much, to tell one it has none still, and no error counts.
     """
     moved = max(slowest, EPSILON * most)
-    return moved if moved > SIZES.begun else math.inf
+    if not SIZES.begun < moved < math.inf:
+        return math.inf
+    scale[i] = max(scale[i], moved)
+    return scale[i]
 
 
 @inner
