@@ -145,22 +145,13 @@ def _made_with_free(system: HybridSystem, free: tuple[str, ...]) -> HybridSystem
     from chaosdrill.model.places import parameter
 
     symbols = {name: parameter(name) for name in free}
-    plain = HybridSystem(
-        name=system.name, states=system.states, time=system.time, parameters=system.parameters,
-        modes=system.modes, transitions=system.transitions, initial=system.initial,
-        quadratures=system.quadratures, bounds=system.bounds, description=system.description, labels=system.labels,
-    )  # fmt: skip
-    found = plain.augmented(parameters=free)
+    found = system.remade(period=None, regions={}, initial=system.initial).augmented(parameters=free)
     if system.forced and system.period.free_symbols & set(symbols.values()):
         rates = [system.period, *(differentiate(system.period, symbols[name]) for name in free)]
         rates += [sympy.Integer(0)] * (len(found.states) - len(rates))
         modes = {**found.modes, CLOCK: dict(zip(found.states, rates, strict=True))}
-        found = HybridSystem(
-            name=found.name, states=found.states, time=found.time, parameters=found.parameters, modes=modes,
-            transitions=found.transitions, initial=found.initial, quadratures={}, bounds=found.bounds,
-            description=found.description,
-            labels={name: label for name, label in found.labels.items() if name not in found.quadratures},
-        )  # fmt: skip
+        labels = {name: label for name, label in found.labels.items() if name not in found.quadratures}
+        found = found.remade(modes=modes, initial=found.initial, quadratures={}, labels=labels)
     if (held := system.told_held) is not None:
         found.shared["held"] = held
     return found
