@@ -93,10 +93,8 @@ def _timed(balance: Balance, option: str, impact: Any, event: Any) -> list[Trans
     return found
 
 
-def held_modes(balance: Balance, option: str) -> dict[str, dict[Any, Any]]:
+def held_modes(balance: Balance) -> dict[str, dict[Any, Any]]:
     """Equations of the modes in which the masses move together, or both rest."""
-    if not contact.jumps(option):
-        return {}
     return {mode + HELD: balance.together(mode) for mode in balance.modes}
 
 
