@@ -245,7 +245,7 @@ def open_target(path: Path) -> BufferedReader:
 
     Raises `OSError`, also if it is a pipe or a device, at whose opening one may wait for ever.
     """
-    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+    handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
     if not stat.S_ISREG(mode := os.fstat(handle).st_mode):
         os.close(handle)
         folder = stat.S_ISDIR(mode)
@@ -268,7 +268,7 @@ def _checked(path: Path, flags: int, refuse: Callable[[os.stat_result], str]) ->
     """A handle of an ordinary file that no link leads to, unless it is refused."""
     try:
         # the opening of a pipe may wait for its other end, or for ever
-        handle = os.open(path, flags | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOFOLLOW", 0), 0o666)
+        handle = os.open(path, flags | os.O_NONBLOCK | os.O_NOFOLLOW, 0o666)
     except OSError as fault:
         if fault.errno != errno.ELOOP:
             raise

@@ -72,7 +72,8 @@ def load_scene(path: str | os.PathLike[str], changes: Mapping[str, Any] | None =
 
 def _read_file(path: str | os.PathLike[str]) -> bytes:
     try:
-        with open(path, "rb", opener=_at_once) as file:
+        # the opening of a pipe does not wait for its other end
+        with open(path, "rb", opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK)) as file:
             if stat.S_ISFIFO(os.fstat(file.fileno()).st_mode):
                 return _read_pipe(file.fileno())
             os.set_blocking(file.fileno(), True)
@@ -98,11 +99,6 @@ def _read_pipe(handle: int) -> bytes:
             break
         data += piece
     return data
-
-
-def _at_once(path: str, flags: int) -> int:
-    """A handle of a file; the opening of a pipe does not wait for its other end."""
-    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def _read_stdin() -> bytes:
