@@ -12,7 +12,7 @@ from chaosdrill.archive.read import open_archive
 from chaosdrill.dataset.branches import count_special_points
 from chaosdrill.dataset.outcomes import count_outcomes
 from chaosdrill.dataset.provenance import drawn
-from chaosdrill.dataset.references import Reference, package, references
+from chaosdrill.dataset.references import Reference, mapping, package, references
 from chaosdrill.errors import ArchiveError
 from chaosdrill.typed import PATH, expecting
 from chaosdrill.workflow.run_scene import hindrance
@@ -83,10 +83,7 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 def stored_versions(attributes: Mapping[Any, Any]) -> dict[str, str]:
     """Versions of the package and its libraries, from the attributes that they wrote; empty if they cannot be read."""
-    try:
-        return {str(name): str(version) for name, version in json.loads(attributes["versions"]).items()}
-    except (KeyError, TypeError, ValueError, AttributeError, RecursionError):
-        return {}
+    return {name: str(version) for name, version in mapping(attributes.get("versions")).items()}
 
 
 def _versions_of_groups(tree: DataTree) -> dict[str, str]:
