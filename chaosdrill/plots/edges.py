@@ -42,7 +42,7 @@ def _draw_track(axes: Axes, dataset: Dataset) -> None:
         return points[..., moving[0]], np.zeros_like(points[..., 0]) if flat else points[..., moving[1]]
 
     for side in np.flatnonzero(np.isfinite(parts["side_start"][:, 0])).tolist():
-        word = Outcome(int(dataset["side_outcome"][side])).name.lower()
+        word = Outcome(int(dataset["side_outcome"][side])).meaning
         look: dict[str, Any] = {"color": PALETTE[side], "linestyle": ""}
         axes.plot(*place(parts["side_start"][side]), marker="o", mfc="none", label=f"start {side + 1} ({word})", **look)
         if np.isfinite(parts["side_state"][side, 0]):
@@ -58,19 +58,14 @@ def _draw_track(axes: Axes, dataset: Dataset) -> None:
         times, period = dataset["track_time"].values, int(dataset["period"])
         # both ends of a bisection have one time
         cycle = states[np.append(np.diff(times) > 0, True)][-period:] if period else dataset["edge_state"].values
-        axes.plot(*place(cycle), "*", mfc="none", color=LINE_COLOURS[0], markersize=12, label=_named(dataset))
+        told = Outcome(int(dataset["outcome"])).meaning + f", period {period}" * bool(period)
+        axes.plot(*place(cycle), "*", mfc="none", color=LINE_COLOURS[0], markersize=12, label=f"edge state ({told})")
     axes.set_xlabel(state_label(dataset, moving[0]))
     if flat:
         axes.set_yticks([])
     else:
         axes.set_ylabel(state_label(dataset, moving[1]))
     legend_above(axes, 4)
-
-
-def _named(dataset: Dataset) -> str:
-    word = Outcome(int(dataset["outcome"])).name.lower()
-    period = int(dataset["period"])
-    return f"edge state ({word}, period {period})" if period else f"edge state ({word})"
 
 
 def _draw_distance(axes: Axes, dataset: Dataset) -> None:

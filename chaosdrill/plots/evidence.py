@@ -49,7 +49,8 @@ def zero_one(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     lowest = float(np.nanmin(dataset["k_by_turn"].values, initial=0.0))
     axes.set_ylim(min(-0.25, lowest - 0.1), 1.2)
     axes.set_ylabel(label(dataset["k"]))
-    axes.set_title(_sizes([f"K = {uncertain(float(dataset['k'][i]), float(dataset['k_error'][i]))}" for i in moving]))
+    told = [f"K = {uncertain(float(dataset['k'][i]), float(dataset['k_error'][i]))}" for i in moving[:3]]
+    axes.set_title("; ".join([*told, *["..."] * (len(moving) > 3)]) or "nothing moves")
     legend_inside(axes, loc="center right")
     return figure
 
@@ -208,8 +209,3 @@ def along_sweep(axes: Axes, dataset: Dataset) -> None:
     axes.set_xlabel(axis_label(dataset, sweep))
     edges = bounds(np.sort(dataset[sweep].values))
     axes.set_xlim(edges[0], edges[-1])
-
-
-def _sizes(texts: list[str]) -> str:
-    """Texts in a row; of many, only the first ones."""
-    return "; ".join([*texts[:3], *["..."] * (len(texts) > 3)]) if texts else "nothing moves"

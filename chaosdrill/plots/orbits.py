@@ -103,12 +103,12 @@ def _points(axes: Axes, dataset: Dataset, states: tuple[int, ...], owns: bool = 
     section, period = dataset["section"].values, dataset["period_time"].values
     before, after = dataset["event_state_before"].values, dataset["event_state_after"].values
     time, kinds = dataset["event_time"].values, dataset["event_kind"].values
-    plane = section.shape[1] > 1
+    plane, forced = section.shape[1] > 1, "forcing_period" in dataset.variables
     if plane:
         places = [values[:, states] for values in (section, before, after)]
     else:
         instants = np.arange(len(section)) / max(len(section), 1) * float(period)
-        if "forcing_period" not in dataset.variables and "path_time" in dataset.variables:
+        if not forced and "path_time" in dataset.variables:
             own = np.isfinite(dataset["path_time"].values)
             nearest = np.abs(dataset["path_state"].values[own, 0] - section[:, :1]).argmin(axis=1)
             instants = dataset["path_time"].values[own][nearest]
@@ -125,7 +125,8 @@ def _points(axes: Axes, dataset: Dataset, states: tuple[int, ...], owns: bool = 
         options: dict[str, Any] = {"linestyle": "none", "marker": marker, "markersize": 6, "color": colour}
         axes.plot(*before[here].T, markerfacecolor="white", zorder=3, **options)
         axes.plot(*after[here].T, zorder=3, label=readable(names[int(code)]), **options)
-    axes.plot(*section.T, "o", color=_SECTION, markersize=5, markeredgewidth=0, zorder=4, label=_where(dataset))
+    where = strobe_words(dataset) if forced else "on the section"
+    axes.plot(*section.T, "o", color=_SECTION, markersize=5, markeredgewidth=0, zorder=4, label=where)
     if 1 < len(section) <= 16:
         for number, (x, y) in enumerate(section, start=1):
             note(axes, str(number), (x, y), (5, 4), zorder=5)
@@ -145,11 +146,6 @@ def _path(axes: Axes, orbit: Dataset, states: tuple[int, ...], jumping: bool = F
         axes.plot(*flow.T, **options)
         if jumping:
             axes.plot(*jumps.T, linestyle=DOTS, **options)
-
-
-def _where(dataset: Dataset) -> str:
-    forced = "forcing_period" in dataset.variables
-    return strobe_words(dataset) if forced else "on the section"
 
 
 def _circle(axes: Axes, dataset: Dataset) -> None:

@@ -387,7 +387,8 @@ def plot_archive(
         check_writable(file, target.suffix, named=named)
     shown, other = False, None
     for (names, picture), file in zip(planned, files, strict=True):
-        chosen = state if picture.shows_states and _has_states(wanted[names[0]], state) else None
+        has_states = picture.shows_states and set(_listed(state)) <= set(wanted[names[0]]["state"].values.tolist())
+        chosen = state if has_states else None
         if animated:
             with error_context(path, groups.values(), "drawn"):
                 animate(wanted[names[0]], file, chosen)
@@ -418,10 +419,6 @@ def _check_names(state: str | Sequence[str], datasets: list[Dataset]) -> None:
     if not known:
         raise SettingsError(f"state is {state!r:.60}, but no picture shows single states")
     check_names(_listed(state), list(known))
-
-
-def _has_states(dataset: Dataset, state: States) -> bool:
-    return set(_listed(state)) <= set(dataset["state"].values.tolist())
 
 
 def _listed(state: States) -> list[str]:

@@ -348,14 +348,14 @@ def _title(dataset: Dataset, period: int, iterates: int) -> str:
         return f"{iterates} points, {where}"
     names = ("multiplier_real", "multiplier_imag") if "multiplier_real" in dataset.variables else ()
     pairs = np.transpose([np.atleast_1d(dataset[name].values) for name in names]) if names else ()
-    multipliers = [_complex(real, imaginary) for real, imaginary in pairs if np.isfinite(real) and imaginary >= 0]
-    return f"period {period}, {where}" + (f"; multipliers {', '.join(multipliers)}" if multipliers else "")
+    multipliers = ", ".join(
+        shorten(real) + (f" ± {shorten(imaginary)}i" if imaginary else "")
+        for real, imaginary in pairs
+        if np.isfinite(real) and imaginary >= 0
+    )
+    return f"period {period}, {where}" + (f"; multipliers {multipliers}" if multipliers else "")
 
 
 def _place(dataset: Dataset) -> str:
     place = settings(dataset).get("at") or "strobe"
     return strobe_words(dataset) if place == "strobe" else f"at {place}"
-
-
-def _complex(real: float, imaginary: float) -> str:
-    return shorten(real) if imaginary == 0 else f"{shorten(real)} ± {shorten(imaginary)}i"
