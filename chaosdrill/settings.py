@@ -357,12 +357,8 @@ def _type_of(one: "Field[Any]") -> str:
         return str(name)
     if default is None or isinstance(default, tuple):
         return f"{name}, optional"
-    shown = f'"{default}"' if isinstance(default, str) else _short(default) if type(default) is float else str(default)
-    return f"{name}, default {shown}"
-
-
-def _short(number: float) -> str:
-    return f"{number:g}".replace("e-0", "e-")
+    shown = f"{default:g}".replace("e-0", "e-") if type(default) is float else str(default)
+    return f'{name}, default "{default}"' if isinstance(default, str) else f"{name}, default {shown}"
 
 
 def _is_needed(one: "Field[Any]") -> bool:

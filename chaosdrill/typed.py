@@ -41,10 +41,6 @@ def _is_table(value: Any) -> bool:
     return isinstance(value, Mapping) and all(isinstance(key, str) for key in value)
 
 
-def _is_nested(value: Any) -> bool:
-    return _is_table(value) and all(map(_is_table, value.values()))
-
-
 PATH = Kind("the name of a file, as text or a pathlib.Path", _is_path, _way_to_path)
 FOLDER = Kind(
     "the name of a folder, as text or a pathlib.Path",
@@ -53,7 +49,10 @@ FOLDER = Kind(
 RESULT = Kind("what an analysis returned", lambda value: not _is_path(value))
 TEXT = Kind("text", lambda value: isinstance(value, str))
 TABLE = Kind("a mapping of names to values, as in {'a': 0.3}", _is_table)
-TABLES = Kind("a mapping of names to mappings, as in {'motion': {'kind': 'trajectory'}}", _is_nested)
+TABLES = Kind(
+    "a mapping of names to mappings, as in {'motion': {'kind': 'trajectory'}}",
+    lambda value: _is_table(value) and all(map(_is_table, value.values())),
+)
 NAMED = Kind(
     "a name or several, as in 'x' or ('x', 'v')",
     lambda value: (

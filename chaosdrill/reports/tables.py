@@ -431,7 +431,10 @@ def accuracy_section(groups: Mapping[str, Dataset]) -> Markup:
         row: list[Any] = [name, str(dataset.attrs.get("method", MISSING)), Quantity(tolerance)]
         row += [runs, Quantity(MISSING if wall is None else seconds(wall))]
         row.append(Quantity(MISSING if wall is None else seconds(float(wall) / max(runs, 1))))
-        rows.append([*row, _largest_error(dataset), _grazing(dataset), Quantity(_horizon(dataset))])
+        errors, speeds = _finite(dataset, "lyapunov_error"), _finite(dataset, "closest_grazing", "smallest_speed")
+        row.append(_error(errors.max() if errors.size else np.nan))
+        row.append(Quantity(number(speeds.min() if speeds.size else np.nan, 3)))
+        rows.append([*row, Quantity(_horizon(dataset))])
     head = ["analysis", "method", "tolerance", "runs", "wall time", "a run", "largest standard error of an exponent"]
     head += ["smallest normal speed", f"trajectory known to {TRUSTED:g} until"]
     note = (
@@ -469,16 +472,6 @@ def _finite(dataset: Dataset, *names: str) -> Any:
     """The finite values of the first of some variables that a dataset has."""
     values = next((dataset[name].values for name in names if name in dataset), np.empty(0))
     return values[np.isfinite(values)]
-
-
-def _largest_error(dataset: Dataset) -> Quantity:
-    known = _finite(dataset, "lyapunov_error")
-    return _error(known.max()) if known.size else Quantity(MISSING)
-
-
-def _grazing(dataset: Dataset) -> Quantity:
-    known = _finite(dataset, "closest_grazing", "smallest_speed")
-    return Quantity(number(known.min(), 3) if known.size else MISSING)
 
 
 def _horizon(dataset: Dataset) -> str:

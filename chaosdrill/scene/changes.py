@@ -149,12 +149,10 @@ def _put(table: Any, path: Path, key: str, value: Any) -> None:
             )
     before = table[last] if isinstance(last, int) else table.get(last)
     if isinstance(before, dict) and not isinstance(value, dict):
-        raise SettingsError(f"--set {key}: is a table; set the keys in it, as in --set {key}.{_first(before)}=...")
+        raise SettingsError(
+            f"--set {key}: is a table; set the keys in it, as in --set {key}.{next(iter(before), 'name')}=..."
+        )
     table[last] = value
-
-
-def _first(table: Mapping[str, Any]) -> str:
-    return next(iter(table), "name")
 
 
 def _candidates(text: str, path: Path, value: str) -> Iterator[str]:

@@ -66,19 +66,14 @@ def filippov_system(table: Mapping[str, Any], parameters: Mapping[str, float], i
     """
     from chaosdrill.model.filippov import filippov
     from chaosdrill.model.parts import TIME
+    from chaosdrill.model.text import read_open_text
 
     given: dict[str, Any] = {"name": UNNAMED, **table, "parameters": parameters, "initial": initial}
-    if "time" not in given and TIME not in parameters and _names_time(table):
-        given["time"] = TIME
+    if "time" not in given and TIME not in (*parameters, *_states(table)):
+        texts = _texts({key: table[key] for key in ("surface", *SIDES, "quadratures") if key in table})
+        if any(symbol.name == TIME for text in texts for symbol in read_open_text(text).free_symbols):
+            given["time"] = TIME
     return filippov(**given)
-
-
-def _names_time(table: Mapping[str, Any]) -> bool:
-    """Whether an expression uses the name of time, if nothing else has this name."""
-    from chaosdrill.model.parts import TIME
-
-    texts = _texts({key: table[key] for key in ("surface", *SIDES, "quadratures") if key in table})
-    return TIME not in _states(table) and any(TIME in _symbols(text) for text in texts)
 
 
 def _states(table: Mapping[str, Any]) -> list[str]:
@@ -98,12 +93,6 @@ def _texts(value: Any) -> Iterator[str]:
             yield from _texts(one)
     elif isinstance(value, str):
         yield value
-
-
-def _symbols(text: str) -> set[str]:
-    from chaosdrill.model.text import read_open_text
-
-    return {symbol.name for symbol in read_open_text(text).free_symbols}
 
 
 def too_large(definition: Any) -> Faults:

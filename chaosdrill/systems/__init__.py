@@ -147,12 +147,17 @@ def build(
         If a value is not a finite number or beyond the limits of its parameter, or if ``initial`` names an unknown
         state or mode.
     """
+    from chaosdrill.model import HybridSystem
+
     entry, module = _module(name, effects)
     known = module.parameters(effects) if entry.effects else _defaults(module)
     for key in parameters or {}:
         if key not in known:
             raise ModelError(f"{name}: {no_parameter(key, known, unused(name, key, effects))}")
-    system = module.system(effects) if entry.effects else _system(name, module)
+    if entry.effects:
+        system = module.system(effects)
+    else:
+        system = HybridSystem.listed((name,), partial(_built, entry.module), _limits(module))
     return system.with_parameters(**(parameters or {})).with_initial(**(initial or {}))
 
 
@@ -174,13 +179,6 @@ def _limits(module: Any) -> dict[str, Limit]:
     own: Mapping[str, Limit] = getattr(module, "LIMITS", {})
     words = {name: one.quantity or f"the {module.PARAMETERS[name][1]}" for name, one in own.items()}
     return {name: replace(one, quantity=words[name]) for name, one in own.items()}
-
-
-def _system(name: str, module: Any) -> "HybridSystem":
-    """A system that is not assembled from effects, with its defaults."""
-    from chaosdrill.model import HybridSystem
-
-    return HybridSystem.listed((name,), partial(_built, module.__name__), _limits(module))
 
 
 def _built(module_name: str) -> "HybridSystem":
