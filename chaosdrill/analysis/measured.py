@@ -72,9 +72,6 @@ def series_measures(
     import xarray as xr
 
     from chaosdrill.analysis.evidence import growth
-    from chaosdrill.analysis.neighbours import SCALES
-    from chaosdrill.analysis.scaling import refusal, scaling_region, sums_of
-    from chaosdrill.analysis.statistics import in_blocks, standard_error
 
     embedding, lag = whole("embedding", embedding, 2, 20), whole("lag", lag, 1)
     window, followed = whole("window", window, 0), whole("followed", followed, RECURRENCES.shortest)
@@ -88,61 +85,71 @@ def series_measures(
             f"values holds {count} numbers; vectors of {embedding}, {lag} apart, followed over {followed} steps and "
             f"compared beyond a window of {window}, need {needed}"
         )
-    nolds, scaled = package(), (series - series.mean()) / series.std()
+    scaled = (series - series.mean()) / series.std()
+    exponents, errors = fitted(scaled, embedding, lag, window, time)
     vectors = np.lib.stride_tricks.sliding_window_view(scaled, reach + 1)[:, ::lag]
     largest, largest_error, alone = parting(vectors, window, followed)
-
-    def fitted(part: np.ndarray, neighbours: int) -> list[np.ndarray]:
-        found = nolds.lyap_e(
-            part,
-            emb_dim=reach + 1,
-            matrix_dim=embedding,
-            min_tsep=window,
-            min_nb=neighbours,
-            tau=time,
-            debug_data=True,
-        )
-        # nolds has infinities where no neighbours are of use
-        return [np.where(np.isfinite(one), one, np.nan) for one in found]
-
-    few = min(2 * embedding, embedding + 4)
-    exponents, each = fitted(scaled, few)
-    of_halves = np.mean([fitted(half, few)[0] for half in np.array_split(scaled, 2)], axis=0)
-    # of N values they are off by N^-0.45 at the slowest that was met, for the second one of the Henon map from 375 to
-    # 3000 values: by 2.8 times what half as many change
-    off = np.array([3 * (of_halves - exponents), fitted(scaled, 2 * few)[0] - exponents])
-    errors = np.sqrt(standard_error(in_blocks(each, RECURRENCES.blocks)) ** 2 + (off**2).sum(axis=0))
-    exponents = np.where(np.isnan(errors), np.nan, exponents)
-    order = np.argsort(-exponents, kind="stable")
-    (sums,) = sums_of(np.ascontiguousarray(vectors), window, np.array([2]))
-    values_apart = np.unique(scaled)
-    if len(values_apart) < count:
-        # below the step to which values are rounded all distances are 0
-        sums = sums._replace(sound=sums.sound & (RECURRENCES.coarse * np.diff(values_apart).min() < SCALES))
-    region = scaling_region(sums)
+    dimension, dimension_error, refused = correlation(vectors, scaled, window)
     k, k_error, _ = growth(series)
     unmeasured = "no neighbours are of use, or none in a half of the values" if np.isnan(exponents).any() else ""
-    reasons = {
-        "largest_exponent": alone,
-        "lyapunov_exponent": unmeasured,
-        "dimension": "" if region else refusal(sums),
-    }
+    reasons = {"largest_exponent": alone, "lyapunov_exponent": unmeasured, "dimension": refused}
     told = "; ".join(f"{name}: {reason}" for name, reason in reasons.items() if reason)
     attributes = {"reason": told} if told else {}
     return xr.Dataset(
         {
             "largest_exponent": ((), largest / time, {"long_name": "largest Lyapunov exponent, by Rosenstein"}),
             "largest_error": ((), largest_error / time, {"long_name": "standard error of it"}),
-            "lyapunov_exponent": ("exponent", exponents[order], {"long_name": "Lyapunov exponent, by Eckmann"}),
-            "lyapunov_error": ("exponent", errors[order], {"long_name": "standard error of the exponent"}),
+            "lyapunov_exponent": ("exponent", exponents, {"long_name": "Lyapunov exponent, by Eckmann"}),
+            "lyapunov_error": ("exponent", errors, {"long_name": "standard error of the exponent"}),
             "k": ((), k, {"long_name": "growth K of the 0-1 test"}),
             "k_error": ((), k_error, {"long_name": "standard error of K"}),
-            "dimension": ((), region.dimension if region else np.nan, {"long_name": "correlation dimension"}),
-            "dimension_error": ((), region.error if region else np.nan, {"long_name": "standard error of it"}),
+            "dimension": ((), dimension, {"long_name": "correlation dimension"}),
+            "dimension_error": ((), dimension_error, {"long_name": "standard error of it"}),
         },
         coords={"exponent": np.arange(1, embedding + 1, dtype=np.int32)},
         attrs={"step": time, "source": f"nolds {version('nolds')}", **attributes},
     )
+
+
+def fitted(scaled: "np.ndarray", embedding: int, lag: int, window: int, step: float) -> "tuple[np.ndarray, np.ndarray]":
+    """Exponents of linear maps fitted to neighbours, descending, and their errors; NaN where none could be fitted."""
+    import numpy as np
+
+    from chaosdrill.analysis.statistics import in_blocks, standard_error
+
+    nolds, few = package(), min(2 * embedding, embedding + 4)
+
+    def fit(part: np.ndarray, neighbours: int) -> list[np.ndarray]:
+        size = {"emb_dim": (embedding - 1) * lag + 1, "matrix_dim": embedding}
+        found = nolds.lyap_e(part, **size, min_tsep=window, min_nb=neighbours, tau=step, debug_data=True)
+        # nolds has infinities where no neighbours are of use
+        return [np.where(np.isfinite(one), one, np.nan) for one in found]
+
+    exponents, each = fit(scaled, few)
+    of_halves = np.mean([fit(half, few)[0] for half in np.array_split(scaled, 2)], axis=0)
+    # of N values they are off by N^-0.45 at the slowest that was met, for the second one of the Henon map from 375 to
+    # 3000 values: by 2.8 times what half as many change
+    off = np.array([3 * (of_halves - exponents), fit(scaled, 2 * few)[0] - exponents])
+    errors = np.sqrt(standard_error(in_blocks(each, RECURRENCES.blocks)) ** 2 + (off**2).sum(axis=0))
+    exponents = np.where(np.isnan(errors), np.nan, exponents)
+    order = np.argsort(-exponents, kind="stable")
+    return exponents[order], errors[order]
+
+
+def correlation(vectors: "np.ndarray", scaled: "np.ndarray", window: int) -> tuple[float, float, str]:
+    """Correlation dimension of vectors of scaled values, its error, and why both are NaN, if they are."""
+    import numpy as np
+
+    from chaosdrill.analysis.neighbours import SCALES
+    from chaosdrill.analysis.scaling import refusal, scaling_region, sums_of
+
+    (sums,) = sums_of(np.ascontiguousarray(vectors), window, np.array([2]))
+    different = np.unique(scaled)
+    if len(different) < len(scaled):
+        # below the step to which values are rounded all distances are 0
+        sums = sums._replace(sound=sums.sound & (RECURRENCES.coarse * np.diff(different).min() < SCALES))
+    region = scaling_region(sums)
+    return (region.dimension, region.error, "") if region else (np.nan, np.nan, refusal(sums))
 
 
 def parting(vectors: "np.ndarray", window: int, followed: int) -> tuple[float, float, str]:
