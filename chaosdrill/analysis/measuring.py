@@ -196,7 +196,7 @@ def _look_at_instants(group: _Group, begun: Begun, evidence: Evidence, left: np.
     """Tell points of a duration by as many instants of it as spectra look at, where their section says too little."""
     plan = group.plan
     open_ = left[np.isin(group.outcomes[left], OPEN_ANSWERS)]
-    fine, which = plan.at_instants(LENGTH), np.arange(len(open_))
+    fine, which = plan.at_instants(), np.arange(len(open_))
     runs = begun.at(open_, begun.states[open_]).instants(fine)
     runs.run(fine.transient, np.array([0]))
     first = runs.x[:, np.newaxis].copy()

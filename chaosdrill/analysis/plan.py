@@ -118,9 +118,9 @@ class Plan:
         """Runs without tangents from event to event of a transition, and the states after them."""
         return self._runs(parameters, starts, modes, {transition}, returns=True, after=True, window=LENGTH)
 
-    def at_instants(self, count: int) -> "Plan":
-        """The same with so many parts of its duration, or a few more."""
-        finer = -(-count // self.periods)
+    def at_instants(self) -> "Plan":
+        """The same with `LENGTH` parts of its duration, or a few more."""
+        finer = -(-LENGTH // self.periods)
         return replace(self, part=self.part / finer, transient=self.transient * finer, periods=self.periods * finer)
 
     def instants(self, parameters: Mapping[str, np.ndarray], starts: np.ndarray, modes: np.ndarray) -> Batch:

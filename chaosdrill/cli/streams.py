@@ -101,7 +101,7 @@ def emit(document: Mapping[str, Any]) -> None:
     say(visible_json(text))
 
 
-def emit_error(code: int, kind: str, message: str, problems: Sequence[Mapping[str, Any]] | None = None) -> None:
+def emit_error(code: int, kind: str, message: str, problems: Sequence[Mapping[str, Any]] | None) -> None:
     """Print an error as JSON, with all problems of an invalid scene.
 
     ``kind`` is ``UsageError``, the name of a class of `chaosdrill.errors`, ``OSError``, ``MemoryError`` or

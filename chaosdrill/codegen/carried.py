@@ -218,10 +218,6 @@ def _two(
         overload(function)(typed)
 
 
-def _power_slope(a: Any, b: Any, found: Any) -> Any:
-    return b * a ** (b - 1)
-
-
 _two((operator.add, operator.iadd, np.add), lambda a, b: a + b, lambda a, b, r: 1.0, lambda a, b, r: 1.0)
 _two((operator.sub, operator.isub, np.subtract), lambda a, b: a - b, lambda a, b, r: 1.0, lambda a, b, r: -1.0)
 _two((operator.mul, operator.imul, np.multiply), lambda a, b: a * b, lambda a, b, r: b, lambda a, b, r: a)
@@ -234,7 +230,7 @@ _two(
 _two(
     (operator.pow, operator.ipow, builtins.pow, math.pow, np.power),
     lambda a, b: a**b,
-    _power_slope,
+    lambda a, b, r: b * a ** (b - 1),
     lambda a, b, r: r * np.log(a),
 )
 _two(

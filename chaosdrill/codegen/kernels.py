@@ -163,12 +163,12 @@ def _pointwise(
         more: dict[str, Any],
         write_one: Callable[[Pointwise, str, Any], Any],
         guards: Sequence[Sequence[Any]],
-        otherwise: Any = None,
+        otherwise: Any,
     ) -> None:
         """A function of mode, number of the guard in it, and point; ``otherwise`` where there is none to be written."""
         most = max(map(len, guards), default=0)
         types = {"mode": INT, "j": INT, **point, **more}
-        f = Function(module, name, types, None if otherwise is None else otherwise.type)
+        f = Function(module, name, types, otherwise.type)
         mode, j, *rest = f.arguments
         calls = {
             i * most + k: made

@@ -65,7 +65,7 @@ def crossing(
     problem, d = curve.problem, curve.problem.states
     shot = problem.shoot(orbit, watched=False)
     weights = curve.weights(orbit)
-    plane = problem.nearly_null(orbit, shot, weights, 2)
+    plane = problem.nearly_null(orbit, shot, weights)
     inside = plane @ (weights * (after.reduced(d) - before.reduced(d)))
     across = np.array([-inside[1], inside[0]]) @ plane / weights
     across /= np.linalg.norm(across * weights)
