@@ -123,6 +123,8 @@ class Outcome(Code):
     )
 
 
+ADVICE = {outcome.meaning: outcome.advice for outcome in Outcome}
+
 MEASURED = (
     Outcome.OK,
     Outcome.PERIODIC,

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from chaosdrill.dataset.outcomes import Outcome, flag_names, holds_codes
+from chaosdrill.dataset.outcomes import ADVICE, flag_names, holds_codes
 from chaosdrill.errors import ChaosdrillError
 
 _MODES = ("mode_before", "mode_after")
@@ -49,10 +49,9 @@ class Words:
             As `outcome`.
         """
         counts = Counter(np.atleast_1d(self.words("outcome").values).ravel().tolist())
-        known = {one.meaning: one.advice for one in Outcome}
         many = sum(counts.values()) > 1
         lines = [
-            f"{name}{f' ({count} of {counts.total()})' if many else ''}: {known.get(name, 'no outcome of a run')}"
+            f"{name}{f' ({count} of {counts.total()})' if many else ''}: {ADVICE.get(name, 'no outcome of a run')}"
             for name, count in counts.most_common()
         ]
         return "\n".join([*lines, *filter(None, [str(self._ds.attrs.get("message", ""))])])

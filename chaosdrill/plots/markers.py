@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from chaosdrill.dataset.outcomes import MEASURED, Outcome, flag_names
+from chaosdrill.dataset.outcomes import ADVICE, flag_names
 from chaosdrill.plots._types import Artist, Axes, Dataset, Figure, Floats, Integers
-from chaosdrill.plots.categories import Category
+from chaosdrill.plots.categories import MOTIONS, Category
 from chaosdrill.plots.contents import SINGLE
 from chaosdrill.plots.figures import font_size, owner, title_legend
 from chaosdrill.plots.labels import readable, wrapped
@@ -223,7 +223,6 @@ def failures(datasets: Iterable[Dataset]) -> str:
 
     It covers single and joined runs; sweeps show the outcome of each point themselves.
     """
-    advice = {outcome.meaning: outcome.advice for outcome in Outcome if outcome not in MEASURED}
     told: dict[str, None] = {}
     for dataset in datasets:
         if dataset.attrs.get("kind") not in SINGLE or "outcome" not in dataset.variables:
@@ -233,7 +232,7 @@ def failures(datasets: Iterable[Dataset]) -> str:
         runs = np.atleast_1d(dataset["run"].values) if "run" in dataset.variables else np.arange(1, codes.size + 1)
         for code, run in zip(codes, runs, strict=True) if codes.ndim == 1 and codes.size == runs.size else ():
             name = names.get(int(code), "") if np.isfinite(code) else ""
-            if name in advice:
+            if name in ADVICE and name not in MOTIONS:
                 whose = f"run {run}: " if codes.size > 1 else ""
-                told[f"{whose}{readable(name)}. {advice[name]}"] = None
+                told[f"{whose}{readable(name)}. {ADVICE[name]}"] = None
     return "\n".join(told)

@@ -10,7 +10,7 @@ from markupsafe import Markup
 from matplotlib.colors import to_hex
 
 from chaosdrill.annotations import Dataset
-from chaosdrill.dataset.outcomes import Outcome, flag_names
+from chaosdrill.dataset.outcomes import ADVICE, flag_names
 from chaosdrill.reports.html import NOTHING, count, part, render
 from chaosdrill.reports.tables import unit
 
@@ -169,10 +169,9 @@ def _quantity(dataset: Dataset, name: str) -> dict[str, Any]:
 def _outcomes(dataset: Dataset) -> list[dict[str, Any]]:
     from chaosdrill.plots.categories import outcome_category
 
-    advice = {outcome.meaning: outcome.advice for outcome in Outcome}
     looks = {name: (code, outcome_category(name)) for code, name in flag_names(dataset["outcome"]).items()}
     return [
-        {"code": code, "words": look.name, "advice": advice.get(name, ""), "colour": look.colour}
+        {"code": code, "words": look.name, "advice": ADVICE.get(name, ""), "colour": look.colour}
         for name, (code, look) in looks.items()
     ]
 

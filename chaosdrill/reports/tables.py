@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from chaosdrill.annotations import DataArray, Dataset, Variable
 from chaosdrill.dataset.elasticities import elasticities
-from chaosdrill.dataset.outcomes import Outcome, count_outcomes, flag_names
+from chaosdrill.dataset.outcomes import ADVICE, count_outcomes, flag_names
 from chaosdrill.dataset.references import mapping
 from chaosdrill.reports.html import (
     MISSING,
@@ -99,11 +99,9 @@ def outcomes(dataset: Dataset) -> Markup:
     """Number of runs for each outcome, with advice."""
     if "outcome" not in dataset:
         return NOTHING
-
-    advice = {outcome.meaning: outcome.advice for outcome in Outcome}
     total = dataset["outcome"].size
     counts = count_outcomes(dataset["outcome"].values)
-    rows = [(_words(name), n, Quantity(f"{100 * n / total:.3g} %"), advice.get(name, "")) for name, n in counts.items()]
+    rows = [(_words(name), n, Quantity(f"{100 * n / total:.3g} %"), ADVICE.get(name, "")) for name, n in counts.items()]
     shown = table("Outcomes", ("outcome", "runs", "share", "what it means, and what to try"), rows)
     told = filter(None, (dataset.attrs.get(key) for key in ("message", "disagreement")))
     return joined([shown, *(part("paragraph", str(text), "fault") for text in told)])
