@@ -21,7 +21,7 @@ def covariant(dataset: Dataset) -> Figure:
     states, exponents = dataset["states"].values, dataset["lyapunov_exponent"].values
     shown = np.flatnonzero(np.isfinite(exponents))[: len(PALETTE)].tolist()
     splits = np.flatnonzero(np.isfinite(dataset["smallest_angle"].values))[: TUNING.most_splits].tolist()
-    heights = [TUNING.vectors_height] * (states.shape[1] > 1) + [TUNING.angles_height] * bool(splits)
+    heights = [TUNING.panel_height] * (states.shape[1] > 1) + [TUNING.angles_height] * bool(splits)
     figure, panels = stacked(heights or [TUNING.angles_height], 0.9, least=1.2 + 2 * TUNING.low * len(heights))
     if not heights:
         panels[0].set_axis_off()

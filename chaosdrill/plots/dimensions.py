@@ -68,7 +68,7 @@ def over_parameter(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     The dimension of each order with two standard errors; 0 where the motion is periodic, a gap where points do not
     determine it.
     """
-    figure, axes = one_panel(ax, TUNING.dimensions_height)
+    figure, axes = one_panel(ax, TUNING.panel_height)
     (sweep,) = map(str, dataset["outcome"].dims)
     dataset = dataset.sortby(sweep)
     values = dataset[sweep].values

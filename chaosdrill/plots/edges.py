@@ -23,7 +23,7 @@ def edge(dataset: Dataset) -> Figure:
     attractors are drawn.
     """
     tracked = dataset.sizes["step"] > 0
-    figure, panels = stacked([TUNING.edge_height, TUNING.parting_height][: 1 + tracked], 0.9)
+    figure, panels = stacked([TUNING.panel_height, TUNING.further_panel][: 1 + tracked], 0.9)
     _draw_track(panels[0], dataset)
     if tracked:
         _draw_distance(panels[1], dataset)

@@ -32,7 +32,7 @@ def zero_one(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     One column per state that moves: K for every turning phase as dots, the median with two standard errors. The lines
     at 0 and 1 mark regular motion and chaos.
     """
-    figure, axes = one_panel(ax, TUNING.evidence_height)
+    figure, axes = one_panel(ax, TUNING.panel_height)
     moving = np.flatnonzero(np.isfinite(dataset["k"].values)).tolist()
     _limits_of_growth(axes)
     for column, i in enumerate(moving):
@@ -62,7 +62,7 @@ def growth(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     K of each state that moves somewhere, of at most a dozen, with two standard errors. The lines at 0 and 1 mark
     regular motion and chaos.
     """
-    figure, axes = one_panel(ax, TUNING.evidence_height)
+    figure, axes = one_panel(ax, TUNING.panel_height)
     _of_states(axes, dataset, "k", "k_error")
     _limits_of_growth(axes, beside=True)
     lowest = float(np.nanmin(dataset["k"].values, initial=0.0))
@@ -77,7 +77,7 @@ def digits(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
 
     One bar per state that moves; the title gives the rotation number and its error.
     """
-    figure, axes = one_panel(ax, TUNING.evidence_height)
+    figure, axes = one_panel(ax, TUNING.panel_height)
     moving = np.flatnonzero(np.isfinite(dataset["digits"].values)).tolist()
     heights = dataset["digits"].values[moving]
     bars = axes.bar(range(len(moving)), heights, width=0.5, color=PALETTE[0])
@@ -96,7 +96,7 @@ def rotation(dataset: Dataset) -> Figure:
     Top: the digits of each state that moves somewhere, of at most a dozen. Bottom: the rotation number. Both have bars
     of two standard errors.
     """
-    figure = new_figure(2 * TUNING.evidence_panel + 0.6)
+    figure = new_figure(2 * TUNING.further_panel + 0.6)
     above, below = figure.subplots(2, 1, sharex=True)
     _of_states(above, dataset, "digits", "digits_error")
     above.set_ylim(0, 17)
@@ -118,7 +118,7 @@ def finite_times(dataset: Dataset) -> Figure:
     """
     means = np.atleast_1d(dataset["lyapunov_exponent"].values)
     shown = np.flatnonzero(np.isfinite(means)).tolist()[: TUNING.most_panels]
-    figure, panels = stacked([TUNING.evidence_panel] * max(len(shown), 1), 1.1, least=0.8 + 2 * TUNING.low * len(shown))
+    figure, panels = stacked([TUNING.further_panel] * max(len(shown), 1), 1.1, least=0.8 + 2 * TUNING.low * len(shown))
     unit, one, many = time_unit(dataset)
 
     def told(time: float) -> str:
@@ -153,7 +153,7 @@ def spread(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     Each exponent that is a number somewhere, of at most a dozen, with two standard errors; the band has one standard
     deviation of exponents over the longest window to either side.
     """
-    figure, axes = one_panel(ax, TUNING.evidence_height)
+    figure, axes = one_panel(ax, TUNING.panel_height)
     (sweep,) = map(str, dataset["outcome"].dims)
     if 2 not in dataset["order"]:
         raise SettingsError("ds lacks the variances, of order 2; select them, as in ds.sel(order=[2])")

@@ -40,8 +40,8 @@ def shares(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     part, error = ordered["fraction"].values, ordered["fraction_error"].values
     edges = bounds(values)
     bands = [(attractor_category(k, _told(ordered.isel(attractor=k), int(numbers[k]))), part[:, k], error[:, k])
-             for k in range(min(len(numbers), TUNING.banded_attractors))]  # fmt: skip
-    rest = part[:, TUNING.banded_attractors :].sum(axis=1)
+             for k in range(min(len(numbers), TUNING.told_attractors))]  # fmt: skip
+    rest = part[:, TUNING.told_attractors :].sum(axis=1)
     nothing = np.full(len(values), np.nan)
     bands += [(FURTHER, rest, nothing)] if rest.any() else []
     none = ordered["fraction_none"].values
@@ -62,7 +62,7 @@ def shares(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
             axes.errorbar(values[seen], top[seen], yerr=bars, fmt="none", ecolor="0.2", elinewidth=0.8, capsize=1.5)
         middles.append((base + top) / 2)
         base = top
-    found = _mark_ends(axes, ordered, values, middles[: min(len(numbers), TUNING.banded_attractors)], bands)
+    found = _mark_ends(axes, ordered, values, middles[: min(len(numbers), TUNING.told_attractors)], bands)
     for end in found:
         marker, words = _ENDS[end]
         handles.append(
@@ -149,7 +149,7 @@ def basin_shares(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     One bar per attractor, with two standard errors.
     """
     figure, axes = one_panel(ax, 3.6)
-    numbers = dataset["attractor"].values[: TUNING.banded_attractors].tolist()
+    numbers = dataset["attractor"].values[: TUNING.told_attractors].tolist()
     bars = [
         (attractor_category(k, _told(dataset.isel(attractor=[k]), number)), *_share(dataset.isel(attractor=k), ""))
         for k, number in enumerate(numbers)

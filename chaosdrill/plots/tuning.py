@@ -111,8 +111,8 @@ class Tuning:
     counted_attractors: int = 8
     """Most attractors that are counted: more steps of lightness cannot be distinguished."""
     told_attractors: int = 12
-    """Largest number of attractors that are distinguished; the legend has no room, and the palette no colours, for
-    more."""
+    """Largest number of attractors that are distinguished, or have their own band; the legend has no room, and the
+    palette no colours, for more."""
     chart_height: float = 5.5
     """Height in inches of the figure without its legend."""
     legend_letters: int = 54
@@ -135,8 +135,6 @@ class Tuning:
     """Number of regions of one category that are named, largest first."""
     shares_height: float = 4.4
     """Height in inches."""
-    banded_attractors: int = 12
-    """Largest number of attractors with their own band: the palette has no colours for more."""
     error_bars: int = 60
     """Largest number of values with error bars: more would hide the bands."""
 
@@ -171,20 +169,18 @@ class Tuning:
     """Height in inches."""
 
     # measures
-    evidence_height: float = 3.2
-    """Height in inches of one panel alone."""
-    evidence_panel: float = 2.2
-    """And of one of several."""
+    panel_height: float = 3.2
+    """Height in inches of one panel alone, or of the first one."""
+    further_panel: float = 2.2
+    """And of one of several alike, or of one below."""
     most_vectors: int = 150
     """Largest number of points with vectors: more would cover each other."""
     most_splits: int = 6
     """Largest number of distributions of angles that can be distinguished."""
     vector_length: float = 0.05
     """Length of a vector, as a fraction of the plane's extent."""
-    vectors_height: float = 3.2
-    """Height in inches of the plane."""
     angles_height: float = 2.3
-    """And of the distributions of angles."""
+    """Height in inches of the distributions of angles."""
     sums_height: float = 2.0
     """Height in inches of the correlation sums."""
     slopes_height: float = 2.8
@@ -193,18 +189,12 @@ class Tuning:
     """Upper limit of the slopes, relative to the largest dimension: those of few pairs scatter widely."""
     slopes_aside: float = 0.06
     """Fraction of the step between two distances by which the slopes of the next order are shifted."""
-    dimensions_height: float = 3.2
-    """Height of the dimensions over a parameter."""
     survival_height: float = 2.8
     """Height in inches of the lifetimes."""
     saddle_height: float = 3.0
     """And of the saddle."""
     settled: float = 0.05
     """The scale of a panel is set by what the running mean does after this part of the run."""
-    edge_height: float = 3.2
-    """Height in inches of the track along an edge."""
-    parting_height: float = 2.2
-    """And of the distance across it."""
     most_digits: float = 16.5
     """Digits that an error of rounding has."""
     digits_width: int = 17
