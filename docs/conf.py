@@ -8,9 +8,8 @@ from pathlib import Path
 from nbclient import NotebookClient
 
 import chaosdrill
-from chaosdrill.analysis.registry import analyses
 from chaosdrill.dataset import SCHEMA, Outcome
-from chaosdrill.declared import METHODS
+from chaosdrill.declared import ANALYSES, METHODS
 from chaosdrill.plots import PICTURES
 from chaosdrill.scene.in_si import UNITS
 from chaosdrill.systems import EFFECTS, REGISTRY
@@ -83,14 +82,14 @@ def write_tables() -> None:
     rows = [[f"`{effect}`", f"`{key}`", text] for effect, options in EFFECTS.items() for key, text in options.items()]
     names.append(_table(["effect", "option", "description"], rows))
     names.append("## Analyses\n")
-    names.append(_table(["`kind`", "result"], [[f"`{key}`", entry.summary] for key, entry in analyses().items()]))
+    names.append(_table(["`kind`", "result"], [[f"`{key}`", entry.summary] for key, entry in ANALYSES.items()]))
     names.append("## Methods\n")
     names.append(_table(["`method`", "description"], [[f"`{key}`", entry.summary] for key, entry in METHODS.items()]))
     names.append("## Plots\n\n`chaosdrill plot` draws every plot that suits the contents of an archive.\n")
     names.append(_table(["`kind`", "plot", "shows"], [[f"`{p.kind}`", p.name, p.summary] for p in PICTURES]))
     (GENERATED / "names.md").write_text("\n".join(names), encoding="utf-8")
 
-    functions = "\n".join(f".. autofunction:: chaosdrill.{entry.function}\n" for entry in analyses().values())
+    functions = "\n".join(f".. autofunction:: chaosdrill.{entry.function}\n" for entry in ANALYSES.values())
     (GENERATED / "analyses.md").write_text(f"```{{eval-rst}}\n{functions}```\n", encoding="utf-8")
 
     variables = ["# Variables of an archive\n"]

@@ -1,14 +1,11 @@
 """Names of kinds of analysis and of numerical methods. Imports nothing heavy."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from chaosdrill.declared import ANALYSES, METHODS
 from chaosdrill.package import modules
-
-if TYPE_CHECKING:
-    from chaosdrill.analysis.base import Analysis
 
 FUNCTIONS = tuple(modules("analysis/kinds"))
 """Names of the analysis functions: every file in ``kinds`` is one, of that name."""
@@ -17,11 +14,6 @@ FUNCTIONS = tuple(modules("analysis/kinds"))
 def function(name: str) -> Any:
     """The analysis function of a name."""
     return getattr(import_module(f"chaosdrill.analysis.kinds.{name}"), name)
-
-
-def analyses() -> "Mapping[str, Analysis]":
-    """All analyses by their kind."""
-    return ANALYSES
 
 
 def _import_methods() -> Iterable[str]:

@@ -9,10 +9,10 @@ from typing import Any
 
 from chaosdrill import systems
 from chaosdrill.analysis.base import Analysis, NumericsSettings
-from chaosdrill.analysis.registry import analyses, function
+from chaosdrill.analysis.registry import function
 from chaosdrill.analysis.starting_states import Start
 from chaosdrill.annotations import Dataset
-from chaosdrill.declared import unfit
+from chaosdrill.declared import ANALYSES, unfit
 from chaosdrill.errors import ChaosdrillError, ModelError
 from chaosdrill.model import HybridSystem
 from chaosdrill.model.tuning import TUNING
@@ -459,7 +459,6 @@ def check_analyses(raw: Mapping[str, Any], system: CheckedSystem) -> tuple[dict[
     found: dict[str, Asked] = {}
     folders: dict[str, str] = {}
     problems: list[Problem] = []
-    known = analyses()
     for name, table in raw.items():
         at: Path = ("analysis", name)
         if not _GROUP.fullmatch(name):
@@ -470,10 +469,10 @@ def check_analyses(raw: Mapping[str, Any], system: CheckedSystem) -> tuple[dict[
         if not isinstance(table, Mapping):
             continue
         kind = table.get("kind")
-        if not isinstance(kind, str) or kind not in known:
+        if not isinstance(kind, str) or kind not in ANALYSES:
             fault = "missing" if kind is None else f"unknown kind {kind!r:.60}"
-            problems.append(Problem((*at, "kind"), f"{fault}; {remedy(str(kind), known)}"))
+            problems.append(Problem((*at, "kind"), f"{fault}; {remedy(str(kind), ANALYSES)}"))
             continue
-        problems += problems_of(known[kind].settings.faults(table, system, also=("kind",)), at)
-        found[name] = Asked(known[kind], {key: value for key, value in table.items() if key != "kind"})
+        problems += problems_of(ANALYSES[kind].settings.faults(table, system, also=("kind",)), at)
+        found[name] = Asked(ANALYSES[kind], {key: value for key, value in table.items() if key != "kind"})
     return found, problems

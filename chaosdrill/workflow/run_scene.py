@@ -10,11 +10,12 @@ from inspect import Parameter
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.analysis.registry import analyses, function
+from chaosdrill.analysis.registry import function
 from chaosdrill.annotations import Dataset, DataTree
 from chaosdrill.archive.write import check_writable, save
 from chaosdrill.dataset import described_again, provenance
 from chaosdrill.dataset.provenance import DERIVED
+from chaosdrill.declared import ANALYSES
 from chaosdrill.errors import ArchiveError, SceneError, SettingsError
 from chaosdrill.typed import COUNT, FUNCTION, PATH, SWITCH, TABLE, expecting, refuse
 
@@ -187,7 +188,7 @@ def compute(
 def hindrance(ds: Dataset) -> str | None:
     """Why a dataset cannot be recomputed from its own contents; None if it can."""
     kind = ds.attrs.get("kind")
-    if not isinstance(kind, str) or kind not in analyses():
+    if not isinstance(kind, str) or kind not in ANALYSES:
         return "it is not the result of an analysis"
     if DERIVED in ds.attrs:
         return f"it was derived from the result of an analysis: {ds.attrs[DERIVED]!s:.200}"
@@ -222,7 +223,7 @@ def rerun(ds: Dataset, *, workers: int = 1, progress: Callable[..., None] | None
 
     Raises `ChaosdrillError` if the system cannot be read, or the analysis cannot be run with its arguments.
     """
-    entry = analyses()[ds.attrs["kind"]]
+    entry = ANALYSES[ds.attrs["kind"]]
     keywords = _table(ds, "settings")
     if unknown := [name for name in keywords if name not in entry.told()]:
         raise ArchiveError(f"settings: {entry.function} of this version has no argument {unknown[0]!r:.60}")

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
-from chaosdrill.analysis.registry import analyses
-from chaosdrill.declared import METHODS
+from chaosdrill.declared import ANALYSES, METHODS
 from chaosdrill.engine.methods import NAMES
 
 SPAN = {"periods": 10}
@@ -131,8 +130,8 @@ def test_a_diagram_needs_a_section(bouncer):
 def test_every_analysis_of_the_registry_can_be_called():
     import chaosdrill.analysis as analysis
 
-    assert all(callable(getattr(analysis, entry.function)) for entry in analyses().values())
-    assert {entry.function for entry in analyses().values()} == set(analysis.__all__)
+    assert all(callable(getattr(analysis, entry.function)) for entry in ANALYSES.values())
+    assert {entry.function for entry in ANALYSES.values()} == set(analysis.__all__)
     assert set(METHODS) == set(NAMES)
     with pytest.raises(AttributeError, match="no attribute 'astrology'"):
         analysis.astrology  # noqa: B018
@@ -207,6 +206,6 @@ def test_settings_that_exclude_each_other_do_so_in_scenes_and_arguments(duffing,
     if sweep := arguments.get("sweep"):
         arguments["sweep"] = {name: tuple(ends.values()) for name, ends in sweep.items()}
     with pytest.raises(cd.SettingsError) as of_arguments:
-        getattr(cd, analyses()[kind].function)(duffing, **arguments)
+        getattr(cd, ANALYSES[kind].function)(duffing, **arguments)
     assert words in str(of_scene.value)
     assert words in str(of_arguments.value)

@@ -10,7 +10,7 @@ from support.short_calls import short_calls
 
 import chaosdrill as cd
 from chaosdrill import progress
-from chaosdrill.analysis.registry import analyses
+from chaosdrill.declared import ANALYSES
 from chaosdrill.errors import SettingsError
 
 REST = cd.HybridSystem(name="rest", states="x", parameters={"k": 1.0}, modes={"on": {"x": "1 - k*x"}})
@@ -45,7 +45,7 @@ def look(monkeypatch):
 
 
 def test_every_analysis_is_called():
-    assert {entry.function for entry in analyses().values()} == set(CALLS)
+    assert {entry.function for entry in ANALYSES.values()} == set(CALLS)
 
 
 @pytest.mark.parametrize("name", CALLS)

@@ -10,8 +10,8 @@ import sympy
 from support.short_calls import short_calls
 
 import chaosdrill as cd
-from chaosdrill.analysis.registry import analyses
 from chaosdrill.dataset import Outcome
+from chaosdrill.declared import ANALYSES
 
 SHORT = short_calls(("x", [-0.3, 0.0]), ("v", [0.0, 0.3]), ("w", [2.6, 2.7]), ("d", [0.1, 0.2]))
 FORCED = {
@@ -50,7 +50,7 @@ def system(reset, forced):
 
 
 def test_every_analysis_is_called():
-    assert {entry.function for entry in analyses().values()} <= {*FORCED, "equilibria"}  # which takes no reset
+    assert {entry.function for entry in ANALYSES.values()} <= {*FORCED, "equilibria"}  # which takes no reset
 
 
 @pytest.mark.parametrize("reset", RESETS)

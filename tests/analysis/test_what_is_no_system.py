@@ -5,7 +5,7 @@ import re
 import pytest
 
 import chaosdrill as cd
-from chaosdrill.analysis.registry import analyses
+from chaosdrill.declared import ANALYSES
 
 REQUIRED = {
     "bifurcation-diagram": ({"e": [0.5, 0.6]},),
@@ -17,11 +17,11 @@ LENGTHS = {"bifurcation-diagram", "parameter-chart", "basins"}
 
 
 @pytest.mark.parametrize("given", ["impact-oscillator", None, {"name": "mine"}, len], ids=repr)
-@pytest.mark.parametrize("kind", analyses())
+@pytest.mark.parametrize("kind", ANALYSES)
 def test_refused(kind, given):
     lengths = {"periods": 5, "transient": 5} if kind in LENGTHS else {}
     with pytest.raises(cd.SettingsError, match=r"^system is .*; it must be a HybridSystem") as told:
-        getattr(cd, analyses()[kind].function)(given, *REQUIRED.get(kind, ()), **lengths)
+        getattr(cd, ANALYSES[kind].function)(given, *REQUIRED.get(kind, ()), **lengths)
     assert repr(given)[:60] in str(told.value)
 
 

@@ -5,10 +5,10 @@ import pytest
 import xarray as xr
 from support.small_scenes import small_scene
 
-from chaosdrill.analysis.registry import analyses
 from chaosdrill.archive import open as open_archive
 from chaosdrill.archive import save
 from chaosdrill.dataset import label
+from chaosdrill.declared import ANALYSES
 from chaosdrill.scene import parse_scene
 from chaosdrill.workflow import run
 
@@ -58,7 +58,7 @@ def every_kind(tmp_path_factory):
     """
     # a run that nothing special is asked of needs no lines of its own
     asked = {"equilibria"} | {analysis.kind for analysis in parse_scene(small_scene()).analyses.values()}
-    more = [f'[analysis.{kind}]\nkind = "{kind}"\nperiods = 8\n' for kind in analyses() if kind not in asked]
+    more = [f'[analysis.{kind}]\nkind = "{kind}"\nperiods = 8\n' for kind in ANALYSES if kind not in asked]
     scene = parse_scene(small_scene() + "".join(more), "every_kind.toml")
     return save(run(scene), tmp_path_factory.mktemp("every") / "kind.nc")
 

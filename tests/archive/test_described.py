@@ -360,11 +360,10 @@ def test_settings_that_cannot_be_read_add_nothing(settings):
 
 
 def test_every_kind_and_method_is_known():
-    from chaosdrill.analysis.registry import analyses
-    from chaosdrill.declared import METHODS
+    from chaosdrill.declared import ANALYSES, METHODS
     from chaosdrill.systems import REGISTRY
 
-    assert {key for entry in analyses().values() for key in entry.cites} <= REFERENCES.keys()
+    assert {key for entry in ANALYSES.values() for key in entry.cites} <= REFERENCES.keys()
     assert {key for entry in METHODS.values() for key in entry.cites} <= REFERENCES.keys()
     assert {key for entry in REGISTRY.values() for key in entry.cites} <= REFERENCES.keys()
 

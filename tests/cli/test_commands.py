@@ -14,12 +14,12 @@ import pytest
 import xarray as xr
 
 import chaosdrill
-from chaosdrill.analysis.registry import analyses
 from chaosdrill.archive import open as open_archive
 from chaosdrill.archive import save
 from chaosdrill.cli import main
 from chaosdrill.cli.run import advice, summary
 from chaosdrill.dataset import Outcome
+from chaosdrill.declared import ANALYSES
 from chaosdrill.scene import parse_scene
 from chaosdrill.systems import REGISTRY, build
 from chaosdrill.workflow import compare
@@ -189,17 +189,17 @@ def test_systems_are_listed_in_groups(call):
     assert lines.index("neurons:") < izhikevich < lines.index("walkers:")
 
 
-@pytest.mark.parametrize("kind", list(analyses()))
+@pytest.mark.parametrize("kind", list(ANALYSES))
 def test_settings_of_an_analysis(call, kind):
     found = json.loads(call("list", "analyses", kind, "--json").out)
-    assert tuple(found) == analyses()[kind].told()
-    text = " ".join(inspect.getdoc(getattr(chaosdrill, analyses()[kind].function)).split())
+    assert tuple(found) == ANALYSES[kind].told()
+    text = " ".join(inspect.getdoc(getattr(chaosdrill, ANALYSES[kind].function)).split())
     for name, line in found.items():
         kept, _, meaning = line.partition(": ")
         assert meaning, "every setting says what it means"
         assert f" {name} : {kept} {meaning} " in text, "in the words of the docstring"
     if "tolerance" in found:
-        default = inspect.signature(getattr(chaosdrill, analyses()[kind].function)).parameters["tolerance"].default
+        default = inspect.signature(getattr(chaosdrill, ANALYSES[kind].function)).parameters["tolerance"].default
         assert found["tolerance"].startswith(f"float, default {default:g}: ")
 
 

@@ -9,8 +9,7 @@ import pytest
 import chaosdrill as cd
 import chaosdrill.analysis
 from chaosdrill.analysis.base import NumericsSettings
-from chaosdrill.analysis.registry import analyses
-from chaosdrill.declared import METHODS
+from chaosdrill.declared import ANALYSES, METHODS
 from chaosdrill.errors import SceneError
 from chaosdrill.names import remedy
 from chaosdrill.scene import parse_scene
@@ -565,7 +564,6 @@ def test_a_flood_of_faults_is_cut(faults, sound):
 # What a scene may say of an analysis is what the analysis function takes.
 
 
-ANALYSES = analyses()
 # what comes from elsewhere: the system, the table numerics, the command line
 ELSEWHERE = {"progress", "workers", "scheduler", "store"}
 NUMERICS = set(NumericsSettings.values())
