@@ -33,7 +33,7 @@ from chaosdrill.files import (
     small_netcdf_cache,
 )
 from chaosdrill.sweep.fingerprint import changes, plain
-from chaosdrill.sweep.store import kept_points, told
+from chaosdrill.sweep.store import explained, kept_points
 from chaosdrill.sweep.tuning import TUNING
 
 # no analysis can have a name that begins like this
@@ -59,7 +59,7 @@ class Parts:
 
     def __enter__(self) -> Self:
         self._refuse_link(self.folder)
-        with told(self.folder, "cannot be used for finished parts"):
+        with explained(self.folder, "cannot be used for finished parts"):
             remove_drafts(self.folder)
             self.folder.mkdir(exist_ok=True)
             self._lock = open_own(self.folder / _LOCK, os.O_RDWR)
@@ -135,7 +135,7 @@ class Parts:
     def keep(self, group: str, dataset: Dataset) -> None:
         """Store the dataset of a finished analysis."""
         folder = self.store(group)
-        with told(self.folder, f"cannot keep the result of {group}"):
+        with explained(self.folder, f"cannot keep the result of {group}"):
             # a folder that was removed during the work is not made again: it would hold a part of the parts
             os.stat(self.folder / _LOCK)
             folder.mkdir(exist_ok=True)
@@ -154,7 +154,7 @@ class Parts:
         except OSError:
             # some network file systems know no locks
             pass
-        with told(self.folder, "cannot be used for finished parts"):
+        with explained(self.folder, "cannot be used for finished parts"):
             before = self._read()
             kept = self.kept()
             if not kept:

@@ -101,7 +101,7 @@ class Store(Memory):
         }
         self._most = ChunkSizes(self.unit_bytes).most
         _make(self.folder)
-        with told(self.folder, "cannot be used for finished chunks"):
+        with explained(self.folder, "cannot be used for finished chunks"):
             self._check_manifest(plain(manifest))
             self.finished = self._vouched()
         self._check_room()
@@ -110,13 +110,13 @@ class Store(Memory):
         """Store the results of one chunk on disk."""
         data = b"".join(array.tobytes() for array in self._checked(count, arrays).values())
         path = self.folder / _name(first, count)
-        with told(self.folder, "cannot keep a finished chunk"), replacing(path) as draft:
+        with explained(self.folder, "cannot keep a finished chunk"), replacing(path) as draft:
             draft.write_bytes(_digest(path.name, data) + data)
         self.finished.append((first, count))
 
     def part(self, first: int, count: int) -> Arrays:
         """Results of one stored chunk."""
-        with told(self.folder, "cannot read a finished chunk"):
+        with explained(self.folder, "cannot read a finished chunk"):
             data = self._read(first, count)
         arrays, offset = {}, 0
         for name, (dtype, shape) in self.columns.items():
@@ -126,7 +126,7 @@ class Store(Memory):
 
     def arrays(self) -> Arrays:
         """Results of all units, in files without a name that are mapped into memory; changes stay in memory only."""
-        with told(self.folder, "cannot put the results together"), ExitStack() as stack:
+        with explained(self.folder, "cannot put the results together"), ExitStack() as stack:
             files = {name: stack.enter_context(TemporaryFile(dir=self.folder)) for name in self.columns}
             for first, count in self.finished:
                 for name, array in self.part(first, count).items():
@@ -195,7 +195,7 @@ class Store(Memory):
         """Refuse a disk without room for the chunks to come, and for all results when they are put together."""
         needed = self.bytes + Gaps(self.units, self.finished).left * self.unit_bytes
         if needed > shutil.disk_usage(self.folder).free:
-            with told(self.folder, f"cannot keep {needed / 1e6:.3g} MB of results"):
+            with explained(self.folder, f"cannot keep {needed / 1e6:.3g} MB of results"):
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
@@ -214,7 +214,7 @@ def _make(folder: Path) -> None:
 
 
 @contextmanager
-def told(folder: Path, what: str) -> Iterator[None]:
+def explained(folder: Path, what: str) -> Iterator[None]:
     """Turn a fault of the file system into an `ArchiveError` that says what was attempted in a folder."""
     try:
         yield
