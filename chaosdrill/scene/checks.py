@@ -91,14 +91,36 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
     problems = problems_of(SystemTable.faults(raw, also=()), ("system",))
     sound = not problems
     checked = CheckedSystem(problems=problems)
+    _check_equations(checked, raw)
+    _check_names(checked, raw)
+    _check_numbers(checked, raw)
+    if sound:
+        arguments = SystemTable.arguments(raw)
+        checked.parameters = {**checked.parameters, **arguments.get("parameters", {})}
+        checked.initial = arguments.get("initial", {})
+        checked.drives = dict(arguments.get("drives") or {})
+        checked.noise = dict(arguments.get("noise") or {})
+        checked.symmetry = dict(arguments.get("symmetry") or {})
+        if "filippov" in raw and not problems:
+            _make_filippov(checked, raw["filippov"])
+    if checked.known is not None:
+        # a driven parameter is no longer a parameter
+        checked.known = {name: value for name, value in checked.known.items() if name not in table_in(raw, "drives")}
+        _check_noise(checked, table_in(raw, "noise"))
+    return checked
+
+
+def _check_equations(checked: CheckedSystem, raw: Mapping[str, Any]) -> None:
+    """Look the system up, or check the equations that the scene writes, in one of the ways that there are."""
+    problems = checked.problems
     ways = [key for key in ("model", "definition", "map", "filippov") if key in raw]
     if not ways:
         neither = "missing; name a built-in system, or write one as [system.definition], [system.map] or "
         neither += "[system.filippov]"
         problems.append(Problem(("system", "model"), neither))
     elif len(ways) > 1:
-        all_but_one = "one of them" if len(ways) == 2 else "two of them"
-        text = f"{' and '.join(ways)} are {'both' if len(ways) == 2 else 'all'} given; leave {all_but_one} out"
+        both, too_many = "both" if len(ways) == 2 else "all", ("one", "two", "three")[len(ways) - 2]
+        text = f"{' and '.join(ways)} are {both} given; leave {too_many} of them out"
         problems.append(Problem(("system", ways[1]), text))
     elif isinstance(raw.get("model"), str):
         checked.model = raw["model"]
@@ -115,44 +137,38 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
             problems.append(
                 Problem(("system", "effects"), "a definition is not assembled from effects; leave them out")
             )
+
+
+def _check_names(checked: CheckedSystem, raw: Mapping[str, Any]) -> None:
+    """Check that there are the parameters and states that are named."""
     if checked.known is not None:
         for name in table_in(raw, "parameters"):
             if name not in checked.known:
                 place = ("system", "parameters", name)
                 fault = checked.unused(name) or f"unknown parameter; {remedy(name, checked.known)}"
-                problems.append(Problem(place, fault))
+                checked.problems.append(Problem(place, fault))
     if checked.states is not None:
-        problems += problems_of(Start().misfits(table_in(raw, "initial"), checked), ("system", "initial"))
-        problems += [
+        checked.problems += problems_of(Start().misfits(table_in(raw, "initial"), checked), ("system", "initial"))
+        checked.problems += [
             Problem(("system", "symmetry", name), f"unknown state; {remedy(name, checked.states)}")
             for name in table_in(raw, "symmetry")
             if name not in checked.states
         ]
+
+
+def _check_numbers(checked: CheckedSystem, raw: Mapping[str, Any]) -> None:
+    """Read the quantities in SI units, and check all numbers against the limits of the parameters."""
     given = dict(table_in(raw, "parameters"))
     if table_in(raw, "si") and checked.known is not None:
         if checked.model in IN_SI:
             checked.si, faults = read_si(raw["si"], given, checked.known)
             beyond = check_limits(checked, checked.si.parameters, ("system", "si"))
             # a parameter made of several quantities has no line of its own
-            problems += problems_of(faults, ()) + [replace(fault, path=("system", "si")) for fault in beyond]
+            checked.problems += problems_of(faults, ()) + [replace(fault, path=("system", "si")) for fault in beyond]
             checked.parameters = checked.si.parameters
         else:
-            problems.append(Problem(("system", "si"), f"only {' and '.join(IN_SI)} can be given in SI units"))
-    problems += check_limits(checked, given, ("system", "parameters"))
-    if sound:
-        arguments = SystemTable.arguments(raw)
-        checked.parameters = {**checked.parameters, **arguments.get("parameters", {})}
-        checked.initial = arguments.get("initial", {})
-        checked.drives = dict(arguments.get("drives") or {})
-        checked.noise = dict(arguments.get("noise") or {})
-        checked.symmetry = dict(arguments.get("symmetry") or {})
-        if "filippov" in raw and not problems:
-            _make_filippov(checked, raw["filippov"])
-    if checked.known is not None:
-        # a driven parameter is no longer a parameter
-        checked.known = {name: value for name, value in checked.known.items() if name not in table_in(raw, "drives")}
-        _check_noise(checked, table_in(raw, "noise"))
-    return checked
+            checked.problems.append(Problem(("system", "si"), f"only {' and '.join(IN_SI)} can be given in SI units"))
+    checked.problems += check_limits(checked, given, ("system", "parameters"))
 
 
 def _check_noise(checked: CheckedSystem, noise: Mapping[str, Any]) -> None:

@@ -253,6 +253,7 @@ def test_a_parameter_that_nothing_names_is_likely_misspelt():
     ("old", "new", "told"),
     [
         ("[system.definition]", 'model = "lorenz"\n[system.definition]', "model and definition are both given"),
+        ("[system.definition]", "model = ''\nmap = {}\nfilippov = {}\n[system.definition]", "leave three of them out"),
         ("[system.definition]", "[system.effects]\ndrive = 'none'\n[system.definition]", "not assembled from effects"),
         ("[system.definition]", '[system.si]\nm1 = "2 kg"\n[system.definition]', "can be given in SI units"),
         ('"2*pi/omega"', '"3*pi/omega"', "does not repeat after the declared period"),
