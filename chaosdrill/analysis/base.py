@@ -460,12 +460,8 @@ class Analysis:
     def __call__(self, given: dict[str, Any]) -> "Dataset":
         """Run with all arguments of the function, and label what comes of it.
 
-        Raises
-        ------
-        SettingsError
-            An argument that cannot be used.
-        ModelError
-            A quadrature that no archive could hold.
+        Raises `SettingsError` for an argument that cannot be used, `ModelError` for a quadrature that no archive could
+        hold.
         """
         from chaosdrill.codegen.record import remember
         from chaosdrill.dataset import label

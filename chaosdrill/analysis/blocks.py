@@ -22,14 +22,8 @@ HEARD = 0.05
 class Blocks:
     """The blocks of a record, and what is kept at their ends; what the run does not reach stays NaN.
 
-    Parameters
-    ----------
-    run : Run
-        The run, at the beginning of the record.
-    ends : ndarray of int, shape (B,)
-        Ends of the blocks, in periods from there.
-    exponents : int
-        Number of tangents whose growth is kept.
+    ``run``: at the beginning of the record. ``ends``, int, shape (B,): ends of the blocks, in periods from there.
+    ``exponents``: number of tangents whose growth is kept.
     """
 
     def __init__(self, run: Run, ends: np.ndarray, exponents: int) -> None:
@@ -68,14 +62,8 @@ class Blocks:
     ) -> Outcome:
         """Continue until ``last`` blocks are done.
 
-        Parameters
-        ----------
-        samples, events : ndarray, optional
-            Buffers as in `Run.advance`, the first with room for all samples.
-        drain : callable, optional
-            Takes what is in the buffer of events, whenever it is full and at the end.
-        report : callable, optional
-            Called now and then.
+        ``samples``, ``events``: buffers as in `Run.advance`, the first with room for all samples. ``drain``: takes what
+        is in the buffer of events, whenever it is full and at the end. ``report``: called now and then.
         """
         outcome, several = Outcome.OK, 1
         self._run.states.run["sample_rows"] = 0

@@ -118,18 +118,9 @@ def evidence_of(
 ) -> Evidence:
     """What exponents and states of records say; whether the points come back, and how, is for the caller to add.
 
-    Parameters
-    ----------
-    windows : ndarray, shape (P, W, n + 1)
-        States and modes of the record; NaN behind the last.
-    known : ndarray, shape (P, n)
-        Sizes that states have had on the way.
-    ended : ndarray of int, shape (P,)
-        What ended the runs, or ``OK``.
-    before : ndarray, shape (P, n), optional
-        States long before the record.
-    part : float or ndarray, shape (P,)
-        Part of the record that the windows are of.
+    ``windows``, shape (P, W, n + 1): states and modes of the record; NaN behind the last. ``known``, shape (P, n):
+    sizes that states have had on the way. ``ended``, int, shape (P,): what ended the runs, or ``OK``. ``before``, shape
+    (P, n): states long before the record. ``part``, shape (P,): part of the record that the windows are of.
     """
     exponents, length = averages.exponents, averages.length
     points, n = len(exponents), system.free
@@ -291,14 +282,8 @@ def is_no_channel(
     There points come back as nearly, and nearby motions come closer for a while. But they move one way: what comes
     closer from side to side, as beyond a doubling, or turning, is far from a fold however slowly it does so.
 
-    Parameters
-    ----------
-    found : Recurrence
-    multiplier : ndarray, shape (P,)
-    paths, known : ndarray, shapes (P, W, n + 1), (P, n)
-        Points that come closer, and sizes, as in `recurrence`.
-    periods : ndarray of int, shape (P,)
-        After how many of the points they come back.
+    ``multiplier``, shape (P,). ``paths``, ``known``, shapes (P, W, n + 1), (P, n): points that come closer, and sizes,
+    as in `recurrence`. ``periods``, int, shape (P,): after how many of the points they come back.
     """
     with np.errstate(invalid="ignore", over="ignore"):
         lacks, bound = -np.expm1(multiplier), BENDS * np.minimum(found.splitting, 1.0)
@@ -314,21 +299,11 @@ def add_returns(
 ) -> np.ndarray:
     """Add whether the last points come back, and whether nearby motions come closer meanwhile.
 
-    Parameters
-    ----------
-    found : Recurrence
-        Periods of the points.
-    lasts : ndarray, shape (P,)
-        Times that these take.
-    whole : ndarray of bool, shape (P,)
-        Whether exponents are averages over whole cycles.
-    paths, known : ndarray, shapes (P, W, n + 1), (P, n)
-        The points and sizes that ``found`` is of.
+    ``found``: periods of the points. ``lasts``, shape (P,): times that these take. ``whole``, bool, shape (P,): whether
+    exponents are averages over whole cycles. ``paths``, ``known``, shapes (P, W, n + 1), (P, n): the points and sizes
+    that ``found`` is of.
 
-    Returns
-    -------
-    ndarray of bool, shape (P,)
-        Whether distances from a whole cycle neither grow nor shrink.
+    Returns, bool, shape (P,): whether distances from a whole cycle neither grow nor shrink.
     """
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         multiplier = e.lead * lasts
@@ -487,11 +462,8 @@ def _add_seen(e: Evidence, which: np.ndarray, seen: Regularity, strobed: bool) -
 def add_rests(e: Evidence, rest: np.ndarray, unmoved: np.ndarray, left: Callable[[int], bool]) -> None:
     """Add what it says of motions that no event has moved whether they rest, and whether a rest is left again.
 
-    Parameters
-    ----------
-    rest, unmoved : ndarray of bool, shape (P,)
-    left : callable
-        Whether the rest of a point, by its number, is left; see `chaosdrill.analysis.resting.is_left`.
+    ``rest``, ``unmoved``, bool, shape (P,). ``left``: whether the rest of a point, by its number, is left; see
+    `chaosdrill.analysis.resting.is_left`.
     """
     e.sinks &= rest | ~unmoved
     for k in np.flatnonzero(rest & unmoved).tolist():

@@ -226,10 +226,7 @@ def vectors(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
 def _divided(plan: Span, given: Any) -> _Blocks:
     """The record, and what leads into it and out of it, in blocks of the interval between two vectors.
 
-    Raises
-    ------
-    SettingsError
-        An interval that does not divide the record.
+    Raises `SettingsError` for an interval that does not divide the record.
     """
     if plan.periodic:
         wanted = 1.0 if given.interval is None else given.interval
@@ -374,17 +371,10 @@ def _take(found: _Found, first: int, chunk: _Chunk, coordinates: np.ndarray, gro
 def between(coordinates: np.ndarray, lost: np.ndarray) -> np.ndarray:
     """Smallest angles between the span of the first vectors, 1, 2 and so on, and that of the others.
 
-    Parameters
-    ----------
-    coordinates : ndarray, shape (K, count, m)
-        Of each vector in orthonormal directions, the first k of which span the first k vectors.
-    lost : ndarray of bool, shape (K, count)
-        Vectors that are left out.
+    ``coordinates``, shape (K, count, m): of each vector in orthonormal directions, the first k of which span the first
+    k vectors. ``lost``, bool, shape (K, count): vectors that are left out.
 
-    Returns
-    -------
-    ndarray, shape (K, count - 1)
-        In radians, from 0 to pi/2; NaN where one side has no vector.
+    Returns, shape (K, count - 1): in radians, from 0 to pi/2; NaN where one side has no vector.
     """
     angles = np.full((len(lost), max(lost.shape[1] - 1, 0)), np.nan)
     same = bool((lost == lost[:1]).all())

@@ -44,19 +44,10 @@ class Cycles:
 def search(plan: Plan, batch: Batch, which: np.ndarray, parameters: Mapping[str, np.ndarray]) -> list[Cycles]:
     """Look for attracting cycles near the present states of some points of a batch.
 
-    Parameters
-    ----------
-    batch : Batch
-        The runs, at the end of their record.
-    which : ndarray of int
-        The undecided points.
-    parameters : mapping of str to ndarray, shape (P,)
-        Parameters of all points of the batch.
+    ``batch``: the runs, at the end of their record. ``which``, int: the undecided points. ``parameters``, shape (P,):
+    parameters of all points of the batch.
 
-    Returns
-    -------
-    list of Cycles
-        A point that is in none of them stays undecided.
+    A point that is in none of them stays undecided.
     """
     if not len(which) or not plan.maps:
         return []
@@ -208,12 +199,8 @@ def _measure(
 def extrapolate(plan: Plan, begun: Begun, periods: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """States that come back after a period each, but for shifts, looked for from the given ones.
 
-    Returns
-    -------
-    states : ndarray, shape (P, n)
-    found : ndarray of bool, shape (P,)
-    turning : ndarray of bool, shape (P,)
-        Whether neighbours turn about them: the leading multipliers are a complex pair.
+    Returns: ``states``, shape (P, n). ``found``, bool, shape (P,). ``turning``, bool, shape (P,): whether neighbours
+    turn about them: the leading multipliers are a complex pair.
     """
     x, n = begun.states.copy(), begun.states.shape[1]
     tolerance = max(ROUND_OFF, 10 * plan.numerics.tolerance)
@@ -250,16 +237,10 @@ def extrapolate(plan: Plan, begun: Begun, periods: np.ndarray) -> tuple[np.ndarr
 def limit(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Limit of sequences that obey a linear recurrence of order two, or one.
 
-    Parameters
-    ----------
-    z : ndarray, shape (P, 4, n)
-        Four successive points.
+    ``z``, shape (P, 4, n): four successive points.
 
-    Returns
-    -------
-    limit : ndarray, shape (P, n)
-    turning : ndarray of bool, shape (P,)
-        Whether the order is two and the roots are a complex pair.
+    Returns: ``limit``, shape (P, n). ``turning``, bool, shape (P,): whether the order is two and the roots are a
+    complex pair.
     """
     d1, d2, d3 = (z[:, k + 1] - z[:, k] for k in range(3))
 
@@ -285,16 +266,9 @@ def limit(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def approaches(trail: np.ndarray, cycle: np.ndarray, known: np.ndarray, rate: np.ndarray) -> np.ndarray:
     """Whether runs come closer to cycles.
 
-    Parameters
-    ----------
-    trail : ndarray, shape (P, W, n + 1)
-        The last points of the runs; NaN behind the last.
-    cycle : ndarray, shape (P, p, n + 1)
-        The points of the cycles.
-    known : ndarray, shape (P, n)
-        Sizes that states have had on the way.
-    rate : ndarray, shape (P,)
-        Logarithm of the leading multiplier a strobe.
+    ``trail``, shape (P, W, n + 1): the last points of the runs; NaN behind the last. ``cycle``, shape (P, p, n + 1):
+    the points of the cycles. ``known``, shape (P, n): sizes that states have had on the way. ``rate``, shape (P,):
+    logarithm of the leading multiplier a strobe.
     """
     points, period, n = len(trail), cycle.shape[1], trail.shape[2] - 1
     rows = int(np.isfinite(trail[:, :, 0]).all(axis=0).sum())
@@ -318,21 +292,11 @@ def escapes(
 ) -> tuple[np.ndarray, Batch]:
     """Runs that begin further away from the cycles that some points of a batch are leaving.
 
-    Parameters
-    ----------
-    batch : Batch
-        The runs, at the end of their record.
-    which : ndarray of int
-        Points that are undecided although they ran as long as they may.
-    parameters : mapping of str to ndarray, shape (P,)
-        Parameters of all points of the batch.
+    ``batch``: the runs, at the end of their record. ``which``, int: points that are undecided although they ran as long
+    as they may. ``parameters``, shape (P,): parameters of all points of the batch.
 
-    Returns
-    -------
-    leaving : ndarray of int
-        The points that are leaving a cycle.
-    runs : Batch
-        A run for each of these, which has not begun.
+    Returns: ``leaving``, int: the points that are leaving a cycle. ``runs``: a run for each of these, which has not
+    begun.
     """
     begun, trail = trail_of(plan, batch, which, parameters)
     displaced, waiting = np.full(begun.states.shape, np.nan), np.ones(len(which), dtype=bool)

@@ -177,10 +177,7 @@ class _Edge:
 def bracket(codes: np.ndarray) -> tuple[int, int]:
     """The places of the closest 1 and 2, in this order, with neither of these between them.
 
-    Parameters
-    ----------
-    codes : ndarray of int, shape (K,)
-        From a 1 to a 2.
+    ``codes``, int, shape (K,): from a 1 to a 2.
     """
     sides = np.flatnonzero(np.isin(codes, (1, 2)))
     pairs = [(i, j) for i, j in pairwise(sides.tolist()) if codes[i] == 1 and codes[j] == 2]
@@ -200,10 +197,7 @@ def _unclear(codes: np.ndarray) -> str:
 def told_by(known: Mapping[str, np.ndarray], found: Mapping[str, np.ndarray]) -> np.ndarray:
     """Codes of the fates of runs, int (P,): 1 or 2 as one of two that are known, 3 as neither, 0 for none.
 
-    Parameters
-    ----------
-    known, found : mapping of str to ndarray
-        What `chaosdrill.analysis.measuring.measure` tells of 2 runs, and of P.
+    ``known``, ``found``: what `chaosdrill.analysis.measuring.measure` tells of 2 runs, and of P.
     """
     outcome = found["outcome"]
     attracted = np.isin(outcome, ATTRACTING) & np.isfinite(found["moments"]).all(axis=(1, 2))
@@ -327,11 +321,8 @@ def _two_fates(plan: Plan, found: Mapping[str, np.ndarray], modes: np.ndarray) -
 def _scale(starts: np.ndarray, windows: np.ndarray, known: np.ndarray) -> np.ndarray:
     """Units of distances: the extent of the starts and of what they lead to; the size of a state that rests.
 
-    Parameters
-    ----------
-    starts : ndarray, shape (2, n)
-    windows, known : ndarray, shapes (A, W, n), (A, n)
-        Points of the attractors, and sizes that states have had on the way there.
+    ``starts``, shape (2, n). ``windows``, ``known``, shapes (A, W, n), (A, n): points of the attractors, and sizes that
+    states have had on the way there.
     """
     points = np.concatenate([starts, windows.reshape(-1, starts.shape[1])])
     extent = np.nanmax(points, axis=0) - np.nanmin(points, axis=0)

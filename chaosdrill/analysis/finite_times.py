@@ -138,10 +138,7 @@ def _told(system: HybridSystem, windows: _Windows, given: Any, job: Job) -> tupl
 def _divided(plan: Span, wanted: Any) -> _Windows:
     """The record in units of which all windows are multiples: forcing periods, or about the shortest window.
 
-    Raises
-    ------
-    SettingsError
-        A window that does not fit into the record four times.
+    Raises `SettingsError` for a window that does not fit into the record four times.
     """
     length = plan.length / (plan.unit if plan.periodic else 1.0)
     longest = length / WINDOWS.fewest
@@ -189,14 +186,9 @@ def cumulants(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     The errors are those of the means of influence functions, by `standard_error`, which minds correlations; those of
     orders 3 and 4 at least what tails beyond the sample would make them, see `_of_tails`.
 
-    Parameters
-    ----------
-    values : ndarray, shape (N,)
-        In order; four at least.
+    ``values``, shape (N,): in order; four at least.
 
-    Returns
-    -------
-    cumulants, errors : ndarray, shape (4,)
+    Returns: shape (4,).
     """
     count, mean = len(values), values.mean()
     off = values - mean

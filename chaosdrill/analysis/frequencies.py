@@ -41,15 +41,9 @@ PASSES = 8
 def incommensurate(points: np.ndarray) -> bool:
     """Whether states sampled at equal intervals have two frequencies of which no small multiples agree.
 
-    Parameters
-    ----------
-    points : ndarray, shape (W, n)
-        States, each in parts of its extent.
+    ``points``, shape (W, n): states, each in parts of its extent.
 
-    Returns
-    -------
-    bool
-        False also where the frequencies are not known well enough, as in chaos and on the way to an attractor.
+    Returns: False also where the frequencies are not known well enough, as in chaos and on the way to an attractor.
     """
     found = [line for values in points.T for line in _lines(values)]
     if not found:

@@ -47,23 +47,13 @@ def moments(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Moments of the section points of every run in the quotient by shifts, and one of the points.
 
-    Parameters
-    ----------
-    windows : ndarray, shape (P, W, n + 1)
-        Section points and modes; NaN behind the last.
-    known : ndarray, shape (P, n)
-        Sizes that states have had on the way.
-    period : ndarray of int, shape (P,)
-        Period of the cycle, whose points are then taken once each; 0 for all points there are.
-    shifts : Shifts
-        Of which m coordinates stay.
+    ``windows``, shape (P, W, n + 1): section points and modes; NaN behind the last. ``known``, shape (P, n): sizes that
+    states have had on the way. ``period``, int, shape (P,): period of the cycle, whose points are then taken once each;
+    0 for all points there are. ``shifts``: of which m coordinates stay.
 
-    Returns
-    -------
-    moments : ndarray, shape (P, 4, m)
-        Means, root mean squares about them, third central moments over the squares of the sizes, and their sizes.
-    state : ndarray, shape (P, n)
-        Of a cycle the point with the smallest first state that no shift changes, else the last point.
+    Returns: ``moments``, shape (P, 4, m): means, root mean squares about them, third central moments over the squares
+    of the sizes, and their sizes. ``state``, shape (P, n): of a cycle the point with the smallest first state that no
+    shift changes, else the last point.
     """
     paths, size = shifts.quotient(windows[:, :, :-1]), shifts.sizes(known)
     found, chosen = np.full((len(windows), 4, size.shape[1]), np.nan), np.full(len(windows), -1)

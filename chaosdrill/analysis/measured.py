@@ -185,13 +185,7 @@ def parting(vectors: "np.ndarray", window: int, followed: int) -> tuple[float, f
 
 
 def package() -> Any:
-    """Import nolds.
-
-    Raises
-    ------
-    SettingsError
-        It is not there.
-    """
+    """Import nolds; raises `SettingsError` if it is not there."""
     # 0.6.3 raises a TypeError where Python is older than 3.12
     try:
         with catch_warnings(action="ignore"):

@@ -66,21 +66,12 @@ def measure(
 ) -> tuple[Arrays, Batch]:
     """Everything that is known of some points, and their runs.
 
-    Parameters
-    ----------
-    parameters : mapping of str to ndarray, shape (P,)
-    starts, modes : ndarray, shapes (P, n) and (P,)
-    before : Batch, optional
-        Runs whose attractors are followed; then all points must share compiled functions.
-    beside : ndarray, shape (n,), optional
-        How far beside these the runs begin, in parts of the sizes of the states.
+    ``parameters``, shape (P,). ``starts``, ``modes``, shapes (P, n) and (P,). ``before``: runs whose attractors are
+    followed; then all points must share compiled functions. ``beside``, shape (n,): how far beside these the runs
+    begin, in parts of the sizes of the states.
 
-    Returns
-    -------
-    arrays : dict of str to ndarray
-        As `point_columns` declares them, NaN (and period 0) where a point has no result.
-    batch : Batch
-        The runs of the last group of points that share compiled functions.
+    Returns: ``arrays``: as `point_columns` declares them, NaN (and period 0) where a point has no result. ``batch``:
+    the runs of the last group of points that share compiled functions.
     """
     points = len(starts)
     arrays = {name: np.zeros((points, *shape), dtype) for name, (dtype, shape) in point_columns(plan).items()}

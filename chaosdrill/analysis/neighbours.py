@@ -65,16 +65,9 @@ class Shares(NamedTuple):
 def neighbours(points: np.ndarray, window: int) -> list[Counted]:
     """Neighbours within each distance of some points: among all points, and at large distances among fewer.
 
-    Parameters
-    ----------
-    points : ndarray, shape (N, d)
-    window : int
-        Steps of time up to which two points are no pair (Theiler 1986).
+    ``points``, shape (N, d). ``window``: steps of time up to which two points are no pair (Theiler 1986).
 
-    Returns
-    -------
-    list of Counted
-        One where the points are few; else two, which share one distance.
+    Returns: one where the points are few; else two, which share one distance.
     """
     count, columns = len(points), _columns(points)
     which, fewer = picked(count, SCALING.centres), picked(count, SCALING.fewer)
@@ -169,12 +162,7 @@ def _nearest(
 class _Boxes:
     """Points in rows of boxes of the second and third coordinate; in a row they are in the order of the first.
 
-    Parameters
-    ----------
-    columns : ndarray, shape (d, N)
-        Coordinates of the points.
-    width : float
-        Of the boxes, at least.
+    ``columns``, shape (d, N): coordinates of the points. ``width``: of the boxes, at least.
     """
 
     def __init__(self, columns: np.ndarray, width: float) -> None:
@@ -199,12 +187,8 @@ class _Boxes:
     def about(self, columns: np.ndarray, widths: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Where those points are that may be within some widths of each of others.
 
-        Returns
-        -------
-        rank : ndarray of int, shape (R,)
-            The order in which the others are looked at.
-        first, last : ndarray of int, shape (rows, R)
-            For each row about one of them, where in ``order`` those points begin and end.
+        Returns: ``rank``, int, shape (R,): the order in which the others are looked at. ``first``, ``last``, int, shape
+        (rows, R): for each row about one of them, where in ``order`` those points begin and end.
         """
         if widths > _FURTHER:
             first = np.zeros((1, columns.shape[1]), dtype=np.int64)

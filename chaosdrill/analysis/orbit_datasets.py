@@ -25,12 +25,7 @@ from chaosdrill.orbits.results import BranchResult, Derived, FoundOrbit
 def orbits_dataset(system: HybridSystem, orbits: Sequence[FoundOrbit]) -> xr.Dataset:
     """The raw dataset of ``periodic-orbit``, with the dimension ``orbit``.
 
-    Parameters
-    ----------
-    system : HybridSystem
-        The system, of n states.
-    orbits : sequence of FoundOrbit
-        What was found; shorter ones are filled up with NaN, and -1 for codes.
+    ``orbits``: what was found; shorter ones are filled up with NaN, and -1 for codes.
     """
     n = len(system.state_names)
     found = np.array([orbit.outcome == Outcome.PERIODIC for orbit in orbits], dtype=bool)
@@ -119,14 +114,8 @@ def with_derivatives(
 ) -> xr.Dataset:
     """The dataset with derivatives of its results on orbits by parameters.
 
-    Parameters
-    ----------
-    names : sequence of str
-        The parameters.
-    found : sequence of Derived
-        One an orbit.
-    over : {"orbit", "point"}
-        Dimension of the orbits; for points of a branch the times of events are left out.
+    ``names``: the parameters. ``found``: one an orbit. ``over``, {"orbit", "point"}: dimension of the orbits; for
+    points of a branch the times of events are left out.
     """
     shapes: dict[str, tuple[str, ...]] = {
         "orbit_state": ("state",),
@@ -156,10 +145,7 @@ def orbit_rates(
 ) -> dict[str, tuple[str, np.ndarray]]:
     """Means over exactly one period of each orbit, variables of ``periodic-orbit``; NaN without an orbit.
 
-    Parameters
-    ----------
-    numerics : Numerics
-        Method and tolerance by which quadratures along them are taken.
+    ``numerics``: method and tolerance by which quadratures along them are taken.
     """
     names = [name for name in rate_names(system) if name != "closest_grazing"]
     rates = np.full((len(names), len(orbits)), np.nan)
@@ -190,12 +176,7 @@ def _integrals(system: HybridSystem, orbit: FoundOrbit, numerics: Numerics) -> n
 def branches_dataset(system: HybridSystem, result: BranchResult) -> xr.Dataset:
     """The raw dataset of ``continuation``.
 
-    Parameters
-    ----------
-    system : HybridSystem
-        The system, of n states.
-    result : BranchResult
-        Branches with their special points.
+    ``result``: branches with their special points.
     """
     n = len(system.state_names)
     branches, special = result.branches, result.events

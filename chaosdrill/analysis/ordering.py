@@ -87,15 +87,10 @@ PARTS = 4
 def ordered(points: np.ndarray) -> tuple[bool, bool, bool]:
     """Whether points that are visited in turn lie on curves, in the order of one angle, or on a spiral, and with cuts.
 
-    Parameters
-    ----------
-    points : ndarray, shape (W, n)
-        States at a strobe or section; those that move.
+    ``points``, shape (W, n): states at a strobe or section; those that move.
 
-    Returns
-    -------
-    on_curves, on_a_spiral, cut : bool
-        On curves that stay where they are and are no cycle; on curves that move evenly; on curves with several jumps.
+    Returns: whether on curves that stay where they are and are no cycle; on curves that move evenly; on curves with
+    several jumps.
     """
     curves, turn, parts = _order(points)
     if not curves:
@@ -112,14 +107,8 @@ def goes_on(points: np.ndarray, others: np.ndarray, steps: np.ndarray) -> bool:
 
     They do not where the points repeat them, as on a cycle that is longer than the points.
 
-    Parameters
-    ----------
-    points : ndarray, shape (W, n)
-        As in `ordered`.
-    others : ndarray, shape (K, n)
-        States before or behind them.
-    steps : ndarray of int, shape (K,)
-        How many points behind the first of them, negative before it.
+    ``points``, shape (W, n): as in `ordered`. ``others``, shape (K, n): states before or behind them. ``steps``, int,
+    shape (K,): how many points behind the first of them, negative before it.
     """
     curves, turn, _ = _order(points)
     if not curves:
@@ -301,10 +290,7 @@ def _pace(
 ) -> tuple[float, float]:
     """How fast the curve along which points run moves between some of them and others, and what part that explains.
 
-    Returns
-    -------
-    pace, explained : float
-        Extents a point, and part of the squares of what is missed; of the state that shows it best.
+    Returns: extents a point, and part of the squares of what is missed; of the state that shows it best.
     """
     misses, along, later, angle = _missed(points, turn, some, others, thin)
     phases = 2 * np.pi * np.outer(angle, np.arange(waves + 1))
@@ -326,10 +312,8 @@ def _missed(
     The others are at other times, so that they miss by what the curve has moved meanwhile, and, if the turn is not
     known, along the curve. Of the others every ``thin`` one by angle is taken; what lies at a jump is left out.
 
-    Returns
-    -------
-    misses, along, later, angle : ndarray, shapes (K, n), (K, n), (K,), (K,)
-        What is missed, what an error of one in the turn would make of it, how much later the others are, the angles.
+    Returns, shapes (K, n), (K, n), (K,), (K,): what is missed, what an error of one in the turn would make of it, how
+    much later the others are, the angles.
     """
     angle, times = _angles(len(points), turn), np.arange(len(points))
     order, most = np.argsort(angle[others], kind="stable")[::thin], NODES // 2

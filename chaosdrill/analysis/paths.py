@@ -87,13 +87,7 @@ def _followed(beside: Run | None, length: float, outcome: Outcome) -> tuple[np.n
 
 
 def _since(start: float, plan: Span, times: list[float]) -> np.ndarray:
-    """Times since the start of the record, within it.
-
-    Raises
-    ------
-    SettingsError
-        A time before or behind the record.
-    """
+    """Times since the start of the record, within it; raises `SettingsError` for a time before or behind the record."""
     end = start + plan.length
     slack = SECTIONS.rounding * max(abs(start), abs(end))
     for time in (*times[:1], *times[-1:]):

@@ -52,22 +52,9 @@ def measure_costs(
     how many units a run may have (``timed`` if they do not take too long), and a round how many runs. Only whole cycles
     are run.
 
-    Parameters
-    ----------
-    system : HybridSystem
-        Its initial state is where all runs begin.
-    unit : float
-        Time between strobes.
-    count : int
-        Units of a cycle.
-    most : int
-        Units that no run exceeds.
-    cells : sequence of Numerics
-        Method and tolerance of each cell.
-    repeats : int
-        Rounds that are timed.
-    report : callable
-        Called after each round.
+    ``system``: its initial state is where all runs begin. ``unit``: time between strobes. ``count``: units of a cycle.
+    ``most``: units that no run exceeds. ``cells``: method and tolerance of each cell. ``repeats``: rounds that are
+    timed. ``report``: called after each round.
     """
     deficient = examine(system).deficient
     frame = np.eye(len(system.state_names))

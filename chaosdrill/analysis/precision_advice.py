@@ -36,17 +36,11 @@ def shown_quantities(ds: "xr.Dataset") -> list[str]:
 def recommend(ds: "xr.Dataset") -> str:
     """Advice in words, a sentence a line, from the table alone.
 
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        ``error`` (quantity, method, tolerance), ``wall_time`` (method, tolerance), ``lyapunov_exponent`` and
-        ``lyapunov_error``, ``horizon`` (method, tolerance), ``forcing_period`` if there is one.
+    ``ds``: ``error`` (quantity, method, tolerance), ``wall_time`` (method, tolerance), ``lyapunov_exponent`` and
+    ``lyapunov_error``, ``horizon`` (method, tolerance), ``forcing_period`` if there is one.
 
-    Returns
-    -------
-    str
-        For each quantity what ``MANY`` (and ``MOST``) digits cost over ``FEW``, and which method and tolerance to take
-        for ``MANY``; or how many digits were reached. Then what the statistical error and chaos leave of them.
+    Returns: for each quantity what ``MANY`` (and ``MOST``) digits cost over ``FEW``, and which method and tolerance to
+    take for ``MANY``; or how many digits were reached. Then what the statistical error and chaos leave of them.
     """
     advice: dict[str, list[str]] = {}
     disagree: dict[str, list[str]] = {}

@@ -33,14 +33,8 @@ class Errors:
 class Yardstick:
     """Reference of every method: the truth, and where it is unknown another method at the tightest tolerance.
 
-    Attributes
-    ----------
-    place : Place
-        Start and truth.
-    found : Survey
-        For the restarts.
-    most : int
-        Units over which a trajectory is followed; 0: no horizon is looked for.
+    ``place``: start and truth. ``found``: for the restarts. ``most``: units over which a trajectory is followed; 0: no
+    horizon is looked for.
     """
 
     place: Place
@@ -105,10 +99,7 @@ class Yardstick:
 def measure(yardstick: Yardstick, numerics: Numerics) -> Errors:
     """All errors of one method at one tolerance.
 
-    Parameters
-    ----------
-    numerics : Numerics
-        Method and tolerance.
+    ``numerics``: method and tolerance.
     """
     errors, place, found = Errors(), yardstick.place, yardstick.found
     try:

@@ -307,14 +307,8 @@ class Truth:
 class Exact:
     """A system's expressions evaluated with mpmath, and its flow along an itinerary.
 
-    Parameters
-    ----------
-    system : HybridSystem
-        With the parameters and the initial mode.
-    unit : float
-        Time between strobes.
-    sizes : ndarray, shape (n,)
-        Units in which its states are counted here, powers of two.
+    ``system``: with the parameters and the initial mode. ``unit``: time between strobes. ``sizes``, shape (n,): units
+    in which its states are counted here, powers of two.
     """
 
     def __init__(self, system: HybridSystem, unit: float, sizes: np.ndarray) -> None:
@@ -473,12 +467,8 @@ def find_truth(
 
     The start, as the truth, is counted in the sizes of the states, powers of two.
 
-    Raises
-    ------
-    NoReferenceError
-        If the events are not those of the itinerary, or a function has no evaluation.
-    ArithmeticError, ValueError, TypeError
-        If a number cannot be computed.
+    Raises `NoReferenceError` if the events are not those of the itinerary, or a function has no evaluation. Raises
+    `ArithmeticError`, `ValueError`, `TypeError` if a number cannot be computed.
     """
     n = len(system.state_names)
     with mpmath.workdps(DIGITS):

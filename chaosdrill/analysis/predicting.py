@@ -50,10 +50,7 @@ is not known that they do."""
 def predicted(points: np.ndarray) -> bool:
     """Whether points are smooth functions of two or three angles that advance evenly, without a common measure.
 
-    Parameters
-    ----------
-    points : ndarray, shape (W, n)
-        States at a strobe or section, each in parts of its extent.
+    ``points``, shape (W, n): states at a strobe or section, each in parts of its extent.
     """
     points = points[-MOST:]
     off, turns = points - points.mean(axis=0), np.zeros(0)

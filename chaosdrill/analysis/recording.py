@@ -67,20 +67,9 @@ def record(
 ) -> Record:
     """Run on for a number of periods and keep all samples, or the states at some times, and all events if asked to.
 
-    Parameters
-    ----------
-    run : Run
-        The run; it is continued.
-    periods : int
-        Periods to go on for.
-    events : bool
-        Whether events are kept.
-    times : ndarray, optional
-        Ascending times since the present strobe at which states are kept in place of samples.
-    report : callable, optional
-        Called with the periods done, between the slices.
-    slices : int
-        Parts between which an interruption is heard.
+    ``run``: it is continued. ``periods``: to go on for. ``events``: whether events are kept. ``times``: ascending times
+    since the present strobe at which states are kept in place of samples. ``report``: called with the periods done,
+    between the slices. ``slices``: parts between which an interruption is heard.
     """
     n, per_period = len(run.system.state_names), run.samples
     length = (periods + 1) * per_period + 2 if times is None else len(times)

@@ -131,10 +131,7 @@ class RecordTask(ValueTask):
 def over_records(system: HybridSystem, given: Any, job: Job, measure: Measure) -> xr.Dataset:
     """What one record says, or those at every value of a ``sweep``; each is that of a run of its own.
 
-    Raises
-    ------
-    SettingsError
-        A store or a scheduler without points that they could keep or share.
+    Raises `SettingsError` for a store or a scheduler without points that they could keep or share.
     """
     over_values = swept(system, given, job)
     where = find_section(system, given, job.numerics)
@@ -162,11 +159,8 @@ def over_records(system: HybridSystem, given: Any, job: Job, measure: Measure) -
 def swept(system: HybridSystem, given: Any, job: Job) -> tuple[str, np.ndarray] | None:
     """The swept parameter and its values, made ready for; None for a single run.
 
-    Raises
-    ------
-    SettingsError
-        Of a single run, a store or a scheduler, which only the points of a sweep could use; of a sweep, a method that
-        the system cannot use at any value.
+    Raises `SettingsError` for a store or a scheduler of a single run, which only the points of a sweep could use, and
+    for a method that the system cannot use at any value of a sweep.
     """
     # a map iterates without the flow
     if not system.discrete:

@@ -81,18 +81,12 @@ def trend(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Whether section points a number of iterates apart come closer along the record, and whether they part.
 
-    Parameters
-    ----------
-    windows, known : ndarray, shapes (P, W, n + 1), (P, n)
-        As in `recurrence`.
-    points, periods : ndarray of int, shape (K,)
-        Which window, and how many iterates.
+    ``windows``, ``known``, shapes (P, W, n + 1), (P, n): as in `recurrence`. ``points``, ``periods``, int, shape (K,):
+    which window, and how many iterates.
 
-    Returns
-    -------
-    shrinks, grows : ndarray of bool, shape (K,)
-        Where distances do not shrink, no cycle of this many iterates is approached; where they do not grow, none is
-        left. Distances as small as those of a converged cycle always count as shrinking, since they are round-off.
+    Returns, bool, shape (K,): where distances do not shrink, no cycle of this many iterates is approached; where they
+    do not grow, none is left. Distances as small as those of a converged cycle always count as shrinking, since they
+    are round-off.
     """
     late, early = np.zeros(len(points)), np.zeros(len(points))
     floors = FLOOR * np.ascontiguousarray(known, dtype=float)
@@ -119,13 +113,8 @@ def find_period(points: np.ndarray, known: np.ndarray, most: int) -> int:
 
     The last half of the sequence must repeat for at least two periods, every state within 1e-6 of its own size.
 
-    Parameters
-    ----------
-    points : ndarray, shape (iterates, n)
-    known : ndarray, shape (n,)
-        Sizes that states have had on the way.
-    most : int
-        Longest period looked for.
+    ``points``, shape (iterates, n). ``known``, shape (n,): sizes that states have had on the way. ``most``: longest
+    period looked for.
     """
     points = points[len(points) // 2 :]
     if not np.isfinite(points).all():

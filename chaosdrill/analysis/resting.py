@@ -62,14 +62,8 @@ def is_left(
     One that has always been where it is, and of which nothing moves, stays on an unstable rest. Where it has come to be
     of numbers that are too small for a double, it does not.
 
-    Parameters
-    ----------
-    rates : callable
-        Rates of the states, shape (n,), at a state.
-    state, known : ndarray, shape (n,)
-        Where it seems to rest, and sizes that states have had on the way.
-    begin : ndarray, shape (n,), optional
-        Where it was long before.
+    ``rates``: rates of the states, shape (n,), at a state. ``state``, ``known``, shape (n,): where it seems to rest,
+    and sizes that states have had on the way. ``begin``, shape (n,): where it was long before.
     """
     stayed = (known <= np.abs(state)).all() and (begin is None or (begin == state).all())
     if stayed and not rates(state).any():
@@ -87,18 +81,11 @@ def is_left(
 def stirs(windows: np.ndarray, known: np.ndarray, part: np.ndarray | float = 1.0) -> np.ndarray:
     """Whether a state that is too small to be seen grows evenly to the end, so that the motion will move again.
 
-    Parameters
-    ----------
-    windows : ndarray, shape (P, W, n)
-        States in order, at equal intervals or at a section; NaN behind the last.
-    known : ndarray, shape (P, n)
-        Sizes that states have had on the way.
-    part : float or ndarray, shape (P,)
-        Part of the record that the windows are of: growth is compared with a power of the whole time.
+    ``windows``, shape (P, W, n): states in order, at equal intervals or at a section; NaN behind the last. ``known``,
+    shape (P, n): sizes that states have had on the way. ``part``, shape (P,): part of the record that the windows are
+    of: growth is compared with a power of the whole time.
 
-    Returns
-    -------
-    ndarray of bool, shape (P,)
+    Returns: bool, shape (P,).
     """
     found, part = np.zeros(len(windows), dtype=bool), np.broadcast_to(part, len(windows))
     # a state that is small nowhere takes no further look
@@ -127,10 +114,7 @@ def lengthens(paths: np.ndarray) -> np.ndarray:
     where a motion has come so near to a homoclinic loop that rounding decides how long it stays at the saddle. Of a
     motion that has turned less than three times nothing is known to repeat, which is the same.
 
-    Parameters
-    ----------
-    paths : ndarray, shape (P, W, n)
-        States at equal intervals of time.
+    ``paths``, shape (P, W, n): states at equal intervals of time.
     """
     middle = (paths.min(axis=1) + paths.max(axis=1)) / 2
     above = paths > middle[:, np.newaxis]

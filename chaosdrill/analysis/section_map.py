@@ -67,18 +67,9 @@ def _length(vector: np.ndarray) -> float:
 class SectionMap:
     """So many strobes, iterates or points of a section, as a map of the states.
 
-    Parameters
-    ----------
-    where : Section
-    steps : int
-        Strobes or points that one application of the map takes.
-    numerics : Numerics
-    mode : int
-        Mode in which motions begin, unless regions tell it.
-    scale : ndarray, shape (n,)
-        What distances between states are relative to.
-    transition : int
-        Of a section of events the one directly behind which motions begin; -1 at strobes.
+    ``steps``: strobes or points that one application of the map takes. ``mode``: mode in which motions begin, unless
+    regions tell it. ``scale``, shape (n,): what distances between states are relative to. ``transition``: of a section
+    of events the one directly behind which motions begin; -1 at strobes.
     """
 
     def __init__(
@@ -231,15 +222,8 @@ class SectionMap:
 
         Steps that do not lead closer, or to where no motion begins, are halved.
 
-        Parameters
-        ----------
-        target, guess : ndarray, shape (n,)
-        mode : int
-            Mode of the target.
-        reach : float
-            Longest step, in parts of the scale.
-        begins : int, optional
-            Mode in which motions begin, if it is known.
+        ``target``, ``guess``, shape (n,). ``mode``: mode of the target. ``reach``: longest step, in parts of the scale.
+        ``begins``: mode in which motions begin, if it is known.
         """
         image = self._checked(guess, mode, begins)
         if image is None:

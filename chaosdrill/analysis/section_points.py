@@ -173,12 +173,8 @@ def _recorded_returns(where: Section, run: Run, count: int, job: "Job") -> tuple
 def cycle_rates(where: Section, run: Run, points: np.ndarray, length: float, numerics: Numerics) -> dict[str, float]:
     """Mean rates over one cycle from where a run stands; none if it does not come back.
 
-    Parameters
-    ----------
-    points : ndarray, shape (period, n)
-        Points of the section on the cycle.
-    length : float
-        Duration of the cycle, of a forced system a number of its periods but for round-off.
+    ``points``, shape (period, n): points of the section on the cycle. ``length``: duration of the cycle, of a forced
+    system a number of its periods but for round-off.
     """
     system, period = run.system, len(points)
     shifts = shifts_of(system, but_of=())

@@ -26,17 +26,10 @@ def make_seeds(system: "HybridSystem", seeds: Any, random: Any, *, needed: bool 
 
     The random states do not depend on how many there are.
 
-    Parameters
-    ----------
-    system : HybridSystem
-        Its own values are those of states that a seed does not name.
-    needed : bool
-        Whether the system's own initial state is taken where neither is given.
+    ``system``: its own values are those of states that a seed does not name. ``needed``: whether the system's own
+    initial state is taken where neither is given.
 
-    Raises
-    ------
-    SettingsError
-        A seed that cannot be used.
+    Raises `SettingsError` for a seed that cannot be used.
     """
     fixed = [] if seeds is None and (random is not None or not needed) else [{}] if seeds is None else seeds
     drawn = [] if random is None else draw(system, RANDOM.read("random", random, system))

@@ -60,19 +60,10 @@ class Span:
 def check_record(samples: int, columns: int, names: str) -> None:
     """Refuse a record that no memory holds, before it is reserved.
 
-    Parameters
-    ----------
-    samples : int
-        Rows of the record.
-    columns : int
-        Numbers in a row.
-    names : str
-        The arguments that make the record shorter, as in ``"periods or samples"``.
+    ``samples``: rows of the record. ``columns``: numbers in a row. ``names``: the arguments that make the record
+    shorter, as in ``"periods or samples"``.
 
-    Raises
-    ------
-    SettingsError
-        If the record would hold more than ``MOST_NUMBERS`` numbers.
+    Raises `SettingsError` if the record would hold more than ``MOST_NUMBERS`` numbers.
     """
     if samples * columns > MOST_NUMBERS:
         raise SettingsError(

@@ -154,16 +154,8 @@ def computed_exponents(structure: Structure, count: int) -> int:
 class _Path:
     """A run over its blocks, with its last samples and modes, and, if asked for, the last events that moved its states.
 
-    Parameters
-    ----------
-    run : Run
-        The run, at the beginning of the record.
-    ends : ndarray of int, shape (B + 1,)
-        Where blocks begin and end.
-    exponents : int
-        Tangents whose growth is kept; without any there are no samples.
-    passed : bool
-        Whether events are kept.
+    ``run``: at the beginning of the record. ``ends``, int, shape (B + 1,): where blocks begin and end. ``exponents``:
+    tangents whose growth is kept; without any there are no samples. ``passed``: whether events are kept.
     """
 
     def __init__(self, run: Run, ends: np.ndarray, exponents: int, *, passed: bool) -> None:
@@ -267,18 +259,9 @@ def mean_exponents(
 ) -> MeanExponents:
     """Exponents with their errors, from logarithms summed up to the end of each block.
 
-    Parameters
-    ----------
-    sums, by_size : ndarray, shape (blocks + 1, m)
-        Sums of logarithms, -inf from the block in which a tangent was lost, of lengths as they are, for the exponents,
-        and by sizes, for the errors.
-    ends : ndarray, shape (blocks + 1,)
-        Ends of the blocks in units.
-    unit : float
-        Length of a unit.
-    numerics : Numerics
-    steps : int
-        Steps that the run took.
+    ``sums``, ``by_size``, shape (blocks + 1, m): sums of logarithms, -inf from the block in which a tangent was lost,
+    of lengths as they are, for the exponents, and by sizes, for the errors. ``ends``, shape (blocks + 1,): ends of the
+    blocks in units. ``unit``: length of a unit. ``steps``: steps that the run took.
     """
     times = ends[1:, np.newaxis] * unit
     history = sums[1:] / times

@@ -53,15 +53,8 @@ class Walkers(NamedTuple):
 class Staggers:
     """Walkers on a saddle.
 
-    Parameters
-    ----------
-    watch : callable
-        Whole units that runs from states in modes stay, up to a number of units.
-    step : callable
-        States and modes after a number of units.
-    longest : int
-        Units for which runs may be watched.
-    generator : Generator
+    ``watch``: whole units that runs from states in modes stay, up to a number of units. ``step``: states and modes
+    after a number of units. ``longest``: units for which runs may be watched.
     """
 
     watch: Callable[[np.ndarray, np.ndarray, int], np.ndarray]
@@ -84,10 +77,7 @@ class Staggers:
     def walk(self, begin: Walkers) -> Iterator[Walkers]:
         """Pictures of the walkers, far enough apart to tell different parts of the saddle; none if all leave at once.
 
-        Parameters
-        ----------
-        begin : Walkers
-            Starts of runs.
+        ``begin``: starts of runs.
         """
         found = self._rise(begin)
         if found is None:

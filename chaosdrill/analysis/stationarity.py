@@ -46,18 +46,11 @@ def stationarity(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Which motions still leave something, and which still settle.
 
-    Parameters
-    ----------
-    windows : ndarray, shape (P, W, n)
-        States in order, at equal intervals or at a section; NaN behind the last.
-    known : ndarray, shape (P, n)
-        Sizes that states have had on the way.
-    parting : ndarray of bool, shape (P,), optional
-        Where nearby motions part evenly; what grows there is no error, however small it is.
+    ``windows``, shape (P, W, n): states in order, at equal intervals or at a section; NaN behind the last. ``known``,
+    shape (P, n): sizes that states have had on the way. ``parting``, bool, shape (P,): where nearby motions part
+    evenly; what grows there is no error, however small it is.
 
-    Returns
-    -------
-    leaving, settling : ndarray of bool, shape (P,)
+    Returns: bool, shape (P,).
     """
     leaving, settling = np.zeros((2, len(windows)), dtype=bool)
     parting = np.broadcast_to(parting, len(windows))
@@ -97,18 +90,11 @@ def departs(paths: np.ndarray, drifts: np.ndarray, growth: np.ndarray) -> np.nda
     would be over in a finite time; that of a power of time grows ever slower, but by ever less. On the way to what lies
     beside an unstable rest it grows slower by ever more, since what is lacking to an even growth grows itself.
 
-    Parameters
-    ----------
-    paths : ndarray, shape (P, W, n)
-        States at equal intervals; NaN behind the last.
-    drifts : ndarray of bool, shape (P, n)
-        Which states only grow.
-    growth : ndarray, shape (P, K)
-        Logarithms by which the pace may grow in the course of the paths: by the exponent of the record or of a half.
+    ``paths``, shape (P, W, n): states at equal intervals; NaN behind the last. ``drifts``, bool, shape (P, n): which
+    states only grow. ``growth``, shape (P, K): logarithms by which the pace may grow in the course of the paths: by the
+    exponent of the record or of a half.
 
-    Returns
-    -------
-    ndarray of bool, shape (P,)
+    Returns: bool, shape (P,).
     """
     found = np.zeros(len(paths), dtype=bool)
     for p in np.flatnonzero(drifts.any(axis=1)):

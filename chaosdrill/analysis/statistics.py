@@ -55,15 +55,10 @@ def standard_error(rates: np.ndarray) -> np.ndarray:
     Measured: 95 % intervals hold the truth in 92 to 97 % if the record is six correlation times or longer, in 32 blocks
     as in 256; at three it is 90 %. See "Exponents" in docs/theory.md for chaotic and intermittent motion.
 
-    Parameters
-    ----------
-    rates : ndarray, shape (blocks, ...)
-        Means over blocks of equal length, in order.
+    ``rates``, shape (blocks, ...): means over blocks of equal length, in order.
 
-    Returns
-    -------
-    ndarray, shape (...)
-        NaN with fewer than two blocks, or where a block is NaN. With fewer than six it is that of independent blocks.
+    Returns, shape (...): NaN with fewer than two blocks, or where a block is NaN. With fewer than six it is that of
+    independent blocks.
     """
     rates = np.asarray(rates, dtype=float)
     n = len(rates)
@@ -116,17 +111,10 @@ def error_of_exponents(rates: np.ndarray, numerics: "Numerics", steps: Any, leng
     On a cycle blocks of whole periods are alike, and what is left is the method's: each step may change the logarithm
     of a tangent's length by what the tolerance lets it.
 
-    Parameters
-    ----------
-    rates : ndarray, shape (blocks, ..., m)
-        As in `standard_error`.
-    numerics : Numerics
-    steps, length : ndarray, shape (...), or numbers
-        Steps of the runs over all blocks, and the time that these take.
+    ``rates``, shape (blocks, ..., m): as in `standard_error`. ``steps``, ``length``, shape (...), or numbers: steps of
+    the runs over all blocks, and the time that these take.
 
-    Returns
-    -------
-    ndarray, shape (..., m)
+    Returns: shape (..., m).
     """
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         of_method = numerics.step_error * np.where(np.asarray(length) > 0.0, steps / length, np.nan)[..., np.newaxis]
@@ -144,20 +132,11 @@ def error_of_mean_rate(totals: np.ndarray, times: np.ndarray, numerics: "Numeric
     Blocks that last longer count more: what a block has beyond its time's share of the whole is an error of the mean.
     The method's is the part of the totals' way that its steps may be wrong by.
 
-    Parameters
-    ----------
-    totals : ndarray, shape (blocks + 1, ...)
-        Totals at the beginning of the first block and at the end of each.
-    times : ndarray, shape (blocks + 1, ...)
-        Times there, of a shape that goes with that of the totals.
-    numerics : Numerics
-    pace : ndarray, shape (...)
-        How far the totals move, up or down, per unit of time.
+    ``totals``, shape (blocks + 1, ...): totals at the beginning of the first block and at the end of each. ``times``,
+    shape (blocks + 1, ...): times there, of a shape that goes with that of the totals. ``pace``, shape (...): how far
+    the totals move, up or down, per unit of time.
 
-    Returns
-    -------
-    ndarray, shape (...)
-        NaN with fewer than two blocks.
+    Returns, shape (...): NaN with fewer than two blocks.
     """
     spans = np.diff(times, axis=0)
     if len(spans) < 2:
@@ -171,12 +150,7 @@ def error_of_mean_rate(totals: np.ndarray, times: np.ndarray, numerics: "Numeric
 def _least_fall(apart: np.ndarray, orders: np.ndarray) -> np.ndarray:
     """Mean of the spectral density over some frequencies, in parts of that at zero, by first-order autoregressions.
 
-    Parameters
-    ----------
-    apart : ndarray, shape (n, ...)
-        Blocks less their mean.
-    orders : ndarray, shape (K, ...)
-        Frequencies, in half-waves a record.
+    ``apart``, shape (n, ...): blocks less their mean. ``orders``, shape (K, ...): frequencies, in half-waves a record.
     """
     sums = np.concatenate([np.zeros_like(apart[:1]), np.cumsum(apart, axis=0)])
     least = np.ones(apart.shape[1:])
@@ -291,20 +265,11 @@ def free_exponents(
     were, or if some are negative, for then whatever is zero lies above them. Else an exponent is left out only if it is
     not told from zero.
 
-    Parameters
-    ----------
-    exponents : ndarray, shape (P, m)
-        Descending spectra.
-    neutral : ndarray of int, shape (P,), or int
-        How many are zero whatever the attractor, see `chaosdrill.engine.structure.Structure.neutral`.
-    margins : ndarray, shape (P, m)
-        Distance from zero beyond which each differs from zero.
-    complete : bool
-        Whether there are as many as states.
+    ``exponents``, shape (P, m): descending spectra. ``neutral``, int, shape (P,), or int: how many are zero whatever
+    the attractor, see `chaosdrill.engine.structure.Structure.neutral`. ``margins``, shape (P, m): distance from zero
+    beyond which each differs from zero. ``complete``: whether there are as many as states.
 
-    Returns
-    -------
-    ndarray, shape (P, m)
+    Returns: shape (P, m).
     """
     free = np.isfinite(exponents)
     # shear makes a pair of opposite signs, of which neither is a rate: the negative one would attract
@@ -327,21 +292,12 @@ def leading(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The largest exponent that is free to have any sign, and the distance beyond which it differs from zero.
 
-    Parameters
-    ----------
-    exponents, errors : ndarray, shape (P, m)
-        Descending spectra and their standard errors.
-    neutral, complete
-        As in `free_exponents`.
-    length : ndarray, shape (P,)
-        Time over which they were averaged; an exponent within 4 / length of zero cannot be distinguished from it.
+    ``exponents``, ``errors``, shape (P, m): descending spectra and their standard errors. ``neutral``, ``complete``: as
+    in `free_exponents`. ``length``, shape (P,): time over which they were averaged; an exponent within 4 / length of
+    zero cannot be distinguished from it.
 
-    Returns
-    -------
-    value, margin : ndarray, shape (P,)
-        The value is -inf where no finite exponent is left, NaN where an exponent is not a number or there are none.
-    column : ndarray of int, shape (P,)
-        Which of the exponents it is.
+    Returns: ``value``, ``margin``, shape (P,): the value is -inf where no finite exponent is left, NaN where an
+    exponent is not a number or there are none. ``column``, int, shape (P,): which of the exponents it is.
     """
     points, m = exponents.shape
     if not m:

@@ -40,16 +40,9 @@ def over_parameters(
 ) -> xr.Dataset:
     """Measure every point of a sweep.
 
-    Parameters
-    ----------
-    given : Points
-        With ``sweep``, ``seeds`` and ``random``.
-    rows : int
-        Section points that are kept of every run.
-    lines : tuple of str
-        Directions in which the last state is followed along the one parameter, each as a seed of its own.
-    counts_attractors : bool
-        Whether the different attractors among the seeds of a point are counted.
+    ``given``: with ``sweep``, ``seeds`` and ``random``. ``rows``: section points that are kept of every run. ``lines``:
+    directions in which the last state is followed along the one parameter, each as a seed of its own.
+    ``counts_attractors``: whether the different attractors among the seeds of a point are counted.
     """
     axes = tuple(Axis(name, values) for name, values in given.sweep.items())
     names, shape = tuple(given.sweep), tuple(len(axis.values) for axis in axes)

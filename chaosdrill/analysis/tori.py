@@ -181,15 +181,9 @@ def agreement(windows: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.nd
     In chaos on many narrow bands averages are close as well, in parts of the whole extent; twice as many points bring
     them closer by a third, and those of a torus, unless it is slow, by orders of magnitude.
 
-    Parameters
-    ----------
-    windows, known : ndarray, shapes (P, W, n), (P, n)
-        Section points, and sizes that states have had on the way.
+    ``windows``, ``known``, shapes (P, W, n), (P, n): section points, and sizes that states have had on the way.
 
-    Returns
-    -------
-    smooth, converging, exact, parting : ndarray of bool, shape (P,)
-        The last: whether they are further apart in longer parts, as along a spiral.
+    Returns, bool, shape (P,): the last: whether they are further apart in longer parts, as along a spiral.
     """
     weight = _one_over_extent(windows, known)
     moves = (weight > 0).any(axis=1)
@@ -231,14 +225,9 @@ def smooth_means(sequences: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, 
     difference is the error. Elsewhere halves may agree by chance, and the error is at least that of a mean of
     correlated values, larger by what fading takes off the record.
 
-    Parameters
-    ----------
-    sequences, known : ndarray, shapes (S, N), (S,)
-        Sequences that move, and sizes that they have had on the way.
+    ``sequences``, ``known``, shapes (S, N), (S,): sequences that move, and sizes that they have had on the way.
 
-    Returns
-    -------
-    means, apart, errors : ndarray, shape (S,)
+    Returns: shape (S,).
     """
     columns = sequences[:, :, np.newaxis]
     weight = fading(sequences.shape[1])
@@ -326,12 +315,8 @@ def goes_on(
 ) -> np.ndarray:
     """Whether other states of motions lie on the curves along which their section points run; bool, shape (P,).
 
-    Parameters
-    ----------
-    windows, known, shifts
-        As in `examine`; of points that are in order.
-    others, steps : ndarray, shapes (P, K, n), (K,)
-        As in `chaosdrill.analysis.ordering.goes_on`.
+    ``windows``, ``known``, ``shifts``: as in `examine`; of points that are in order. ``others``, ``steps``, shapes (P,
+    K, n), (K,): as in `chaosdrill.analysis.ordering.goes_on`.
     """
     states, others = shifts.quotient(windows[:, :, :-1]), shifts.quotient(others)
     moves = _one_over_extent(states, shifts.sizes(known)) > 0
@@ -365,19 +350,11 @@ def drift(
     What moves on is further away after all turns than after one. Round-off may come from the largest that states have
     been.
 
-    Parameters
-    ----------
-    paths, known : ndarray, shapes (P, W, n + 1), (P, n)
-        As in `recurrence`, without NaN.
-    periods : ndarray of int, shape (P,)
-        After how many iterates they come back.
-    rounding : float or ndarray, shape (P,)
-        Part of their sizes that errors of the run may add up to from point to point.
+    ``paths``, ``known``, shapes (P, W, n + 1), (P, n): as in `recurrence`, without NaN. ``periods``, int, shape (P,):
+    after how many iterates they come back. ``rounding``, shape (P,): part of their sizes that errors of the run may add
+    up to from point to point.
 
-    Returns
-    -------
-    moves_on, closer, rounded : ndarray of bool, shape (P,)
-        ``closer`` is False, too, for those that come back to round-off and do not move on.
+    Returns, bool, shape (P,): ``closer`` is False, too, for those that come back to round-off and do not move on.
     """
     scale, rounding = sizes(paths[:, :, :-1], known), np.broadcast_to(rounding, len(paths))
     moves_on, closer, rounded = np.zeros((3, len(paths)), dtype=bool)
@@ -410,10 +387,7 @@ def turn(paths: np.ndarray, known: np.ndarray, periods: np.ndarray) -> np.ndarra
 
     That is how far the multiplier of what moves is from 1. The least of all points counts; 0 where there are too few.
 
-    Parameters
-    ----------
-    paths, known, periods
-        As in `drift`.
+    ``paths``, ``known``, ``periods``: as in `drift`.
     """
     # a state may be next to zero at all of the points
     found, scale = np.zeros(len(paths)), np.maximum(sizes(paths[:, :, :-1], known), known)
@@ -479,14 +453,9 @@ def zero_one_by_turn(values: np.ndarray) -> np.ndarray:
     of the sequence, their squares are a sum over correlations, the same for all phases; those that are cut off at the
     beginning, and those that begin in the last tenth, are subtracted.
 
-    Parameters
-    ----------
-    values : ndarray, shape (..., N)
-        Sequences.
+    ``values``, shape (..., N): sequences.
 
-    Returns
-    -------
-    ndarray, shape (..., TURNS)
+    Returns: shape (..., TURNS).
     """
     count = values.shape[-1]
     steps = np.arange(1, count // 10 + 1)
@@ -551,14 +520,8 @@ def _by_neighbours(
     neighbours lie beside it as well, and the frequencies tell. A torus may be thin: on a curve neighbours lie beside
     the flow as it bends, but for a small part.
 
-    Parameters
-    ----------
-    window, path : ndarray, shapes (W, n + 1), (W, m + 1)
-        States and modes, and the same in the quotient by shifts.
-    known : ndarray, shape (m,)
-        Sizes that coordinates of the quotient have had.
-    flow, shifts
-        As in `examine`.
+    ``window``, ``path``, shapes (W, n + 1), (W, m + 1): states and modes, and the same in the quotient by shifts.
+    ``known``, shape (m,): sizes that coordinates of the quotient have had. ``flow``, ``shifts``: as in `examine`.
     """
     weight = _one_over_extent(path[np.newaxis, :, :-1], known[np.newaxis])[0]
     points = path[:, :-1] * weight

@@ -43,15 +43,9 @@ def merge(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Numbers and leaders, as of `number_attractors`, after those that are one have been merged.
 
-    Parameters
-    ----------
-    found : mapping of str to ndarray
-        What is known of all runs.
-    numbers, leaders : ndarray of int
-        The attractor of every run, from 1, and the run that stands for each.
-    begin : callable
-        Given places among the attractors, runs over steps of the map from where those began that stand for them, which
-        keep as many points as records are compared by.
+    ``found``: what is known of all runs. ``numbers``, ``leaders``, int: the attractor of every run, from 1, and the run
+    that stands for each. ``begin``: given places among the attractors, runs over steps of the map from where those
+    began that stand for them, which keep as many points as records are compared by.
     """
     loose = (found["period"][leaders] == 0) & (found["outcome"][leaders] != Outcome.EQUILIBRIUM)
     todo, part_of = np.flatnonzero(loose), np.arange(len(leaders))

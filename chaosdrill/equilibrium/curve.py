@@ -89,9 +89,7 @@ class Curve:
     def corrected(self, guess: np.ndarray, from_: Point, row: np.ndarray | None = None) -> Equilibrium:
         """The equilibrium beside a guess of the unknowns, in the plane across the branch; else at a given direction.
 
-        Raises
-        ------
-        LostError
+        Raises `LostError`.
         """
         weights = self.weights(from_.at)
         row = from_.tangent if row is None else row
@@ -127,12 +125,7 @@ class Curve:
         return found
 
     def after(self, last: Point, h: float) -> Point:
-        """The point a step further.
-
-        Raises
-        ------
-        LostError
-        """
+        """The point a step further; raises `LostError`."""
         weights = self.weights(last.at)
         guess = self.unknowns(last.at) + h * weights * last.tangent
         one = self.corrected(guess, last)

@@ -100,10 +100,7 @@ class Expressions:
 def expressions_of(system: "HybridSystem", mode: str) -> Expressions:
     """The rates of a mode in its free states.
 
-    Raises
-    ------
-    NoRatesError
-        The mode has no equilibria, or none that can be looked for, with the reason.
+    Raises `NoRatesError` if the mode has no equilibria, or none that can be looked for, with the reason.
     """
     known = system.shared.setdefault("expressions of equilibria", {})
     if mode not in known:

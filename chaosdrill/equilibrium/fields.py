@@ -159,10 +159,7 @@ class Field:
 def field_of(system: "HybridSystem", mode: str) -> Field:
     """The rates of a mode in its free states.
 
-    Raises
-    ------
-    NoFieldError
-        The mode has no equilibria, or none that can be looked for, with the reason.
+    Raises `NoFieldError` if the mode has no equilibria, or none that can be looked for, with the reason.
     """
     known = system.shared.setdefault("equilibria", {})
     if mode not in known:

@@ -89,14 +89,8 @@ def _terms(curve: Curve, one: Equilibrium, near: float) -> _Terms:
 def hopf_form(curve: Curve, before: Point, point: Point, after: Point, omega: float, error: float) -> HopfForm:
     """What is born at a located Hopf point.
 
-    Parameters
-    ----------
-    before, after : Point
-        Points of the branch a little beside it.
-    omega : float
-        Frequency of the pair.
-    error : float
-        Of the parameter.
+    ``before``, ``after``: points of the branch a little beside it. ``omega``: frequency of the pair. ``error``: of the
+    parameter.
     """
     undecided = HopfForm(omega, Criticality.UNDECIDED)
     if curve.field.system.sources:
@@ -243,12 +237,7 @@ def beyond(
 ) -> tuple[Beyond, Equilibrium | None]:
     """What follows where a guard of the mode is met, and the equilibrium of another mode that is there.
 
-    Parameters
-    ----------
-    side : int
-        Which guard.
-    sizes : ndarray, shape (n,)
-        How large each state is.
+    ``side``: which guard. ``sizes``, shape (n,): how large each state is.
     """
     field, numbers = curve.field, point.at.numbers
     own = _side_slope(curve, point.at, [side])

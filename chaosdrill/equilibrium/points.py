@@ -197,13 +197,8 @@ def undecided(
 
     Between them the zero lies, however flat the function is there.
 
-    Parameters
-    ----------
-    at : callable
-        What is at a place, the function there, and its error.
-    zero : float
-    limits : tuple of float
-        Places beyond which nothing is looked for; where the sign is not certain up to one, that stands.
+    ``at``: what is at a place, the function there, and its error. ``limits``: places beyond which nothing is looked
+    for; where the sign is not certain up to one, that stands.
     """
     found = []
     for limit in limits:

@@ -38,15 +38,8 @@ def search(
 ) -> Found:
     """All equilibria to which starts lead.
 
-    Parameters
-    ----------
-    modes : sequence of str
-        Those that are looked at.
-    starts : ndarray, shape (S, n)
-    sizes : ndarray, shape (n,)
-        How large each state is.
-    within : dict of int to (float, float)
-        Limits of states by their numbers, outside of which none counts.
+    ``modes``: those that are looked at. ``starts``, shape (S, n). ``sizes``, shape (n,): how large each state is.
+    ``within``: limits of states by their numbers, outside of which none counts.
     """
     values, own = list(system.parameters.values()), system.initial_values
     found, hits, refused = list[Equilibrium](), list[int](), dict[str, str]()

@@ -233,10 +233,7 @@ CONDITIONS = [
 def mark_conditions(branch: "Branch") -> list[str]:
     """Insert the points of a curve at which a second condition is met, and mark them.
 
-    Returns
-    -------
-    list of str
-        Where one is met but was not located, in words.
+    Returns: where one is met but was not located, in words.
     """
     missing: list[str] = []
     for first, last in _chains(branch.segments):
@@ -285,9 +282,7 @@ def _chains(segments: Sequence["BranchSegment"]) -> list[tuple[int, int]]:
 def _located(curve: "SpecialCurve", condition: Condition, before: "Point", after: "Point") -> Located | None:
     """Where a condition is met between two points; None if its function passes a pole, or it is of another kind.
 
-    Raises
-    ------
-    LostError
+    Raises `LostError`.
     """
     tried: dict[float, Point] = {0.0: before, 1.0: after}
 

@@ -16,23 +16,14 @@ def conserved_at(problem: "Problem", orbit: "Orbit", shot: "Shot") -> np.ndarray
 
     A conserved quantity makes the equations of an orbit depend on each other, whatever the parameters do: the map
     around the orbit cannot leave its level (Munoz-Almaraz, Freire, Galan, Doedel and Vanderbauwhede 2003,
-    doi:10.1016/S0167-2789(03)00097-6). The combination of equations that vanishes is its gradient. A fold does
-    not count, since its parameter leads away from it; where branches cross, the equations are regular on neighbouring
+    doi:10.1016/S0167-2789(03)00097-6). The combination of equations that vanishes is its gradient. A fold does not
+    count, since its parameter leads away from it; where branches cross, the equations are regular on neighbouring
     orbits. Here a neighbouring orbit must exist at the same parameters whose equations depend on each other as well.
 
-    Parameters
-    ----------
-    problem : Problem
-    orbit : Orbit
-        An orbit.
-    shot : Shot
-        What shooting showed of it.
+    ``shot``: what shooting showed of the orbit.
 
-    Returns
-    -------
-    ndarray
-        Each row has the length 1 in the sizes of the states along the orbit. None (m = 0) where what the expressions
-        tell already leaves a family.
+    Each row has the length 1 in the sizes of the states along the orbit. None (m = 0) where what the expressions tell
+    already leaves a family.
     """
     d, count = problem.states, len(orbit)
     nothing, known = np.zeros((0, d)), problem.neutral

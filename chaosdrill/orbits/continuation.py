@@ -58,18 +58,9 @@ def continue_curve(
 ) -> Continued:
     """Follow a curve from a point in the direction of its tangent, as long as the events do not change.
 
-    Parameters
-    ----------
-    step : float
-        Longest step, in the norm of the weights: a part of the ranges.
-    most : int
-        Largest number of points.
-    first_step : float, optional
-        Default: a fraction of the longest.
-    home : Point, optional
-        Start of the curve, which is closed if it returns there. Default: the first point.
-    birth : Birth, optional
-        Where the branch was born, far from which its steps may be longer.
+    ``step``: longest step, in the norm of the weights: a part of the ranges. ``most``: largest number of points.
+    ``first_step``: default: a fraction of the longest. ``home``: start of the curve, which is closed if it returns
+    there. Default: the first point. ``birth``: where the branch was born, far from which its steps may be longer.
     """
     points, home, anchor = [first], home or first, 0
     watches = [

@@ -30,15 +30,7 @@ if TYPE_CHECKING:
 class ReturnMap:
     """The map of deviations at a place within a segment of an orbit to those one period later.
 
-    Parameters
-    ----------
-    problem : Problem
-    orbit : Orbit
-
-    Raises
-    ------
-    LostError
-        The orbit has no segment in which all deviations are free to go on.
+    Raises `LostError` if the orbit has no segment in which all deviations are free to go on.
     """
 
     def __init__(self, problem: "Problem", orbit: Orbit) -> None:
@@ -60,9 +52,7 @@ class ReturnMap:
     def derivative(self, deviation: np.ndarray) -> np.ndarray:
         """First derivatives of the map at a deviation, shapes (m, m) and (m,), in units of the sizes of the states.
 
-        Raises
-        ------
-        LostError
+        Raises `LostError`.
         """
         d, count = self.problem.states, len(self.path)
         starts = self.path.starts.copy()
@@ -158,20 +148,10 @@ def cut(problem: "Problem", orbit: Orbit, segment: int, after: float) -> Orbit:
 def normal_form(problem: "Problem", orbit: Orbit, kind: Special, multiplicity: int) -> NormalForm:
     """What is born at a special point of a branch.
 
-    Parameters
-    ----------
-    problem : Problem
-    orbit : Orbit
-        The orbit there.
-    kind : Special
-    multiplicity : int
-        How many multipliers are on the unit circle.
+    ``orbit``: the orbit there. ``multiplicity``: how many multipliers are on the unit circle.
 
-    Returns
-    -------
-    NormalForm
-        Undecided where the error covers zero, where several multipliers cross together, at strong resonances, and
-        where a quantity is conserved.
+    Undecided where the error covers zero, where several multipliers cross together, at strong resonances, and where a
+    quantity is conserved.
     """
     if kind not in _CRITICAL:
         return NormalForm(Criticality.NONE)
@@ -189,24 +169,12 @@ def normal_form(problem: "Problem", orbit: Orbit, kind: Special, multiplicity: i
 def cubic_term(problem: "Problem", orbit: Orbit, near: complex) -> tuple[float, float]:
     """Coefficient of the cubic term on the centre manifold of the multiplier nearest to a value, and its error.
 
-    Parameters
-    ----------
-    problem : Problem
-    orbit : Orbit
-    near : complex
-        -1, or one of a pair on the unit circle.
+    ``near``: -1, or one of a pair on the unit circle.
 
-    Returns
-    -------
-    coefficient, error : float
-        As in `NormalForm`.
+    Returns them as in `NormalForm`.
 
-    Raises
-    ------
-    LostError
-        No return map, or no derivatives of it.
-    numpy.linalg.LinAlgError
-        At a pole of the coefficient.
+    Raises `LostError` if there is no return map, or no derivatives of it, and `numpy.linalg.LinAlgError` at a pole of
+    the coefficient.
     """
     (_, cubic), (_, error) = _terms(ReturnMap(problem, orbit), lambda values: np.abs(values - near))
     return float(cubic), float(error)
@@ -272,10 +240,7 @@ def _coefficients(
 def extrapolated(function: Callable[[float], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """Values at the distance zero of functions of its square, shape (m,), and their errors.
 
-    Raises
-    ------
-    LostError
-        The functions have no values at any two distances.
+    Raises `LostError` if the functions have no values at any two distances.
     """
     best, errors = np.zeros(1), np.full(1, np.inf)
     before: list[np.ndarray] = []

@@ -217,14 +217,7 @@ def _counts(segment: "BranchSegment") -> np.ndarray:
 def unexplained(segment: "BranchSegment", multiplicities: dict[int, int]) -> tuple[int, int, int, int] | None:
     """The first two points between which the count changes more than special points between them explain.
 
-    Parameters
-    ----------
-    multiplicities : dict
-        Of the special points, by their index.
-
-    Returns
-    -------
-    before, after, count before, count after : int, or None
+    ``multiplicities``: of the special points, by their index.
     """
     counts = _counts(segment)
     for k in multiplicities:
@@ -243,10 +236,7 @@ def located(pair: "BranchSegment") -> list[Located]:
     What looks like a fold may turn out to be a point at which branches cross, and what looks like a pair of multipliers
     on the unit circle to be a regular point.
 
-    Raises
-    ------
-    LostError
-        No orbit was found on the way, or it has no such multiplier.
+    Raises `LostError` if no orbit was found on the way, or it has no such multiplier.
     """
     step = _Step(pair)
     return [step.whole(one) for one in _found(step, pair)]
@@ -315,9 +305,7 @@ class _Step:
     def located(self, test: BranchTest) -> Located | None:
         """Where a test function vanishes; None if nothing happens there.
 
-        Raises
-        ------
-        LostError
+        Raises `LostError`.
         """
 
         def value(part: float) -> float:
@@ -373,9 +361,7 @@ class _Step:
     def crossed(self) -> list[Located]:
         """Where the moduli pass 1, each in its place; those that do so together are one point.
 
-        Raises
-        ------
-        LostError
+        Raises `LostError`.
         """
         ends = outside(free_of(self.pair))
         places = range(int(ends.min()), int(ends.max()))

@@ -55,10 +55,7 @@ class TestFunction(Protocol):
 class Curve:
     """A branch of orbits over one parameter, and the equations for its points.
 
-    Parameters
-    ----------
-    limits : ndarray, shape (q, 2)
-        Smallest and largest value of each free parameter.
+    ``limits``, shape (q, 2): smallest and largest value of each free parameter.
     """
 
     noun = "branch"
@@ -152,16 +149,9 @@ class Curve:
     def correct(self, guess: "Orbit", near: Point, row: np.ndarray) -> Point:
         """The point of the curve nearest to a guess.
 
-        Parameters
-        ----------
-        near : Point
-            The nearest known point.
-        row : ndarray, shape (columns,)
-            Corrections are orthogonal to it.
+        ``near``: the nearest known point. ``row``, shape (columns,): corrections are orthogonal to it.
 
-        Raises
-        ------
-        LostError
+        Raises `LostError`.
         """
         orbit, shot = self._solved(guess, near, row[np.newaxis])
         weights = self.weights(orbit)
@@ -230,10 +220,7 @@ class Curve:
 
         ``points`` are those that the predictor passes through.
 
-        Raises
-        ------
-        LostError
-            The smooth continuation has no such point.
+        Raises `LostError` if the smooth continuation has no such point.
         """
         last = points[-1]
         predicted = self.predicted(points, h)
@@ -265,10 +252,7 @@ class Curve:
 
         ``guess`` is a better one than the point of the line.
 
-        Raises
-        ------
-        LostError
-            Newton's method fails, or leads to another part of the curve.
+        Raises `LostError` if Newton's method fails, or leads to another part of the curve.
         """
         guess = one.orbit.between(other.orbit, part) if guess is None else guess
         point = self.correct(guess, one, one.tangent.row if row is None else row)
@@ -281,9 +265,7 @@ class Curve:
     def at_limit(self, last: Point, beyond: Point) -> Point | None:
         """The point at the first limit passed between two points; None if the last point lies on it.
 
-        Raises
-        ------
-        LostError
+        Raises `LostError`.
         """
         here, there = self.values(last.orbit), self.values(beyond.orbit)
         limit = np.where(there < here, self.limits[:, 0], self.limits[:, 1])
@@ -392,13 +374,7 @@ class Curve:
 class SpecialCurve(Curve):
     """A curve over two parameters along which a test function vanishes.
 
-    Parameters
-    ----------
-    problem : Problem
-        Of two free parameters.
-    limits : ndarray, shape (2, 2)
-    test : TestFunction
-        The function.
+    ``problem``: of two free parameters. ``limits``, shape (2, 2). ``test``: the function.
     """
 
     noun = "curve"
@@ -408,12 +384,7 @@ class SpecialCurve(Curve):
         self.test, self.kind, self.margin = test, test.kind, test.margin
 
     def begin(self, orbit: "Orbit", shot: "Shot", tracked: float) -> Point:
-        """The point of the curve next to an orbit, with the second parameter as it is there.
-
-        Raises
-        ------
-        LostError
-        """
+        """The point of the curve next to an orbit, with the second parameter as it is there; raises `LostError`."""
         plane = plane_at(self.problem, orbit, shot, self.weights(orbit))
         across = plane.direction(np.array([plane.rows[1, -1], -plane.rows[0, -1]]))
         slope = self.slope(orbit, shot, plane, plane.part(across.course), tracked)

@@ -62,12 +62,7 @@ def _coarser(numerics: Numerics) -> Numerics:
 class Carrier:
     """The shooting problem of orbits with passengers; its free parameters are those of the derivatives.
 
-    Parameters
-    ----------
-    problem : Problem
-        Its free parameters are those of its orbits.
-    names : sequence of str
-        Parameters of the derivatives.
+    ``problem``: its free parameters are those of its orbits. ``names``: parameters of the derivatives.
     """
 
     def __init__(self, problem: "Problem", names: Sequence[str]) -> None:
@@ -90,11 +85,8 @@ class Carrier:
     def derived(self, orbits: Sequence[tuple[Orbit, np.ndarray, int]]) -> list[Derived]:
         """The derivatives on orbits of the problem.
 
-        Parameters
-        ----------
-        orbits : sequence of (orbit, multipliers, rank)
-            Multipliers are complex, shape (n,), by decreasing modulus, exactly 0 where rank is lost; the rank is the
-            number of directions that survive.
+        ``orbits``: multipliers are complex, shape (n,), by decreasing modulus, exactly 0 where rank is lost; the rank
+        is the number of directions that survive.
         """
         problem, found = self.problem, list[Derived]()
         words = refusal(problem)
@@ -198,12 +190,8 @@ def _numbered(problem: "Problem", task: _Task) -> _Task:
 def _timed(task: _Task, rows: np.ndarray, first: int) -> None:
     """Let the segment before the strobe end there: an equation of the phase, the durations, and so of the period.
 
-    Parameters
-    ----------
-    rows : ndarray, shape (P, m, columns)
-        Linearised equations; that of the segment is replaced.
-    first : int
-        Column of the phase.
+    ``rows``, shape (P, m, columns): linearised equations; that of the segment is replaced. ``first``: column of the
+    phase.
     """
     if task.inserted:
         row = rows[:, task.strobe - 1]
@@ -216,12 +204,8 @@ def _timed(task: _Task, rows: np.ndarray, first: int) -> None:
 class _Equations:
     """The linearised equations of orbits of one kind, without unit, and their inverse; P orbits.
 
-    Parameters
-    ----------
-    rows : ndarray, shape (P, m, columns + 1)
-        As of `Shot`, those of passengers left out.
-    own : ndarray of int, shape (k,)
-        Columns of the unknowns; the others are given.
+    ``rows``, shape (P, m, columns + 1): as of `Shot`, those of passengers left out. ``own``, int, shape (k,): columns
+    of the unknowns; the others are given.
     """
 
     def __init__(self, problem: "Problem", tasks: Sequence[_Task], rows: np.ndarray, own: np.ndarray) -> None:

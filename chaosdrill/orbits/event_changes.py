@@ -44,15 +44,9 @@ class Touch:
     def greatest(self, problem: Problem, orbit: Orbit, instant: float) -> tuple[float, float]:
         """Largest value of the guard in the segment near an instant, and its time.
 
-        Parameters
-        ----------
-        instant : float
-            Time since the start of the orbit.
+        ``instant``: time since the start of the orbit.
 
-        Raises
-        ------
-        LostError
-            No maximum nearby: it has left the segment.
+        Raises `LostError` if there is no maximum nearby: it has left the segment.
         """
         total = float(orbit.durations.sum())
         now, gap = instant, TUNING.touch_probe * total
@@ -137,10 +131,7 @@ def slowest_event(problem: Problem, orbit: Orbit, shot: Shot) -> int | None:
 def taken(problem: Problem, orbit: Orbit, segment: int, guard: int, after: float) -> tuple[int, np.ndarray]:
     """Transition that would be taken if a guard were met on a segment, -1 for none, and the state after it, shape (d,).
 
-    Parameters
-    ----------
-    after : float
-        Time since the start of the segment.
+    ``after``: time since the start of the segment.
     """
     system = problem.system
     n, instant = len(system.state_names), float(orbit.durations[:segment].sum()) + after
@@ -199,10 +190,7 @@ class Change(NamedTuple):
 def change_at(problem: Problem, border: Border, after: Orbit | None = None) -> Change:
     """What happens at a border.
 
-    Parameters
-    ----------
-    after : Orbit, optional
-        The first orbit of the branch beyond; without one the border ends the branch.
+    ``after``: the first orbit of the branch beyond; without one the border ends the branch.
     """
     return _met_at(problem, border) if after is None else _changed(problem, border, after)
 

@@ -15,12 +15,8 @@ def slopes_of_surfaces(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Gradients of the surfaces that a mode holds, and their derivatives.
 
-    Returns
-    -------
-    gradients : ndarray, shape (m, n)
-        By the states.
-    turned : ndarray, shape (m, n, n + 1 + P)
-        The derivatives of these by states, time and parameters.
+    Returns: ``gradients``, shape (m, n): by the states. ``turned``, shape (m, n, n + 1 + P): the derivatives of these
+    by states, time and parameters.
     """
     gradients, turned = function_of(system, f"slopes {mode}", lambda placed: _slopes(placed, mode))(
         time, *state, *values

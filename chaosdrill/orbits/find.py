@@ -36,10 +36,7 @@ from chaosdrill.orbits.verification import describe, no_orbit
 class NoOrbitError(Exception):
     """Raised if no orbit was found, with the reason.
 
-    Parameters
-    ----------
-    residuals : ndarray
-        Residuals of Newton's method up to its end.
+    ``residuals``: residuals of Newton's method up to its end.
     """
 
     def __init__(self, outcome: Outcome, message: str, residuals: np.ndarray | None = None) -> None:
@@ -243,16 +240,10 @@ def starting_orbit(
     On an attractor Newton's method starts where the motion comes back most nearly after the period, and there from
     several such places. An orbit of a shorter period is given only if none of the period asked for was found.
 
-    Returns
-    -------
-    problem, orbit, shot, residuals : Problem, Orbit, Shot, ndarray
-        The orbit with what shooting and Newton's method showed.
-    message : str
-        Remarks on the orbit.
+    Returns: ``problem``, ``orbit``, ``shot``, ``residuals``: the orbit with what shooting and Newton's method showed.
+    ``message``: remarks on the orbit.
 
-    Raises
-    ------
-    NoOrbitError
+    Raises `NoOrbitError`.
     """
     problem = Problem(system, free, numerics)
     outcome, run = settled(problem, transient if start == "attractor" else 0)
@@ -305,9 +296,7 @@ def orbit_read(
     Where the system does not follow what Newton's method makes of it, its own path from there is read. ``level`` is as
     for `solved`.
 
-    Raises
-    ------
-    NoOrbitError
+    Raises `NoOrbitError`.
     """
     failure = NoOrbitError(Outcome.NO_ORBIT, "")
     seen: list[Orbit] = []
@@ -342,9 +331,7 @@ def solved(
 
     Where it finds none and ``level`` says so, it is tried on a level of what may be conserved.
 
-    Raises
-    ------
-    NoOrbitError
+    Raises `NoOrbitError`.
     """
     if words := _comes_with_another(problem, guess):
         raise NoOrbitError(Outcome.NO_ORBIT, words)

@@ -80,10 +80,7 @@ def first_test(wanted: Wanted, kind: Special) -> Holding | Extremal:
 def mark_functions(branch: "Branch", wanted: Wanted) -> list[str]:
     """Insert the points of a branch at which its functions take values or are largest or smallest, and mark them.
 
-    Returns
-    -------
-    list of str
-        What was seen and not located, in words.
+    Returns: what was seen and not located, in words.
     """
     missing: list[str] = []
     names = wanted.functions.names

@@ -49,10 +49,7 @@ class OrbitFunction:
 def read_function(system: "HybridSystem", name: str, table: Mapping[str, Any]) -> OrbitFunction:
     """The function that a table of settings describes.
 
-    Raises
-    ------
-    ExpressionError
-        An expression that cannot be read.
+    Raises `ExpressionError` for an expression that cannot be read.
     """
     if isinstance(table["of"], PythonFunction):
         return OrbitFunction(name, table["of"].function, table["of"], "value", units=table.get("units", "1"))
@@ -133,11 +130,7 @@ class _Lap:
 class Functions:
     """Functions of the orbits of one system.
 
-    Parameters
-    ----------
-    system : HybridSystem
-        Whose modes, events and quadratures they name.
-    functions : sequence of OrbitFunction
+    ``system``: whose modes, events and quadratures they name.
     """
 
     def __init__(self, system: "HybridSystem", functions: Sequence[OrbitFunction]) -> None:

@@ -52,14 +52,7 @@ class Shift:
 class Place:
     """Fields and guards at the point where an orbit touches a guard.
 
-    Parameters
-    ----------
-    problem : Problem
-    orbit : Orbit
-        The orbit without the event.
-    touch : Touch
-    instant : float
-        Time since the start of the orbit.
+    ``orbit``: the orbit without the event. ``instant``: time since the start of the orbit.
     """
 
     def __init__(self, problem: "Problem", orbit: "Orbit", touch: Touch, instant: float) -> None:
@@ -118,21 +111,11 @@ class Place:
 def grazing_form(problem: "Problem", orbit: "Orbit", shot: "Shot", weights: np.ndarray) -> GrazingForm:
     """The leading term of the return map beside a grazing point, and what follows there.
 
-    Parameters
-    ----------
-    problem : Problem
-    orbit : Orbit
-        The last one before the change of events.
-    shot : Shot
-        Around it.
-    weights : ndarray, shape (columns,)
+    ``orbit``: the last one before the change of events. ``shot``: around it. ``weights``, shape (columns,).
 
-    Returns
-    -------
-    GrazingForm
-        Undecided where no orbit without the event is found, where it touches several guards at once, where the event
-        has an effect however slow it is, where a return after it is neither above nor below the guard (a resonance),
-        and where orbits come in families.
+    Undecided where no orbit without the event is found, where it touches several guards at once, where the event has an
+    effect however slow it is, where a return after it is neither above nor below the guard (a resonance), and where
+    orbits come in families.
     """
     try:
         test, orbit, shot, instant = test_function_at(problem, orbit, shot, Special.GRAZING, weights)
@@ -269,16 +252,7 @@ def _form(place: Place, shift: Shift, orbit: "Orbit", instant: float) -> Grazing
 def height_of_return(problem: "Problem", orbit: "Orbit", touch: Touch, instant: float, number: int) -> float:
     """Height of a return after a grazing event, as a part of what it may be, for the power 1/2; else NaN.
 
-    Parameters
-    ----------
-    problem : Problem
-    orbit : Orbit
-        The orbit without the event.
-    touch : Touch
-    instant : float
-        Time since the start of the orbit.
-    number : int
-        From 1.
+    ``orbit``: the orbit without the event. ``instant``: time since the start of the orbit. ``number``: from 1.
     """
     try:
         place = Place(problem, orbit, touch, instant)

@@ -45,10 +45,7 @@ def place_on(problem: "Problem", orbit: Orbit, segment: int, time: float, state:
     The signs of the guards come from a run from the event at which the segment began. States that the mode constrains
     get the values that it gives them, so that round-off does not decide on which side of a guard they lie.
 
-    Parameters
-    ----------
-    segment, time, state : int, float, ndarray
-        Number of the segment, time since the start of the orbit, state of shape (d,).
+    ``segment``, ``time``, ``state``: number of the segment, time since the start of the orbit, state of shape (d,).
     """
     values = dict(zip(problem.free, orbit.starts[0, problem.states :].tolist(), strict=True))
     system = problem.plain.with_parameters(**values)
@@ -96,15 +93,9 @@ def run_from(
 ) -> Run:
     """A run of the ordinary engine that begins on an orbit.
 
-    Parameters
-    ----------
-    segment, time, state : int, float, ndarray
-        Where, as for `place_on`.
-    parts : int
-        The period of the run is that of the forcing, or the whole orbit without forcing; with ``parts``, that
-        fraction of the whole orbit.
-    options
-        Passed on to `Run`.
+    ``segment``, ``time``, ``state``: where, as for `place_on`. ``parts``: the period of the run is that of the forcing,
+    or the whole orbit without forcing; with ``parts``, that fraction of the whole orbit. ``options``: passed on to
+    `Run`.
     """
     place = place_on(problem, orbit, segment, time, state)
     forcing = place.system.forcing_period()
@@ -369,17 +360,10 @@ def own_path(
 def _first_return(away: np.ndarray, near: bool) -> int | None:
     """Index of the first local minimum of the distance that is comparable to the smallest one.
 
-    Parameters
-    ----------
-    away : ndarray, shape (T, d)
-        Distances from the first state, as fractions of the extent of each state.
-    near : bool
-        Whether a return must be as close as a state that has not left yet.
+    ``away``, shape (T, d): distances from the first state, as fractions of the extent of each state. ``near``: whether
+    a return must be as close as a state that has not left yet.
 
-    Returns
-    -------
-    int or None
-        None if the motion does not leave, or does not return.
+    None if the motion does not leave, or does not return.
     """
     distance = away.max(axis=1)
     left = np.flatnonzero(distance > TUNING.left)

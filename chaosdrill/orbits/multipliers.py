@@ -22,16 +22,10 @@ if TYPE_CHECKING:
 def free_multipliers(values: np.ndarray, neutral: int) -> np.ndarray:
     """The multipliers without those that are 1 on every orbit, as that of the flow direction without a period.
 
-    Parameters
-    ----------
-    values : ndarray of complex, shape (..., n)
-        Eigenvalues of the tangent map over one period.
-    neutral : int
-        How many are 1 by the structure of the system (`chaosdrill.orbits.multipliers`): those nearest to 1 go.
+    ``values``, complex, shape (..., n): eigenvalues of the tangent map over one period. ``neutral``: how many are 1 by
+    the structure of the system (`chaosdrill.orbits.multipliers`): those nearest to 1 go.
 
-    Returns
-    -------
-    ndarray of complex, shape (..., n - neutral)
+    Returns: complex, shape (..., n - neutral).
     """
     if not neutral:
         return values
@@ -90,18 +84,10 @@ def structural_rank(problem: "Problem", orbit: "Orbit") -> int:
 def multipliers(problem: "Problem", orbit: "Orbit", monodromy: np.ndarray, rank: int) -> np.ndarray:
     """Eigenvalues of tangent maps around orbits of the same segments, by falling modulus.
 
-    Parameters
-    ----------
-    orbit : Orbit
-        One of them: from the mode of its first segment follows which states are pinned.
-    monodromy : ndarray, shape (..., d, d)
-    rank : int
-        So many are not zero.
+    ``orbit``: one of them: from the mode of its first segment follows which states are pinned. ``monodromy``, shape
+    (..., d, d). ``rank``: so many are not zero.
 
-    Returns
-    -------
-    ndarray of complex, shape (..., d)
-        NaN where a map has no derivative, as at grazing.
+    Returns, complex, shape (..., d): NaN where a map has no derivative, as at grazing.
     """
     free = np.flatnonzero(constrained_states(problem.plain)[orbit.segments[0, at.SEGMENT_MODE]] == 0)
     values = np.zeros(monodromy.shape[:-1], dtype=complex)
@@ -126,19 +112,10 @@ def pair_near(values: np.ndarray, neutral: int, half: float) -> tuple[float, flo
     Those that are 1 by structure count as part of it: where the pair comes to 1 as well they cannot be told apart, but
     their sum and product can.
 
-    Parameters
-    ----------
-    values : ndarray of complex, shape (d,)
-    neutral : int
-        How many of them are 1 by the structure of the system.
-    half : float
+    ``values``, complex, shape (d,). ``neutral``: how many of them are 1 by the structure of the system.
 
-    Returns
-    -------
-    half, product : float
-        Of the pair; NaN without one.
-    rest : ndarray of complex, shape (d - 2 - neutral,)
-        The other multipliers.
+    Returns: ``half``, ``product``: of the pair; NaN without one. ``rest``, complex, shape (d - 2 - neutral,): the other
+    multipliers.
     """
     free = free_multipliers(values, neutral)
     first, second = np.triu_indices(len(free), 1)
@@ -172,15 +149,8 @@ class Spectra:
 def spectra(problem: "Problem", orbit: "Orbit", monodromies: np.ndarray, factors: np.ndarray, rank: int) -> Spectra:
     """Multipliers of orbits, each to its own precision where the tangent map as a whole hides the smallest.
 
-    Parameters
-    ----------
-    orbit : Orbit
-        One of them.
-    monodromies : ndarray, shape (P, d, d)
-    factors : ndarray, shape (P, N, d, d)
-        Of each map, in the order in which they act.
-    rank : int
-        So many multipliers are not zero.
+    ``orbit``: one of them. ``monodromies``, shape (P, d, d). ``factors``, shape (P, N, d, d): of each map, in the order
+    in which they act. ``rank``: so many multipliers are not zero.
     """
     values = multipliers(problem, orbit, monodromies, rank)
     noise = TUNING.tangent_error * len(orbit)
@@ -219,19 +189,10 @@ def _simultaneous(factors: np.ndarray, rank: int, together: np.ndarray) -> tuple
     Simultaneous iteration around the orbit makes all factors triangular (periodic QR; Bojanczyk, Golub and Van Dooren
     1992, doi:10.1117/12.130915).
 
-    Parameters
-    ----------
-    factors : ndarray, shape (P, N, d, d)
-        In the order in which they act.
-    rank : int
-        So many eigenvalues are not zero.
-    together : ndarray of bool, shape (P, rank - 1)
-        Eigenvalues that need not be parted from the next.
+    ``factors``, shape (P, N, d, d): in the order in which they act. ``rank``: so many eigenvalues are not zero.
+    ``together``, bool, shape (P, rank - 1): eigenvalues that need not be parted from the next.
 
-    Returns
-    -------
-    values : ndarray of complex, shape (P, d)
-    spread : ndarray, shape (P,)
+    Returns: ``values``, complex, shape (P, d). ``spread``, shape (P,).
     """
     count, steps, d, _ = factors.shape
     before = np.broadcast_to(np.linalg.qr(np.random.default_rng(20260105).normal(size=(d, d)))[0], (count, d, d))

@@ -46,10 +46,7 @@ class Neutral:
     def words(self, system: "HybridSystem", count: int) -> str:
         """The neutral directions besides that of the flow, in words; empty without any.
 
-        Parameters
-        ----------
-        count : int
-            How many multipliers are 1, with those of what was found to be conserved.
+        ``count``: how many multipliers are 1, with those of what was found to be conserved.
         """
         parts = [f"it can be shifted along {_combination(v, system)}" for v in self.symmetries]
         if not len(self.symmetries):

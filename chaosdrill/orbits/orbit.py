@@ -45,10 +45,7 @@ class Orbit:
     def in_order(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Times at which segments end, alike for events in one instant, and the segments that end at events, by these.
 
-        Parameters
-        ----------
-        times : ndarray, shape (N,)
-            Since the strobe from which events are counted.
+        ``times``, shape (N,): since the strobe from which events are counted.
         """
         tied, rank, times = self.tied, np.arange(len(self)), times.copy()
         if tied.any() and not tied.all():

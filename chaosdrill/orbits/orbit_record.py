@@ -102,10 +102,7 @@ def value_of(
 ) -> tuple[float, float]:
     """A Python function of an orbit, and its error: of what is between the instants, and of the orbit.
 
-    Parameters
-    ----------
-    accuracy : float
-        Error of the orbit, relative to the sizes of its states.
+    ``accuracy``: error of the orbit, relative to the sizes of its states.
     """
     record = _record(problem, orbit, 1)
     value, off, pieces = _number(function(record)), np.inf, 2

@@ -18,11 +18,8 @@ def path(problem: "Problem", orbit: "Orbit") -> tuple[np.ndarray, np.ndarray]:
     Each is met by the dense output of the segment that it lies on, so that an unstable orbit is not left. Halves are
     taken until the middle of every stretch is within ``TUNING.chord`` of its chord, in parts of each state's extent.
 
-    Returns
-    -------
-    times : ndarray, shape (m,)
-        Since the first strobe; both sides of an event have one time.
-    states : ndarray, shape (m, d)
+    Returns: ``times``, shape (m,): since the first strobe; both sides of an event have one time. ``states``, shape (m,
+    d).
     """
     strobe, begin = problem.first_strobe(orbit), 0.0
     grids, segments = [], list(problem.segment_by_segment(orbit))

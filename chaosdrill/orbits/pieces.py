@@ -26,14 +26,9 @@ class Pieces:
     several of them is a guess for multiple shooting all the same (pseudo-orbits; Auerbach et al. 1987,
     doi:10.1103/PhysRevLett.58.2387, need returns of one motion).
 
-    Parameters
-    ----------
-    states, kinds, sequences : sequence of ndarray
-        Of every record, as in `chaosdrill.orbits.search.Record`.
-    extent : ndarray, shape (d,)
-        Extent of the motion in every state.
-    lasting : int
-        Number of records, from the first, of motions that do not escape: their pieces come first.
+    ``states``, ``kinds``, ``sequences``: of every record, as in `chaosdrill.orbits.search.Record`. ``extent``, shape
+    (d,): extent of the motion in every state. ``lasting``: number of records, from the first, of motions that do not
+    escape: their pieces come first.
     """
 
     def __init__(

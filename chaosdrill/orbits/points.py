@@ -21,10 +21,7 @@ class Whole:
     hairpin. The mean square over the segments is taken, so that the length of an orbit does not count, nor which of its
     segments is the first.
 
-    Parameters
-    ----------
-    weights : ndarray, shape (columns,)
-        As from `Problem.weights`.
+    ``weights``, shape (columns,): as from `Problem.weights`.
     """
 
     def __init__(self, problem: "Problem", weights: np.ndarray) -> None:
@@ -116,17 +113,10 @@ def plane_at(
 ) -> Plane:
     """Tangent plane at an orbit: the null space of its linearised equations.
 
-    Parameters
-    ----------
-    problem : Problem
-        Of two free parameters.
-    weights : ndarray, shape (columns,)
-    reference : Plane, optional
-        Neighbouring plane whose rows these resemble as much as they can, so that they turn with the surface.
+    ``problem``: of two free parameters. ``weights``, shape (columns,). ``reference``: neighbouring plane whose rows
+    these resemble as much as they can, so that they turn with the surface.
 
-    Raises
-    ------
-    LostError
+    Raises `LostError`.
     """
     if not np.isfinite(shot.equations).all():
         raise LostError("the equations have no derivatives there")

@@ -95,16 +95,9 @@ class _Step:
 class Problem:
     """The orbits of a system over its free parameters.
 
-    Parameters
-    ----------
-    system : HybridSystem
-        With the values of all parameters that are not free.
-    free : sequence of str
-        Parameters that orbits are looked for in; none by default.
-    numerics : Numerics
-        Method and tolerance.
-    shifts : Shifts, optional
-        Shifts of the states but for which orbits close; by default all that the system does not notice.
+    ``system``: with the values of all parameters that are not free. ``free``: parameters that orbits are looked for in;
+    none by default. ``numerics``: method and tolerance. ``shifts``: shifts of the states but for which orbits close; by
+    default all that the system does not notice.
     """
 
     def __init__(
@@ -230,13 +223,9 @@ class Problem:
     def shoot(self, orbit: Orbit, watched: bool = True, section: Orbit | None = None) -> Shot:
         """The shooting residual of an orbit, and its derivatives.
 
-        Parameters
-        ----------
-        watched : bool
-            Whether to look for other guards on the way.
-        section : Orbit, optional
-            The one through whose start, across the flow there, the plane goes on which an orbit without events and
-            without a period begins; by default the orbit itself.
+        ``watched``: whether to look for other guards on the way. ``section``: the one through whose start, across the
+        flow there, the plane goes on which an orbit without events and without a period begins; by default the orbit
+        itself.
         """
         d = self.states
         plane = self.plane(section or orbit)
@@ -484,15 +473,9 @@ class Problem:
     def at(self, orbits: Sequence[Orbit], instants: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """States and modes of orbits of the same segments at times since their starts.
 
-        Parameters
-        ----------
-        instants : ndarray, shape (P, K)
-            Rising along every row.
+        ``instants``, shape (P, K): rising along every row.
 
-        Returns
-        -------
-        states : ndarray, shape (P, K, d)
-        modes : ndarray of int, shape (P, K)
+        Returns: ``states``, shape (P, K, d). ``modes``, int, shape (P, K).
         """
         states, modes = self._residual.at(orbits, instants)
         return states[:, :, : self.states], modes

@@ -12,11 +12,8 @@ def bracketed(function: Callable[[float], float], low: float, high: float) -> fl
     Chandrupatla 1997, doi:10.1016/S0965-9978(96)00051-8: inverse quadratic interpolation where it is safe, else
     bisection, so that no function makes it fail. Where both values have one sign it is the place of the smaller one.
 
-    Returns
-    -------
-    float
-        Of the two last places that enclose the root, which are neighbours in double precision or nearly so, the one
-        with the smaller value.
+    Returns: of the two last places that enclose the root, which are neighbours in double precision or nearly so, the
+    one with the smaller value.
     """
     a, b = high, low
     fa, fb = function(a), function(b)

@@ -51,12 +51,7 @@ class Record:
 class CloseReturns:
     """Returns of motions from given states and from random ones around them.
 
-    Parameters
-    ----------
-    longest : int
-        Largest period to look for.
-    starts, modes : ndarray, shapes (S, d) and (S,)
-        Starts at phase 0.
+    ``longest``: largest period to look for. ``starts``, ``modes``, shapes (S, d) and (S,): starts at phase 0.
     """
 
     def __init__(self, problem: Problem, longest: int, starts: np.ndarray, modes: np.ndarray) -> None:
@@ -400,10 +395,7 @@ def _try(candidates: Iterable[Return], known: "Known") -> bool:
 class Known:
     """Orbits found so far, each listed once.
 
-    Parameters
-    ----------
-    extent : ndarray, shape (d,)
-        Extent of the motion in every state.
+    ``extent``, shape (d,): extent of the motion in every state.
     """
 
     def __init__(self, problem: Problem, extent: np.ndarray) -> None:

@@ -35,10 +35,7 @@ def sizes_met(system: HybridSystem, numerics: Numerics, unit: float | None) -> n
     alone moves has the size that it has between events in one instant, or that changes of the others by theirs would
     give it; one that nothing moves, that to which the response beside the motion is linear; 1 if it is so everywhere.
 
-    Parameters
-    ----------
-    unit : float or None
-        A period of the forcing, or a characteristic time.
+    ``unit``: a period of the forcing, or a characteristic time.
     """
     d, parts, length = len(system.state_names), TUNING.characteristic_samples, unit or TUNING.unit
     run = Run(system, length, numerics, samples=parts)
@@ -82,21 +79,14 @@ def sizes_beside(system: HybridSystem, numerics: Numerics, known: np.ndarray, un
 
     Each such state is displaced at the start, farther and farther, until the motion departs from the linear response:
     another event comes, or the state is off by a part of its largest linear response, or another one by that part of
-    its size. Its size is its largest value just before. So it has the unit of the nonlinearity, or is the distance of
-    a border, in whatever units the system is written.
+    its size. Its size is its largest value just before. So it has the unit of the nonlinearity, or is the distance of a
+    border, in whatever units the system is written.
 
-    Parameters
-    ----------
-    known : ndarray, shape (d,)
-        Sizes of the states; 0 where unknown.
-    unit : float, optional
-        A period of the forcing, or a characteristic time; by default a turn of the fastest linear motion.
+    ``known``, shape (d,): sizes of the states; 0 where unknown. ``unit``: a period of the forcing, or a characteristic
+    time; by default a turn of the fastest linear motion.
 
-    Returns
-    -------
-    sizes : ndarray, shape (d,)
-        The known ones as they were. A state beside which all is linear is as large as displacements of others make it;
-        0 where none moves it.
+    Returns, shape (d,): the known ones as they were. A state beside which all is linear is as large as displacements of
+    others make it; 0 where none moves it.
     """
     if known.all():
         return known

@@ -103,10 +103,7 @@ def test_function_at(
     At grazing the orbit without the event that appears or vanishes is taken, since its multipliers are finite; where a
     stay on a surface begins, that without it.
 
-    Raises
-    ------
-    LostError
-        The orbit touches no guard.
+    Raises `LostError` if the orbit touches no guard.
     """
     if kind == Special.PERIOD_DOUBLING:
         return Doubling(), orbit, shot, 0.0

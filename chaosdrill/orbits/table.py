@@ -31,18 +31,10 @@ if TYPE_CHECKING:
 def cascade_from(values: "Sequence[float]", periods: "Sequence[int]") -> Cascade:
     """Ratios and limit of successive period doublings.
 
-    Parameters
-    ----------
-    values : sequence of float
-        The parameter at each.
-    periods : sequence of int
-        Period of the orbit that doubles at each.
+    ``values``: the parameter at each. ``periods``: period of the orbit that doubles at each.
 
-    Returns
-    -------
-    Cascade
-        The limit is that of a geometric sequence through the last three doublings; its error is how far the limit of
-        the three before lies from it, NaN with fewer than four.
+    The limit is that of a geometric sequence through the last three doublings; its error is how far the limit of the
+    three before lies from it, NaN with fewer than four.
     """
     v = np.asarray(values, dtype=float)
     gaps = np.diff(v)

@@ -258,12 +258,8 @@ def exponents_of(problem: "Problem", orbit: "Orbit", moduli: np.ndarray, rank: i
     A single direction whose decay no double can represent, as in stiff systems, is left out: resolving it takes many
     steps.
 
-    Returns
-    -------
-    exponents : ndarray, shape (d,)
-        Descending; -inf for directions that events remove; members of a group share its mean; NaN for what is left out.
-    ends : list of int
-        Index of the first exponent after each group.
+    Returns: ``exponents``, shape (d,): descending; -inf for directions that events remove; members of a group share its
+    mean; NaN for what is left out. ``ends``: index of the first exponent after each group.
     """
     d = problem.states
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -316,20 +312,9 @@ def describe(
 ) -> FoundOrbit:
     """The verified orbit; a result without an orbit if an ordinary simulation does not follow it.
 
-    Parameters
-    ----------
-    orbit : Orbit
-        A solution of the equations.
-    shot : Shot
-        What shooting around it showed.
-    residuals : ndarray
-        Of Newton's method.
-    message : str
-        What there is to say of it.
-    marks : Marks, optional
-        The section on which its points are given; default: the strobe, or where the orbit starts.
-    derive : sequence of str
-        Parameters by which the results are differentiated.
+    ``orbit``: a solution of the equations. ``shot``: what shooting around it showed. ``residuals``: of Newton's method.
+    ``message``: what there is to say of it. ``marks``: the section on which its points are given; default: the strobe,
+    or where the orbit starts. ``derive``: parameters by which the results are differentiated.
     """
     repeated = verify(problem, orbit)
     if repeated.differs:

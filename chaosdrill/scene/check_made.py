@@ -60,10 +60,7 @@ def filippov_faults(table: Mapping[str, Any]) -> Faults:
 
 
 def filippov_system(table: Mapping[str, Any], parameters: Mapping[str, float], initial: Mapping[str, Any]) -> Any:
-    """The system of a table without faults.
-
-    Raises `ChaosdrillError` if the system cannot be built, with the reason.
-    """
+    """The system of a table without faults; raises `ChaosdrillError` if the system cannot be built, with the reason."""
     from chaosdrill.model.filippov import filippov
     from chaosdrill.model.parts import TIME
     from chaosdrill.model.text import read_open_text
