@@ -2,6 +2,5 @@
 
 from chaosdrill.sweep.parts import Parts
 from chaosdrill.sweep.schedule import execute
-from chaosdrill.sweep.task import Task
 
-__all__ = ["Parts", "Task", "execute"]
+__all__ = ["Parts", "execute"]
