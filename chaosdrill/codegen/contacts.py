@@ -96,18 +96,10 @@ def potential(x):
 def hunt_crossley_exit(v, lam):
     """Exit speed s of a Hunt-Crossley contact.
 
-    Parameters
-    ----------
-    v : float
-        Approach speed, > 0.
-    lam : float
-        Damping constant of the contact, 1/speed; 0 stands for an elastic contact.
+    ``v``: approach speed, > 0. ``lam``: damping constant of the contact, 1/speed; 0 stands for an elastic contact.
 
-    Returns
-    -------
-    float
-        Exit speed, > 0, within two units in the last place (4e-16 relative) for 1e-12 <= lam v <= 50. The law is
-        continued analytically to -1/2 <= lam v < 0; below that it is NaN.
+    Returns: exit speed, > 0, within two units in the last place (4e-16 relative) for 1e-12 <= lam v <= 50. The law is
+    continued analytically to -1/2 <= lam v < 0; below that it is NaN.
     """
     x = lam * v
     if x <= 1.0:
@@ -144,22 +136,11 @@ def hunt_crossley_exit_lam(v, lam):
 def hunt_crossley_peak(v, lam, n, k):
     """Peak of k d^n (1 + lam d') over a contact d'' = -k d^n (1 + lam d').
 
-    Parameters
-    ----------
-    v : float
-        Approach speed, >= 0.
-    lam : float
-        Damping constant, 1/speed, >= 0.
-    n : float
-        Exponent, > 0.
-    k : float
-        Stiffness per unit of relative mass.
+    ``v``: approach speed, >= 0. ``lam``: damping constant, 1/speed, >= 0. ``n``: exponent, > 0. ``k``: stiffness per
+    unit of relative mass.
 
-    Returns
-    -------
-    float
-        Peak force per unit of relative mass. With q = lam d' at the peak and w = q/x^2, Newton's method solves
-        n w + (n + 1)(w x)^2 P(q) = (n + 1) P(x), where P(x) = (x - ln(1 + x))/x^2; it is convex in w.
+    Returns: peak force per unit of relative mass. With q = lam d' at the peak and w = q/x^2, Newton's method solves n w
+    + (n + 1)(w x)^2 P(q) = (n + 1) P(x), where P(x) = (x - ln(1 + x))/x^2; it is convex in w.
     """
     x = lam * v
     goal = (n + 1.0) * potential(x)
@@ -462,21 +443,10 @@ def hunt_crossley_duration_expanded(v, lam, n, k, derivative, count, target, str
 def hunt_crossley_duration(v, lam, n, k):
     """Duration of a contact d'' = -k d^n (1 + lam d').
 
-    Parameters
-    ----------
-    v : float
-        Approach speed, > 0.
-    lam : float
-        Damping constant of the contact, 1/speed, >= 0.
-    n : float
-        Exponent, >= 1.
-    k : float
-        Stiffness per unit of relative mass, > 0.
+    ``v``: approach speed, > 0. ``lam``: damping constant of the contact, 1/speed, >= 0. ``n``: exponent, >= 1. ``k``:
+    stiffness per unit of relative mass, > 0.
 
-    Returns
-    -------
-    float
-        Time from touch to parting, to 12 digits for lam v <= 50; NaN for v < 0.
+    Returns: time from touch to parting, to 12 digits for lam v <= 50; NaN for v < 0.
     """
     root = _root(lam * v)
     return _unit(v, n, k) * root ** ((1.0 - n) / (1.0 + n)) * _integrals(lam * v * root, n)[0]

@@ -25,12 +25,7 @@ FROM_WORDS = "_from_words"
 class NativeFunction:
     """A function of machine code, which the engine calls by its address and Python can call, too.
 
-    Parameters
-    ----------
-    name : str
-    signature : Signature
-    library : Library
-        Where it is.
+    ``library``: where it is.
     """
 
     def __init__(self, name: str, signature: Signature, library: "Library") -> None:
@@ -168,10 +163,7 @@ def callback_object(text: str, wrapped: str, name: str) -> bytes:
 
     It tells Python of errors, of which there are none, by functions that numba alone knows.
 
-    Raises
-    ------
-    LookupError
-        If it calls another function that numba alone knows.
+    Raises `LookupError` if it calls another function that numba alone knows.
     """
     with _lock:
         machine = _target()

@@ -22,12 +22,7 @@ from chaosdrill.codegen.contacts import (
 def positive_power(d, n):
     """max(d, 0)^n.
 
-    Parameters
-    ----------
-    d : float
-        Base.
-    n : float
-        Exponent, >= 0; with 0 the value is 1 for d > 0 and 0 elsewhere.
+    ``d``: base. ``n``: exponent, >= 0; with 0 the value is 1 for d > 0 and 0 elsewhere.
     """
     return d**n if d > 0.0 else 0.0
 
@@ -137,13 +132,7 @@ def bernoulli_ratio_expanded(v, s, order, derivative, count, target, stride):
 def bernoulli_ratio(v, s, order):
     """Derivative of an order of v exp(s v)/(exp(v) - 1).
 
-    Parameters
-    ----------
-    v : float
-    s : float
-        0, 1/2 or 1.
-    order : float
-        A whole number >= 0.
+    ``s``: 0, 1/2 or 1. ``order``: a whole number >= 0.
     """
     value = _bernoulli_coefficient(v, s, int(order))
     for i in range(int(order)):
