@@ -18,7 +18,7 @@ from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.plots._types import Axes, Dataset, Floats, Line2D, States, Truths
 from chaosdrill.plots.contents import places_of
-from chaosdrill.plots.curve import Curve, breaks, is_joined, join, pieces
+from chaosdrill.plots.curve import Curve, breaks, curve_of, is_joined, pieces
 from chaosdrill.plots.figures import legend_outside, new_figure
 from chaosdrill.plots.labels import label, readable, shorten, state_label, wrapped
 from chaosdrill.plots.palette import DOTS, EVENT_MARKERS, PALETTE
@@ -103,7 +103,7 @@ class _Scene:
     def __init__(
         self, run: Dataset, plane: tuple[int, ...], bodies: Mapping[str, str | float] | None, seconds: float
     ) -> None:
-        self.run, self.curve = run, join(run)
+        self.run, self.curve = run, curve_of(run)
         time = run["time"].values
         self.times = np.linspace(time[0], time[-1], int(np.clip(round(TUNING.frame_rate * seconds), 2, len(time))))
         self.second = (time[-1] - time[0]) / seconds

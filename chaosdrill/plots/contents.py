@@ -87,7 +87,7 @@ _IN_SI = ("trajectory", "poincare-section", "bifurcation-diagram", "periodic-orb
 _TIMES = ("time", "event_time", "path_time", "forcing_period", "period_time")
 
 
-def in_si(dataset: Dataset) -> Dataset:
+def shown_in_si(dataset: Dataset) -> Dataset:
     """Return a dataset whose results are in SI units, if its scene was in SI units.
 
     Every ``NAME_si`` replaces ``NAME``. Times without one, and states, are multiplied by their unit; the units of the

@@ -43,7 +43,7 @@ class Curve:
         ]
 
 
-def join(dataset: Dataset) -> Curve:
+def curve_of(dataset: Dataset) -> Curve:
     """Merge the samples of a ``trajectory`` dataset with the states before and after each event."""
     time = dataset["time"].values
     events = dataset["event_time"].values

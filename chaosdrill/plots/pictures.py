@@ -22,7 +22,7 @@ from chaosdrill.errors import ArchiveError, ChaosdrillError, SettingsError
 from chaosdrill.names import brief, visible
 from chaosdrill.plots._types import Axes, Dataset, Figure, States
 from chaosdrill.plots.animation import MOVING, animate
-from chaosdrill.plots.contents import SINGLE, OtherCountError, check_names, fits, in_si, limits, settings, swept
+from chaosdrill.plots.contents import SINGLE, OtherCountError, check_names, fits, limits, settings, shown_in_si, swept
 from chaosdrill.plots.figures import made_by
 from chaosdrill.plots.markers import failures, tell, tell_on
 from chaosdrill.plots.style import keep_ticks, lettering, saved_alike, style
@@ -129,10 +129,10 @@ def _complete(function: F) -> F:
     @wraps(function)
     def drawn(*datasets: Dataset, **options: Any) -> Figure:
         if options.get("over") is not None:
-            options["over"] = in_si(options["over"])
+            options["over"] = shown_in_si(options["over"])
         ax = options.get("ax")
         with style() if ax is None else lettering():
-            figure = function(*map(in_si, datasets), **options)
+            figure = function(*map(shown_in_si, datasets), **options)
             if ax is None:
                 keep_ticks(figure)
                 tell(figure, failures(datasets))

@@ -12,8 +12,8 @@ from chaosdrill.plots._types import Artist, Axes, Dataset, Figure, Line2D, Patch
 from chaosdrill.plots.contents import places_of
 from chaosdrill.plots.curve import (
     Curve,
+    curve_of,
     is_joined,
-    join,
     last_parts,
     pieces,
     rates_of,
@@ -65,7 +65,7 @@ def time_history(dataset: Dataset, *, ax: Axes | None = None, state: States = No
         panel.set_ylabel(text)
         panel.margins(x=0)
     for run, name, colour in zip(runs, names, _unused(panels[0]), strict=False):
-        curve = join(run)
+        curve = curve_of(run)
         curve = smoothed(curve, partial(rates_of, run, curve))
         for panel, quadrature in zip(panels, quadratures, strict=False):
             panel.plot(run["time"], run[quadrature], color=colour)
@@ -210,7 +210,7 @@ def _draw(
     axes: Axes, run: Dataset, plane: tuple[int, int], colours: Sequence[str], labels: Sequence[str | None]
 ) -> bool:
     """Draw a run: flow, jumps and points once per forcing period, each with a label; return whether there are jumps."""
-    curve = join(run)
+    curve = curve_of(run)
     curve = smoothed(curve, partial(rates_of, run, curve))
     x, y = (curve.state[:, place] for place in plane)
     flow, jumps = pieces(curve.time, x, y)

@@ -94,12 +94,12 @@ def explorer_data(dataset: Dataset, share: float = 1.0) -> tuple[dict[str, Any],
     Numbers are 32-bit floats in base64, axes 64-bit. Larger grids are thinned evenly in every direction, and the last
     points of longer sections are kept, which include a whole turn of every cycle that fits.
     """
-    from chaosdrill.plots.contents import in_si
+    from chaosdrill.plots.contents import shown_in_si
     from chaosdrill.plots.labels import axis_label, seed_names, state_label
     from chaosdrill.plots.palette import LONGER_COLOUR, PERIOD_COLOURS
 
     axes = [str(name) for name in dataset["outcome"].dims if name != "seed"]
-    dataset = in_si(dataset).transpose(*axes, "seed", ...)
+    dataset = shown_in_si(dataset).transpose(*axes, "seed", ...)
     # sorting copies all variables
     if not all(dataset.indexes[name].is_monotonic_increasing for name in axes):
         dataset = dataset.sortby(axes)

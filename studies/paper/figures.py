@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import chaosdrill as cd
-from chaosdrill.plots.curve import join, strobe
+from chaosdrill.plots.curve import curve_of, strobe
 from chaosdrill.plots.figures import legend_above
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.style import WIDTH, style
@@ -42,7 +42,7 @@ def _figure2(out: Path) -> Figure:
     left.set_title("at five approach speeds")
     left.margins(y=0.08)
     for (name, orbit), line in zip(impacts.items(), ("-", (0, (3, 1.5))), strict=True):
-        curve = join(orbit)
+        curve = curve_of(orbit)
         for column, (state, label) in enumerate(((1, "bit x₂"), (2, "rock x₄"))):
             right.plot(
                 1e3 * curve.time,
@@ -68,7 +68,7 @@ def _figure3(out: Path) -> Figure:
     orbit = orbit.isel(event=(orbit["event_time"].values >= start) & (orbit["event_time"].values <= end))
     periods = (orbit["time"].values - start) / forcing
     drift = orbit["penetration"].values - orbit["penetration"].values[0]
-    curve = join(orbit)
+    curve = curve_of(orbit)
     kinds = str(orbit["event_kind"].attrs["flag_meanings"]).split()
     impact = np.isin(orbit["event_kind"].values, [code for code, kind in enumerate(kinds) if kind.endswith("hit")])
     hits = (orbit["event_time"].values[impact] - start) / forcing
@@ -144,7 +144,7 @@ def _drill(out: Path) -> Figure:
 
 
 def _portrait(axes: Axes, orbit: xr.Dataset, weight: float = 0.9, points: bool = True) -> None:
-    curve = join(orbit)
+    curve = curve_of(orbit)
     axes.plot(curve.state[:, 0], curve.state[:, 1], color=PALETTE[0], linewidth=weight, label="orbit")
     if points:
         section = strobe(orbit)

@@ -8,7 +8,7 @@ from PIL import Image
 import chaosdrill as cd
 from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.plots.animation import _heights, _Scene, at
-from chaosdrill.plots.curve import join
+from chaosdrill.plots.curve import curve_of
 from chaosdrill.plots.pictures import plot_archive
 from chaosdrill.plots.style import style
 from chaosdrill.systems import REGISTRY, bodies_of
@@ -90,7 +90,7 @@ def tree_of_runs(tmp_path):
 
 
 def test_the_point_is_on_the_run(ball):
-    curve = join(ball)
+    curve = curve_of(ball)
     now = np.array([0.3, 1.0, 1.777, 2.0, 7.51])
     local = now % 2
     exact = np.stack([local * (2 - local) / 2, 1 - local], axis=1)
@@ -131,7 +131,7 @@ def test_bodies_touch_where_they_hit(name):
     run = cd.trajectory(system, periods=20, samples=20)
     met = run["event_time"].values[np.isin(run.cd.words("event_kind"), hits)]
     assert met.size
-    heights = np.stack(list(_heights(run, join(run), met, None).values()))
+    heights = np.stack(list(_heights(run, curve_of(run), met, None).values()))
     apart = [np.abs(one - other) for i, one in enumerate(heights) for other in heights[:i]]
     assert np.min(apart, axis=0).max() < 1e-9
 
@@ -144,5 +144,5 @@ def test_heights_do_not_depend_on_what_things_are_called():
             states=f"{name} v", modes={"free": {name: "v", "v": f"-{name}"}}, transitions=[], initial={name: 0.5}
         )
         run = cd.trajectory(system, duration=2.0, samples=8)
-        found.append(_heights(run, join(run), run["time"].values, {"body": f"{name} + sin(t)"})["body"])
+        found.append(_heights(run, curve_of(run), run["time"].values, {"body": f"{name} + sin(t)"})["body"])
     np.testing.assert_array_equal(*found)

@@ -15,7 +15,7 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.plots import PICTURES, categories, palette, plot_archive
 from chaosdrill.plots.accuracy import convergence
-from chaosdrill.plots.curve import MOST_RUNS, join, last_parts, runs_of, stops, strobe
+from chaosdrill.plots.curve import MOST_RUNS, curve_of, last_parts, runs_of, stops, strobe
 from chaosdrill.plots.labels import drawable, shorten, subscript, uncertain
 from chaosdrill.plots.pictures import stems_of
 from chaosdrill.plots.sections import poincare
@@ -394,7 +394,7 @@ def test_what_is_drawn_is_what_the_caption_names(ball, joined):
 
 
 def test_both_sides_of_every_event_stand_at_the_same_time_in_order(ball):
-    curve = join(ball)
+    curve = curve_of(ball)
     # of each of the ten samples at an event one side of it is the same
     assert curve.time.size == 401 - 10 + 2 * 10
     assert np.all(np.diff(curve.time) >= 0)
@@ -403,7 +403,7 @@ def test_both_sides_of_every_event_stand_at_the_same_time_in_order(ball):
 
 
 def test_bands_cover_the_whole_time_and_alternate(ball):
-    bands = join(ball).bands()
+    bands = curve_of(ball).bands()
     assert bands[0][0] == 0.0
     assert bands[-1][1] == 20.0
     assert all(a[1] == b[0] and a[2] != b[2] for a, b in pairwise(bands))
