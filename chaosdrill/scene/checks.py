@@ -97,10 +97,8 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
     if sound:
         arguments = SystemTable.arguments(raw)
         checked.parameters = {**checked.parameters, **arguments.get("parameters", {})}
-        checked.initial = arguments.get("initial", {})
-        checked.drives = dict(arguments.get("drives") or {})
-        checked.noise = dict(arguments.get("noise") or {})
-        checked.symmetry = dict(arguments.get("symmetry") or {})
+        for name in ("initial", "drives", "noise", "symmetry"):
+            setattr(checked, name, arguments.get(name, {}))
         if "filippov" in raw and not problems:
             _make_filippov(checked, raw["filippov"])
     if checked.known is not None:

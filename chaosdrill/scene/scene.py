@@ -160,9 +160,7 @@ class Scene:
             "system": {
                 "model": self.model,
                 **({} if self.definition is None else {"definition": self.definition, "modes": [*self.system.modes]}),
-                **({"drives": self.drives} if self.drives else {}),
-                **({"noise": self.noise} if self.noise else {}),
-                **({"symmetry": self.symmetry} if self.symmetry else {}),
+                **{name: made for name in ("drives", "noise", "symmetry") if (made := getattr(self, name))},
                 "effects": self.effects,
                 "parameters": self.parameters,
                 "initial": self.initial,
