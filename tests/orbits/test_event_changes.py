@@ -5,12 +5,7 @@ import math
 import numpy as np
 import pytest
 import sympy
-from mpmath import mp
 from scipy.linalg import expm
-from support.drill_in_series import SLIP
-from support.drill_orbits import named
-from support.grazing_sides import with_event
-from support.strobe_orbits import Branch, doubled
 
 import chaosdrill as cd
 from chaosdrill.dataset.branches import BranchEnd, Special
@@ -61,8 +56,6 @@ def test_simulation_hits_the_wall_on_one_side_of_grazing_only(wall):
 
 def test_a_branch_that_grazing_ends_says_so():
     """Behind the wall of this ball everything is lost: no orbit with the hit exists, and the branch ends there."""
-    import sympy
-
     x, v, t, omega = sympy.symbols("x v t omega", real=True)
     system = cd.HybridSystem(
         name="trapdoor", states=(x, v), time=t, parameters={"omega": 3.6},
@@ -77,31 +70,6 @@ def test_a_branch_that_grazing_ends_says_so():
     assert abs(grazing[0].values[0] - frequency(0.3)) < 1e-11
     assert np.abs(result.values[:, 0].min() - frequency(0.3)) < 1e-11
     assert "open appears; the branch ends" in result.branches[0].end
-
-
-# Beyond a grazing: where the orbit with the new event exists, and what it does to the doubled orbit.
-
-
-@pytest.mark.parametrize(
-    "special", [named("p1", "grazing", 0.45), named("p2 born at 0.5510", "grazing", 0.56)], ids=lambda s: s.beyond
-)
-def test_on_which_side_the_event_exists(digits, special):
-    digits(20)
-    speed = mp.mpf("1e-4")
-    grazing, found = with_event(special, speed)
-    side = 1 if found.eta > grazing.eta else -1
-    assert side == (special.without if special.beyond == "turns back" else -special.without)
-    assert len(found.run.events) == len(grazing.run.events) + 1
-    assert abs(found.multipliers[0]) > 0.1 / speed
-
-
-def test_the_doubled_orbit_is_born_stable_and_above(digits):
-    digits(16)
-    special = named("p2", "period doubling", 0.62)
-    old = Branch(2, SLIP).at(special.eta, special.state)
-    new = doubled(old, SLIP, 4, mp.mpf("5e-4"))
-    assert 0 < new.eta - old.eta < 1e-4
-    assert abs(new.multipliers[0]) < 1
 
 
 # Border collision of a converter: events appear and vanish at full speed, and the branch goes on near by or ends.

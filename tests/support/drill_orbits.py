@@ -10,10 +10,8 @@ What they say:
   begins to touch and it turns back again. It is unstable from 0.7645 to 0.5510 and below 0.4794, so that between 0.60
   and 0.64 there is no doubling of it, its multipliers being -2.74 and 0.05 there.
 * The period-2 orbit known at 0.6 doubles upward at 0.6200 and again, downward, at 0.6705. The first cascade ends at
-  once: its period-4 orbit grazes at 0.6212. The period-4 orbit of the second one is that known at 0.63: it loses its
-  stability at 0.6619 and has it again from 0.6321 to 0.6239. The period-8 orbit born at 0.6321 grazes at 0.6335 before
-  it doubles.
-* Whole cascades run from 0.6705 down to 0.66002 (E), from 0.7245 down to 0.71340 (A), from 0.4794 down to 0.47771 (B).
+  once: its period-4 orbit grazes at 0.6212. The period-4 orbit of the second one loses its stability at 0.6619 and has
+  it again from 0.6321 to 0.6239. Its cascade runs from 0.6705 down to 0.66002.
 """
 
 import csv
@@ -23,7 +21,6 @@ from pathlib import Path
 
 from mpmath import mp
 
-from support.drill_in_series import SLIP
 from support.strobe_orbits import Branch, Orbit, touches
 
 
@@ -34,9 +31,9 @@ class Special:
     Attributes
     ----------
     branch : str
-        Which orbit it is; p2 is that known at eta = 0.6, one of those born at 0.6705 is that known at 0.63.
+        Which orbit it is; p2 is that known at eta = 0.6.
     kind : str
-        ``period doubling``, ``fold``, ``neimark-sacker`` or ``grazing``.
+        ``period doubling``, ``fold`` or ``grazing``.
     periods : int
         Forcing periods of the orbit.
     eta : str
@@ -50,7 +47,7 @@ class Special:
     time : float
         When that is, in forcing periods.
     beyond : str
-        At a grazing: ``turns back`` if the orbits with the event lie on the side of those without, else ``goes on``.
+        At a grazing: ``folds back`` if the orbits with the event lie on the side of those without, else ``continues``.
     without : int
         At a grazing: +1 if the orbit without the event exists above eta, -1 if below.
     """
@@ -89,23 +86,16 @@ def _read() -> tuple[Special, ...]:
 ALL = _read()
 """Every special point, in the order in which they lie along their branches."""
 
-CASCADES = {
-    "E": (0.67051322593363, 0.66191656894072, 0.66042302655040, 0.6600962861442, 0.6600261699957),
-    "A": (0.7245345542921, 0.7151831224116, 0.7137212808664, 0.7134650342397, 0.7134102320927),
-    "B": (0.47942639573355, 0.47865323654022, 0.47784300986608, 0.47773785615, 0.477714713),
-}
-"""Doublings of the periods 2 to 32 in E and A, and 1 to 16 in B; within 1e-11, the last of B within 1e-9.
+CASCADE = (0.67051322593363, 0.66191656894072, 0.66042302655040, 0.6600962861442, 0.6600261699957)
+"""Doublings of the periods 2 to 32 of the orbit that doubles at 0.6705, within 1e-11.
 
 Those of periods 16 and 32 come from series in doubles and differences of fourth order; for shorter ones that way agrees
-with the 30 digits of `ALL` within 1e-12.
-
-One stick, slip and hit a period all along: none of them grazes.
+with 30 digits within 1e-12.
 """
 
 TESTS = {
     "period doubling": lambda orbit: orbit.determinant(-1),
     "fold": lambda orbit: orbit.determinant(1),
-    "neimark-sacker": lambda orbit: orbit.pair - 1,
 }
 
 
@@ -114,11 +104,11 @@ def located(special: Special, step: str = "1e-6") -> Orbit:
     start = [mp.mpf(mp.nstr(mp.mpf(value), 8)) for value in (*special.state, special.eta)]
     if special.kind == "grazing":
         touching = touches(special.touched, mp.mpf(special.time))
-        found = Branch(special.periods, SLIP, overlook=1e-2).find(start, touching)
+        found = Branch(special.periods, overlook=1e-2).find(start, touching)
         if found is None:
             raise ArithmeticError(f"no grazing beside {special.eta}")
         return found
-    branch = Branch(special.periods, SLIP)
+    branch = Branch(special.periods)
     # a fold is no function of eta: the state's first component leads there
     held = 0 if special.kind == "fold" else 3
     first = branch.find(start, lambda z, run: z[held] - start[held])

@@ -1,7 +1,7 @@
 """Periodic orbits of the drill: fixed points of its period map, by Newton's method on differences of that map.
 
 The unknowns are the strobe state and one more number, eta; the condition that goes with it is a function of the run:
-a place along the branch, a guard that is just touched, or a hit of given speed.
+a place along the branch, or a guard that is just touched.
 """
 
 from collections.abc import Callable
@@ -12,7 +12,7 @@ import mpmath
 import numpy as np
 from mpmath import mp
 
-from support.drill_in_series import STICK, Drill, Run
+from support.drill_in_series import SLIP, Drill, Run
 
 Condition = Callable[[list[Any], Run], Any]
 """Of the unknowns (y, u, w, eta) and the run from there; zero where it is met."""
@@ -26,7 +26,6 @@ class Orbit:
     run: Run
     map: mpmath.matrix
     direction: list[Any]
-    residuals: list[float]
 
     @property
     def eta(self) -> Any:
@@ -38,12 +37,6 @@ class Orbit:
         return mpmath.det(self.map - multiplier * mpmath.eye(3))
 
     @property
-    def pair(self) -> Any:
-        """Product of the two multipliers that are not zero: 1 at a Neimark-Sacker point."""
-        m = self.map
-        return sum(m[i, i] * m[j, j] - m[i, j] * m[j, i] for i, j in ((0, 1), (0, 2), (1, 2)))
-
-    @property
     def multipliers(self) -> np.ndarray:
         """The two multipliers that are not zero by structure."""
         values = np.linalg.eigvals(np.array(self.map.tolist(), float))
@@ -51,47 +44,37 @@ class Orbit:
 
 
 class Branch:
-    """Orbits of ``periods`` forcing periods with ``mode`` at the strobe; ``overlook`` as in `Drill.run`."""
+    """Orbits of ``periods`` forcing periods that slip at the strobe; ``overlook`` as in `Drill.run`."""
 
-    def __init__(self, periods: int, mode: str, overlook: float = 0.0, **parameters: Any) -> None:
-        self.periods, self.mode, self.overlook, self.parameters = periods, mode, overlook, parameters
+    def __init__(self, periods: int, overlook: float = 0.0) -> None:
+        self.periods, self.overlook = periods, overlook
 
     def run(self, z: list[Any]) -> Run:
         """The motion from (y, u, w, eta)."""
-        return Drill(z[3], **self.parameters).run(z[:3], self.mode, self.periods, self.overlook)
+        return Drill(z[3]).run(z[:3], SLIP, self.periods, self.overlook)
 
     def find(self, guess: list[Any], condition: Condition, most: int = 12) -> Orbit | None:
         """Newton's method from ``guess`` for the orbit that meets ``condition``; None if it does not converge."""
         z = [mp.mpf(value) for value in guess]
         apart = mp.mpf(10) ** (-mp.dps // 2)
-        residuals: list[float] = []
         for _ in range(most):
             run = self.run(z)
             off = [a - b for a, b in zip(run.state, z, strict=False)] + [condition(z, run)]
-            residuals.append(float(max(abs(a) for a in off)))
             matrix = mpmath.zeros(4)
             for j in range(4):
-                if j == 2 and self.mode == STICK:
-                    matrix[2, 2] = -1
-                    continue
                 moved = [a + (apart if i == j else 0) for i, a in enumerate(z)]
                 there = self.run(moved)
                 image = [a - b for a, b in zip(there.state, moved, strict=False)] + [condition(moved, there)]
                 for i in range(4):
                     matrix[i, j] = (image[i] - off[i]) / apart
-            if residuals[-1] < apart * 1e-2:
+            if max(abs(a) for a in off) < apart * 1e-2:
                 flow = matrix[:3, :3] + mpmath.eye(3)
                 along = [(-1) ** j * mpmath.det(_without(matrix, j)) for j in range(4)]
                 size = mpmath.norm(along)
                 z = [a - b for a, b in zip(z, mpmath.lu_solve(matrix, mpmath.matrix(off)), strict=True)]
-                return Orbit(z, run, flow, [a / size for a in along], residuals)
+                return Orbit(z, run, flow, [a / size for a in along])
             z = [a - b for a, b in zip(z, mpmath.lu_solve(matrix, mpmath.matrix(off)), strict=True)]
         return None
-
-    def at(self, eta: Any, state: list[Any]) -> Orbit | None:
-        """The orbit at ``eta``."""
-        eta = mp.mpf(eta)
-        return self.find([*state, eta], lambda z, run: z[3] - eta)
 
     def beyond(self, orbit: Orbit, distance: Any) -> Orbit | None:
         """The orbit a pseudo-arclength further on."""
@@ -134,25 +117,3 @@ def touches(kind: str, near: Any) -> Condition:
         return min((m for m in run.misses if m[0] == kind), key=lambda m: abs(m[1] - time))[2]
 
     return condition
-
-
-def doubled(orbit: Orbit, mode: str, periods: int, amplitude: Any, **options: Any) -> Orbit | None:
-    """The orbit of ``periods``, twice as many, whose state is ``amplitude`` away from a period-doubling orbit."""
-    flip = _null(orbit.map + mpmath.eye(3))
-    start = orbit.unknowns[:3]
-    guess = [a + amplitude * b for a, b in zip(start, flip, strict=True)]
-    return Branch(periods, mode, **options).find(
-        [*guess, orbit.eta], lambda z, run: mp.fdot(flip, [a - b for a, b in zip(z, start, strict=False)]) - amplitude
-    )
-
-
-def _null(matrix: mpmath.matrix) -> list[Any]:
-    """The direction that a singular matrix of rank 2 maps to zero, of length 1."""
-    rows = [[matrix[i, j] for j in range(3)] for i in range(3)]
-    crosses = [
-        [p[(k + 1) % 3] * q[(k + 2) % 3] - p[(k + 2) % 3] * q[(k + 1) % 3] for k in range(3)]
-        for p, q in ((rows[0], rows[1]), (rows[0], rows[2]), (rows[1], rows[2]))
-    ]
-    best = max(crosses, key=mpmath.norm)
-    size = mpmath.norm(best)
-    return [a / size for a in best]
