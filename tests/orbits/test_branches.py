@@ -8,7 +8,7 @@ import sympy
 from mpmath import mp
 from scipy.integrate import solve_ivp
 from support import wall_at_rest as wall
-from support.wall_at_rest_cascade import DOUBLINGS, RATIOS
+from support.wall_at_rest_cascade import DOUBLINGS, RATIOS, doublings
 
 import chaosdrill as cd
 from chaosdrill.dataset.branches import BranchEnd, Criticality, Special
@@ -54,6 +54,12 @@ def test_trace_and_determinant_follow_their_closed_forms(cascade, digits):
 def test_the_first_doubling_is_where_the_closed_form_has_it(cascade, digits):
     digits(30)
     assert abs(cascade.cascade.values[0] - float(wall.doubling(mp.mpf("0.8"), 2.65))) < 1e-12
+
+
+def test_the_cascade_in_45_digits_is_what_its_program_finds(digits):
+    digits(24)
+    for found, known in zip(doublings(4), DOUBLINGS, strict=False):
+        assert abs(found.w - mp.mpf(known)) < 1e-16
 
 
 def test_five_further_doublings_are_those_of_the_exact_flow(cascade):

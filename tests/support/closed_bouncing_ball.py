@@ -10,24 +10,17 @@ G^2 = q^2 + [2 (1 + e^2)/(1 + e)^2]^2. Source: Luck and Mehta 1993, doi:10.1103/
 """
 
 from dataclasses import dataclass
-from math import acos, hypot, pi, sin, sqrt
-
-import numpy as np
+from math import acos, pi, sin
 
 
 @dataclass(frozen=True)
 class Bounce:
-    """Phase w t of the impact in (-pi, pi), the ball's speed after it, and trace and determinant.
-
-    ``clearance`` is the least height above the floor in flight, on a grid without its ends; the orbit exists if it is
-    positive.
-    """
+    """Phase w t of the impact in (-pi, pi), the ball's speed after it, and trace and determinant."""
 
     phase: float
     speed: float
     trace: float
     determinant: float
-    clearance: float
 
 
 def bounces(a: float, w: float, e: float, g: float = 1.0, n: int = 1) -> list[Bounce]:
@@ -40,22 +33,5 @@ def bounces(a: float, w: float, e: float, g: float = 1.0, n: int = 1) -> list[Bo
 
 def _bounce(phase: float, a: float, w: float, e: float, g: float, n: int) -> Bounce:
     period = 2 * pi * n / w
-    t = np.linspace(0, period, 20_001)[1:-1]
-    height = a * sin(phase) + g * t * (period - t) / 2
     trace = 1 + e**2 - (1 + e) ** 2 * a * w**2 / g * sin(phase)
-    return Bounce(phase, g * period / 2, trace, e**2, float((height - a * np.sin(w * t + phase)).min()))
-
-
-def fold_amplitude(w: float, e: float, g: float = 1.0, n: int = 1) -> float:
-    """Amplitude of the floor at which both orbits are born."""
-    return g / w**2 * pi * n * (1 - e) / (1 + e)
-
-
-def doubling_amplitude(w: float, e: float, g: float = 1.0, n: int = 1) -> float:
-    """Amplitude at which the stable one doubles."""
-    return g / w**2 * hypot(pi * n * (1 - e) / (1 + e), 2 * (1 + e**2) / (1 + e) ** 2)
-
-
-def doubling_frequency(a: float, e: float, g: float = 1.0, n: int = 1) -> float:
-    """Frequency at which it does; only a w^2/g counts."""
-    return sqrt(g / a * doubling_amplitude(1.0, e, 1.0, n))
+    return Bounce(phase, g * period / 2, trace, e**2)

@@ -1,4 +1,4 @@
-"""Orbits of the damped impact oscillator with one impact, in closed form, and where the free motion touches the wall.
+"""Orbits of the damped impact oscillator with one impact, in closed form.
 
     x'' + 2 zeta x' + x = cos(w t),  x <= d;   at x = d: v := -r v
 
@@ -18,7 +18,6 @@ from math import atan2, cos, hypot, pi, sqrt
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
 
 @dataclass(frozen=True)
@@ -39,20 +38,6 @@ class OneImpact:
 def amplitude(w: float, zeta: float) -> float:
     """Amplitude of the motion that never meets the wall."""
     return 1 / hypot(1 - w**2, 2 * zeta * w)
-
-
-def grazing_frequency(d: float, zeta: float) -> float:
-    """The frequency above which the motion without impacts stays below a wall at 0 < ``d`` < 1, where A = d.
-
-    The square of it solves z^2 - 2 z (1 - 2 zeta^2) + 1 - 1/d^2 = 0, whose other root is negative.
-    """
-    half = 1 - 2 * zeta**2
-    return sqrt(half + sqrt(half**2 - 1 + 1 / d**2))
-
-
-def fold_frequency(d: float, zeta: float, r: float, low: float, high: float, n: int = 1) -> float:
-    """The frequency between ``low`` and ``high`` at which the two orbits with one impact become one."""
-    return float(brentq(lambda w: _discriminant(w, d, zeta, r, n), low, high, xtol=1e-15))
 
 
 def free(zeta: float, t: Any) -> np.ndarray:

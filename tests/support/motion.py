@@ -24,13 +24,3 @@ def arc(field: Field, t: float, state: Any, length: float, guard: Guard | None =
     event.terminal, event.direction = True, 1  # type: ignore[attr-defined]
     run = solve_ivp(field, (t, t + length), state, events=event, max_step=length / 50, **settings)
     return float(run.t[-1]), run.y[:, -1]
-
-
-def derivative(map_: Callable[[np.ndarray], np.ndarray], state: Any, apart: float = 1e-5) -> np.ndarray:
-    """Derivative of a map by differences of fourth order, shape (n, n)."""
-    state = np.asarray(state, float)
-    columns = []
-    for unit in np.eye(len(state)):
-        near, far = (map_(state + s * apart * unit) - map_(state - s * apart * unit) for s in (1, 2))
-        columns.append((8 * near - far) / (12 * apart))
-    return np.array(columns).T

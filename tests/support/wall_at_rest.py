@@ -32,7 +32,7 @@ class PeriodOne:
 
 
 def period_one(w: Any, r: Any, n: int = 1) -> PeriodOne:
-    """Closed form; whether the flight stays below the wall is another question (`highest`)."""
+    """Closed form; whether the flight stays below the wall is another question."""
     w, r = mp.mpf(w), mp.mpf(r)
     half, c = mp.pi * n / w, mp.cos(2 * mp.pi * n / w)
     sine, cosine = -(1 - r) * (1 - w**2) / (2 * w), (1 + r) * (1 - w**2) / (2 * mp.tan(half))
@@ -41,30 +41,10 @@ def period_one(w: Any, r: Any, n: int = 1) -> PeriodOne:
     return PeriodOne(phase, speed, -2 * r * c + (1 + r) ** 2 * (1 - w**2) * (1 + c) / 2, r**2)
 
 
-def doubling_restitution(w: Any, n: int = 1) -> Any:
-    """The restitution at which the orbit with one impact in n periods has the multiplier -1 at frequency ``w``.
-
-    trace = -(1 + r^2) becomes cos^2(pi n/w) (w^2 - q^2) = 1 with q = (1 - r)/(1 + r); NaN where no r in (0, 1) does it.
-    """
-    w = mp.mpf(w)
-    square = w**2 - mp.sec(mp.pi * n / w) ** 2
-    return (1 - mp.sqrt(square)) / (1 + mp.sqrt(square)) if 0 < square < 1 else mp.nan
-
-
 def doubling(r: Any, guess: Any, n: int = 1) -> Any:
     """The frequency next to ``guess`` at which that orbit has the multiplier -1."""
     q = (1 - mp.mpf(r)) / (1 + mp.mpf(r))
     return mp.findroot(lambda w: mp.cos(mp.pi * n / w) ** 2 * (w**2 - q**2) - 1, mp.mpf(guess))
-
-
-def grazing(r: Any, guess: Any, n: int) -> Any:
-    """The frequency next to ``guess`` at which the flight of that orbit just touches the wall between its impacts."""
-
-    def top(w: Any) -> Any:
-        start = period_one(w, r, n).phase / w
-        return Orbit(w, mp.mpf(r), n, [start], flights_of(w, [start], n), [], []).highest()
-
-    return mp.findroot(top, (mp.mpf(guess), mp.mpf(guess) + mp.mpf("0.01")), solver="secant")
 
 
 def _forced(w: Any, t: Any) -> tuple[Any, Any, Any]:
@@ -76,22 +56,15 @@ class Flight:
     """Flight between impacts at ``t0`` and ``t1``: speeds ``start`` and ``end``, their derivatives by both times."""
 
     def __init__(self, w: Any, t0: Any, t1: Any) -> None:
-        self.w, self.t0, self.h = w, t0, t1 - t0
         (p0, s0, a0), (p1, s1, a1) = _forced(w, t0), _forced(w, t1)
-        c, s = mp.cos(self.h), mp.sin(self.h)
-        self.p0, self.free = p0, (p0 * c - p1) / s
-        free_0 = (s0 * c + p0 * s) / s + self.free * c / s
-        free_1 = -(p0 * s + s1) / s - self.free * c / s
-        self.start, self.end = s0 + self.free, s1 + p0 * s + self.free * c
+        c, s = mp.cos(t1 - t0), mp.sin(t1 - t0)
+        free = (p0 * c - p1) / s
+        free_0 = (s0 * c + p0 * s) / s + free * c / s
+        free_1 = -(p0 * s + s1) / s - free * c / s
+        self.start, self.end = s0 + free, s1 + p0 * s + free * c
         self.start_0, self.start_1 = a0 + free_0, free_1
-        self.end_0 = s0 * s - p0 * c + self.free * s + c * free_0
-        self.end_1 = a1 + p0 * c - self.free * s + c * free_1
-
-    def state(self, after: Any) -> tuple[Any, Any]:
-        """Position and speed a time ``after`` the start."""
-        p, s, _ = _forced(self.w, self.t0 + after)
-        c, s_ = mp.cos(after), mp.sin(after)
-        return p - self.p0 * c + self.free * s_, s + self.p0 * s_ + self.free * c
+        self.end_0 = s0 * s - p0 * c + free * s + c * free_0
+        self.end_1 = a1 + p0 * c - free * s + c * free_1
 
 
 Row = tuple[Any, Any, Any]
@@ -105,20 +78,15 @@ class Orbit:
     ----------
     times : list of mpf
         Of the impacts in one cycle of ``periods`` forcing periods.
-    flights : list of Flight
     rows : list of tuple
         Derivatives of the impact law, as from `impact_law`.
-    residuals : list of float
-        Of Newton's method.
     """
 
     w: Any
     r: Any
     periods: int
     times: list[Any]
-    flights: list[Flight]
     rows: list[Row]
-    residuals: list[float]
 
     @property
     def monodromy(self) -> mpmath.matrix:
@@ -132,28 +100,6 @@ class Orbit:
     def doubling_gap(self) -> Any:
         """det(monodromy + 1), zero where the orbit doubles."""
         return mpmath.det(self.monodromy + mpmath.eye(2))
-
-    def strobe(self, k: int = 0) -> tuple[Any, Any]:
-        """Position and speed at t = 2 pi k/w."""
-        cycle = 2 * mp.pi / self.w * self.periods
-        t = 2 * mp.pi / self.w * k
-        before = min(range(len(self.times)), key=lambda i: (t - self.times[i]) % cycle)
-        return self.flights[before].state((t - self.times[before]) % cycle)
-
-    def highest(self, looks: int = 200) -> Any:
-        """Largest maximum within a flight; below zero for an orbit that never enters the wall, -inf without any.
-
-        Maxima are bracketed by ``looks`` looks at the speed per flight and then found.
-        """
-        return max((_top(flight, looks) for flight in self.flights), default=-mp.inf)
-
-
-def _top(flight: Flight, looks: int) -> Any:
-    grid = [flight.h * i / looks for i in range(1, looks)]
-    speeds = [flight.state(t)[1] for t in grid]
-    brackets = [(grid[i], grid[i + 1]) for i in range(len(grid) - 1) if speeds[i] > 0 >= speeds[i + 1]]
-    tops = [mp.findroot(lambda t: flight.state(t)[1], bracket, solver="anderson") for bracket in brackets]
-    return max((flight.state(t)[0] for t in tops), default=-mp.inf)
 
 
 def flights_of(w: Any, times: list[Any], periods: int) -> list[Flight]:
@@ -182,13 +128,11 @@ def cyclic(rows: list[Row]) -> mpmath.matrix:
 def orbit(w: Any, r: Any, times: list[Any], periods: int) -> Orbit:
     """Newton's method on the times of the impacts, from guesses ``times`` of one cycle, in order."""
     w, r, times = mp.mpf(w), mp.mpf(r), [mp.mpf(t) for t in times]
-    residuals: list[float] = []
-    while len(residuals) < 40:
+    for _ in range(40):
         flights = flights_of(w, times, periods)
         law, rows = impact_law(flights, r)
-        residuals.append(float(max(abs(value) for value in law)))
-        if residuals[-1] < mp.eps * 1e6:
-            return Orbit(w, r, periods, times, flights, rows, residuals)
+        if max(abs(value) for value in law) < mp.eps * 1e6:
+            return Orbit(w, r, periods, times, rows)
         step = mpmath.lu_solve(cyclic(rows), mpmath.matrix(law))
         times = [t - d for t, d in zip(times, step, strict=True)]
     raise ArithmeticError("Newton's method does not converge")

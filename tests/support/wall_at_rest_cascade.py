@@ -33,7 +33,7 @@ RATIOS = (4.770475476, 5.846510690, 4.775396656, 4.659323726, 4.662721735)
 """Quotients of successive intervals between them; the limit is Feigenbaum's 4.669201609."""
 
 
-def cascade(count: int, r: Any = R, guess: float = 2.65) -> list[Orbit]:
+def doublings(count: int, r: Any = R, guess: float = 2.65) -> list[Orbit]:
     """The orbits at the first ``count`` doublings, beginning with that of the orbit with one impact a period."""
     r = mp.mpf(r)
     w = doubling(r, guess)
