@@ -142,6 +142,8 @@ def test_words_by_the_leading_exponent(exponents, errors, neutral, outcome):
         # something negative was computed, so the zero was, though it is large as yet
         ([0.9, 0.02, -3.0], [0.9, -3.0, -INF]),
         ([0.9, -0.02, -3.0], [0.9, -3.0, -INF]),
+        # shear makes a pair, of which the negative one is no attraction
+        ([0.02, -0.02, -3.0], [0.02, -3.0, -INF]),
     ],
 )
 def test_only_what_was_computed_is_left_out(exponents, free):

@@ -9,8 +9,6 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.engine.numerics import Numerics
-from chaosdrill.engine.run import Run
 
 
 @pytest.fixture(scope="session")
@@ -27,9 +25,9 @@ def tangent_map():
     """The derivative of the state after ``duration`` by the initial state, and that state."""
 
     def measure(system, duration, **numerics):
-        run = Run(system, duration, Numerics(**numerics), tangents=np.eye(len(system.states)), orthonormalise=False)
-        assert run.advance(1)[0] == cd.Outcome.OK
-        return run.x.copy(), run.vectors.T.copy()
+        run = cd.trajectory(system, duration=duration, samples=1, tangents=True, **numerics)
+        assert run["outcome"] == cd.Outcome.OK
+        return run["states"].values[-1], run["final_tangent"].values.T
 
     return measure
 

@@ -7,8 +7,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import chaosdrill as cd
-from chaosdrill.engine.numerics import Numerics
-from chaosdrill.engine.run import Run
 
 STIFFNESSES = np.array([1e4, 1e6, 1e8, 1e10])
 METHODS = [("taylor", 1.0), ("dop853", 1.0), ("radau", 1.5)]
@@ -77,35 +75,33 @@ def test_methods_agree_on_the_multipliers_of_a_stiff_contact():
     assert np.abs(taylor[0] - (0.11672896840556 + 0.65713468420972j)) < 3e-4
 
 
-def through(k, tolerance, x, tangents=None):
-    """One forcing period, contact included."""
+def through(k, tolerance, x):
+    """The state after one forcing period, contact included, and its derivatives, a row for each initial state."""
     start = dict(zip(("y", "u", "w", "depth"), x, strict=True))
     system = cd.drill(eta=0.8, contact="compliant", k=k, initial={**start, "mode": "slip"})
-    run = Run(system, PERIOD, Numerics(tolerance=tolerance), tangents=tangents, orthonormalise=False)
-    assert run.advance(1)[0] == cd.Outcome.OK
-    assert run.counts.sum() >= 4
-    return run
+    run = cd.trajectory(system, periods=1, samples=1, tolerance=tolerance, tangents=True)
+    assert run["outcome"] == cd.Outcome.OK
+    assert run.sizes["event"] >= 4
+    return run["states"].values[-1], run["final_tangent"].values
 
 
 @pytest.mark.parametrize("k", [1e4, 1e8, 1e12])
 def test_state_and_tangents_stay_within_tolerance_through_the_contact(k):
-    start, frame = [*CYCLE.values(), 0.0], np.eye(4)
-    sharp, loose = through(k, 1e-16, start, frame), through(k, 1e-10, start, frame)
-    np.testing.assert_allclose(loose.x, sharp.x, rtol=0, atol=1e-9)
+    (sharp, of_sharp), (loose, of_loose) = (through(k, one, [*CYCLE.values(), 0.0]) for one in (1e-16, 1e-10))
+    np.testing.assert_allclose(loose, sharp, rtol=0, atol=1e-9)
     # a tangent's speed grows by sqrt(k) in contact, and its error with it
-    np.testing.assert_allclose(loose.vectors, sharp.vectors, rtol=0, atol=1e-10 * np.sqrt(k))
+    np.testing.assert_allclose(of_loose, of_sharp, rtol=0, atol=1e-10 * np.sqrt(k))
 
 
 @pytest.mark.parametrize("k", [1e4, 1e8])
 def test_tangents_through_the_contact_are_differences_of_the_flow(k):
     start = np.array([*CYCLE.values(), 0.0])
-    found = through(k, 1e-15, start, np.eye(4)).vectors
-    for j in range(3):
+    for unit, found in zip(np.eye(4)[:3], through(k, 1e-15, start)[1], strict=False):
         coarse, fine = (
-            (through(k, 1e-15, start + h * np.eye(4)[j]).x - through(k, 1e-15, start - h * np.eye(4)[j]).x) / (2 * h)
+            (through(k, 1e-15, start + h * unit)[0] - through(k, 1e-15, start - h * unit)[0]) / (2 * h)
             for h in (4e-5, 2e-5)
         )
-        np.testing.assert_allclose(found[j], (4 * fine - coarse) / 3, rtol=0, atol=1e-7)
+        np.testing.assert_allclose(found, (4 * fine - coarse) / 3, rtol=0, atol=1e-7)
 
 
 @settings(max_examples=20)
