@@ -27,18 +27,28 @@ FENCE = re.compile(r"^```(\S*)[^\n]*\n(?:---\n.*?^---\n)?(.*?)^```$", re.MULTILI
 WIDTH = 88
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_lines_of_code_fit_the_page(page):
-    blocks = FENCE.findall(page.read_text(encoding="utf-8"))
-    code = [text for language, text in blocks if language in ("{code-cell}", "python", "sh", "toml")]
-    assert [line for text in code for line in text.splitlines() if len(line) > WIDTH] == []
+def faults(pages, wrong):
+    """What ``wrong`` finds on pages, by page."""
+    assert pages
+    return {str(page.relative_to(ROOT)): found for page in pages if (found := wrong(page))}
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_every_picture_says_what_it_shows(page):
-    cells = re.findall(r"^```{code-cell}[^\n]*\n(.*?)^```$", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
-    drawn = [cell for cell in cells if re.search(r"cd\.plot\(|plt\.subplots\(|^Image\(", cell, re.MULTILINE)]
-    assert [cell for cell in drawn if not re.search(r"^    alt: \S", cell, re.MULTILINE)] == []
+def test_lines_of_code_fit_the_page():
+    def long(page):
+        blocks = FENCE.findall(page.read_text(encoding="utf-8"))
+        code = [text for language, text in blocks if language in ("{code-cell}", "python", "sh", "toml")]
+        return [line for text in code for line in text.splitlines() if len(line) > WIDTH]
+
+    assert faults(PAGES, long) == {}
+
+
+def test_every_picture_says_what_it_shows():
+    def silent(page):
+        blocks = re.findall(r"^```{code-cell}[^\n]*\n(.*?)^```$", page.read_text("utf-8"), re.MULTILINE | re.DOTALL)
+        drawn = [cell for cell in blocks if re.search(r"cd\.plot\(|plt\.subplots\(|^Image\(", cell, re.MULTILINE)]
+        return [cell for cell in drawn if not re.search(r"^    alt: \S", cell, re.MULTILINE)]
+
+    assert faults(PAGES, silent) == {}
 
 
 def test_pictures_of_every_page_are_turned_around_on_a_dark_one():
@@ -95,10 +105,12 @@ DOI = re.compile(r"10\.\d{4,9}/\S+")
 NAMED = re.compile(r"`((?:tests|studies|chaosdrill)/[\w/]+\.\w+)`")
 
 
-@pytest.mark.parametrize("page", LINKS_PAGES, ids=lambda page: f"{page.parent.name}-{page.stem}")
-def test_files_that_a_page_names_are_there(page):
-    named = NAMED.findall(page.read_text(encoding="utf-8"))
-    assert [name for name in named if not (ROOT / name).exists() and "/out/" not in name] == []
+def test_files_that_a_page_names_are_there():
+    def missing(page):
+        named = NAMED.findall(page.read_text(encoding="utf-8"))
+        return [name for name in named if not (ROOT / name).exists() and "/out/" not in name]
+
+    assert faults(LINKS_PAGES, missing) == {}
 
 
 def prose(page):
@@ -118,39 +130,40 @@ def links(page):
     return LINK.findall(prose(page))
 
 
-@pytest.mark.parametrize("page", LINKS_PAGES, ids=lambda page: str(page.relative_to(ROOT)))
-def test_links_within_the_repository_lead_to_a_file_and_an_anchor(page):
-    wrong = []
-    for _, target in links(page):
-        if "://" in target or target.startswith("mailto:"):
-            continue
-        path, _, anchor = target.partition("#")
-        file = (page.parent / path).resolve() if path else page
-        # these pages are made when the documentation is built
-        made = file.parent.name == "generated"
-        if not made and (not file.exists() or (anchor and anchor not in anchors(file))):
-            wrong.append(target)
-    assert not wrong
+def test_links_within_the_repository_lead_to_a_file_and_an_anchor():
+    def dead(page):
+        for _, target in links(page):
+            if "://" in target or target.startswith("mailto:"):
+                continue
+            path, _, anchor = target.partition("#")
+            file = (page.parent / path).resolve() if path else page
+            # these pages are made when the documentation is built
+            made = file.parent.name == "generated"
+            if not made and (not file.exists() or (anchor and anchor not in anchors(file))):
+                yield target
+
+    assert faults(LINKS_PAGES, lambda page: [*dead(page)]) == {}
 
 
-@pytest.mark.parametrize("page", LINKS_PAGES, ids=lambda page: str(page.relative_to(ROOT)))
-def test_addresses_are_https_and_identifiers_are_those_of_their_text(page):
-    for text, target in links(page):
-        if "://" not in target:
-            continue
-        assert target.startswith("https://")
+def test_addresses_are_https_and_identifiers_are_those_of_their_text():
+    def right(text, target):
+        doi, said = target.removeprefix("https://doi.org/"), text.removeprefix("doi:")
         if "doi.org" in target:
-            assert target.startswith("https://doi.org/")
-            doi = target.removeprefix("https://doi.org/")
-            assert DOI.fullmatch(doi)
-            said = text.removeprefix("doi:")
-            assert said == doi or not said.startswith("10.")
+            return target != doi and DOI.fullmatch(doi) and (said == doi or not said.startswith("10."))
+        return target.startswith("https://")
+
+    def wrong(page):
+        return [target for text, target in links(page) if "://" in target and not right(text, target)]
+
+    assert faults(LINKS_PAGES, wrong) == {}
 
 
-@pytest.mark.parametrize("page", LINKS_PAGES, ids=lambda page: str(page.relative_to(ROOT)))
-def test_formulas_in_a_paragraph_are_closed(page):
-    paragraphs = re.split(r"\n\s*\n", re.sub(r"\$\$.*?\$\$", "", prose(page), flags=re.DOTALL))
-    assert [text for text in paragraphs if len(re.findall(r"(?<!\\)\$", text)) % 2] == []
+def test_formulas_in_a_paragraph_are_closed():
+    def open_ones(page):
+        paragraphs = re.split(r"\n\s*\n", re.sub(r"\$\$.*?\$\$", "", prose(page), flags=re.DOTALL))
+        return [text for text in paragraphs if len(re.findall(r"(?<!\\)\$", text)) % 2]
+
+    assert faults(LINKS_PAGES, open_ones) == {}
 
 
 # Docstrings of public functions name the arguments that there are, in their order, and say what comes back.

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 FUZZER = Path(__file__).with_name("fuzzer.py")
-SECONDS = 15
+SECONDS = 5
 SEED = 20260101
 KINDS = {"scene": {"0", "2"}, "definition": {"built"}, "archive": {"0 0 0", "0 0 1"}, "parts": {"0", "1", "2"}}
 """By kind, outcomes that the corpus has: some inputs are found to be wrong, and some are not."""

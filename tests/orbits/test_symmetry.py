@@ -221,10 +221,9 @@ def once(branch, within=(0.0, np.inf)):
     return np.column_stack([branch["special_kind"].values, values])[inside][order]
 
 
-@pytest.mark.parametrize(("f", "limits", "step"), [(9.8, (2.0, 12.0), 0.1), (5.0, (2.2, 11.0), None)])
-def test_a_walk_along_symmetric_orbits_is_the_same_from_everywhere(symmetric_walk, f, limits, step):
+def test_a_walk_along_symmetric_orbits_is_the_same_from_everywhere(symmetric_walk):
     """Where both walls are touched at once partners begin as well, which are no part of it."""
-    walk = cd.continue_orbit(WALLS.with_parameters(omega=1.4, e=0.5, f=f), {"f": limits}, step=step)
+    walk = cd.continue_orbit(WALLS.with_parameters(omega=1.4, e=0.5, f=9.8), {"f": (2.0, 12.0)}, step=0.1)
     within = (2.2, 11.0)
     np.testing.assert_allclose(once(walk, within), once(symmetric_walk, within), rtol=1e-9)
     assert all(one.count("left") == one.count("right") for one in walk["event_sequence"].values)

@@ -11,7 +11,7 @@ import chaosdrill.analysis
 from chaosdrill.analysis.base import NumericsSettings
 from chaosdrill.declared import ANALYSES, METHODS
 from chaosdrill.errors import SceneError
-from chaosdrill.names import remedy
+from chaosdrill.names import brief, remedy
 from chaosdrill.scene import parse_scene
 
 # A wrong scene of each kind is reported with its line, its field and the remedy.
@@ -629,3 +629,15 @@ def test_an_argument_that_there_is_not_is_refused_as_python_does():
 )
 def test_a_known_name_among_other_words_is_meant_unless_all_of_them_are_nearly_one(given, known, meant):
     assert remedy(given, known) == f"did you mean {meant!r}?"
+
+
+def test_names_that_contain_the_given_one_are_meant():
+    known = ["duffing", "drill-string", "percussive-drill-5d"]
+    assert remedy("drill", known) == "did you mean 'drill-string' or 'percussive-drill-5d'?"
+    assert remedy("5d", known) == "known here: duffing, drill-string, percussive-drill-5d"
+
+
+def test_a_message_shows_the_beginning_of_what_is_long_or_has_several_lines():
+    assert brief("a" * 58) == repr("a" * 58)
+    assert brief("a" * 59) == f"'{'a' * 56}..."
+    assert brief(np.eye(2)) == "array([[1., 0.],..."
