@@ -81,6 +81,11 @@ def open_archive(path: str | os.PathLike[str]) -> "DataTree":
     return tree
 
 
+def groups_of(tree: DataTree) -> dict[str, Dataset]:
+    """The groups of an archive by their paths, each with what is its own."""
+    return {node.path: node.to_dataset(inherit=False) for node in tree.subtree}
+
+
 def format_of(attributes: Mapping[Any, Any]) -> int:
     """Number of the format, from the attributes of an archive; those written before formats had numbers are 1."""
     try:

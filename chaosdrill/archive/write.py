@@ -8,6 +8,7 @@ from typing import Any
 
 from chaosdrill.annotations import Dataset, DataTree, Variable
 from chaosdrill.archive.digest import append_checksum, with_digests
+from chaosdrill.archive.read import groups_of
 from chaosdrill.archive.tuning import TUNING
 from chaosdrill.dataset.label import without_lost_codes
 from chaosdrill.declared import unstorable
@@ -75,7 +76,7 @@ def save(tree: "DataTree | Dataset", path: str | os.PathLike[str]) -> Path:
     if isinstance(tree, xr.Dataset):
         groups = {"/": tree}
     elif isinstance(tree, xr.DataTree):
-        groups = {node.path: node.to_dataset(inherit=False) for node in tree.subtree}
+        groups = groups_of(tree)
     else:
         ways = {
             xr.DataArray: "; save the dataset that it is part of",
@@ -100,7 +101,7 @@ def save(tree: "DataTree | Dataset", path: str | os.PathLike[str]) -> Path:
     tree = xr.DataTree.from_dict(plain)
     with signals_wait(), writing(target, "archive") as draft, small_netcdf_cache(), netcdf_name(draft) as known:
         try:
-            tree.to_netcdf(known, engine="netcdf4", format="NETCDF4", encoding=_encoding(tree))
+            tree.to_netcdf(known, engine="netcdf4", format="NETCDF4", encoding=_encoding(plain))
         except RuntimeError as fault:
             # of a full disk the NetCDF library knows no more than that it failed
             raise OSError(f"{fault} (is the disk full?)") from fault
@@ -232,11 +233,10 @@ def _lost_values(name: str, variable: Variable) -> str:
     return ""
 
 
-def _encoding(tree: DataTree) -> dict[str, dict[str, dict[str, Any]]]:
+def _encoding(groups: dict[str, Dataset]) -> dict[str, dict[str, dict[str, Any]]]:
     encoding: dict[str, dict[str, dict[str, Any]]] = {}
-    for node in tree.subtree:
-        dataset = node.to_dataset(inherit=False)
-        encoding[node.path] = {}
+    for path, dataset in groups.items():
+        encoding[path] = {}
         for name, variable in dataset.variables.items():
             chosen: dict[str, Any] = {}
             if variable.dtype.kind in "iufb" and variable.ndim and variable.size:
@@ -245,7 +245,7 @@ def _encoding(tree: DataTree) -> dict[str, dict[str, dict[str, Any]]]:
                 # CF: a coordinate has no missing values
                 chosen["_FillValue"] = None
             if chosen:
-                encoding[node.path][str(name)] = chosen
+                encoding[path][str(name)] = chosen
     return encoding
 
 

@@ -40,9 +40,9 @@ def warm(folder: str | None, as_json: bool) -> None:
     The code is kept where every process of this user finds it. With DIR it is put there, too: for an installation that
     cannot be written, name that folder in CHAOSDRILL_WARM_DIR. The code is that of this machine's kind of processor.
     """
-    if folder == "":
-        # as of a shell's variable that is not set: the code would lie in the working directory
-        raise click.UsageError("DIR is empty; name a folder, or leave it out")
+    if folder is not None and (not folder or "\0" in folder):
+        # a shell's variable that is not set is empty: the code would lie in the working directory
+        raise click.UsageError(f"DIR is {folder!r}, which names no folder; name one, or leave it out")
     from chaosdrill.engine.warm import warm as warm_engine
 
     compiled = ("blocks", "covariant", "matching", "neighbours", "recurrence", "tori")

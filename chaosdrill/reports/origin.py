@@ -13,6 +13,7 @@ from markupsafe import Markup
 
 from chaosdrill.annotations import Dataset, DataTree
 from chaosdrill.archive.digest import altered, unsealed
+from chaosdrill.archive.read import groups_of
 from chaosdrill.dataset.provenance import drawn
 from chaosdrill.dataset.references import mapping
 from chaosdrill.errors import ChaosdrillError
@@ -126,10 +127,9 @@ def system_part(
 def _defined(tree: DataTree) -> Markup:
     """The systems of an archive without a scene, from the definitions in its groups."""
     found: dict[str, dict[str, Dataset]] = {}
-    for node in tree.subtree:
-        if "definition" in node.attrs:
-            group = node.path.strip("/") or "result"
-            found.setdefault(str(node.attrs["definition"]), {})[group] = node.to_dataset(inherit=False)
+    for path, group in groups_of(tree).items():
+        if "definition" in group.attrs:
+            found.setdefault(str(group.attrs["definition"]), {})[path.strip("/") or "result"] = group
     if not found:
         told = "The archive holds no scene and no definition of a system, so its equations are not known here."
         return part("paragraph", told) + _known(tree)
@@ -218,7 +218,7 @@ def altered_parts(tree: DataTree) -> list[str]:
 
 
 def _altered(tree: DataTree) -> dict[str, list[str] | None]:
-    return {node.path.strip("/"): altered(node.to_dataset(inherit=False)) for node in tree.subtree}
+    return {path.strip("/"): altered(group) for path, group in groups_of(tree).items()}
 
 
 def _integrity(tree: DataTree) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 
 from chaosdrill.annotations import DataArray, Dataset, DataTree, Variable
 from chaosdrill.archive.digest import DIGESTS
+from chaosdrill.archive.read import groups_of
 from chaosdrill.dataset.outcomes import Outcome
 from chaosdrill.dataset.references import mapping
 from chaosdrill.dataset.schema import SCHEMA, table_of
@@ -95,11 +96,6 @@ def compare(first: DataTree, second: DataTree) -> list[Difference]:
     Returns: empty if they are equal.
     """
     return examine(first, second)[0]
-
-
-def groups_of(tree: DataTree) -> dict[str, Dataset]:
-    """The groups of an archive by their paths, each with what is its own."""
-    return {node.path: node.to_dataset(inherit=False) for node in tree.subtree}
 
 
 def examine(

@@ -8,7 +8,7 @@ from typing import Any
 
 from chaosdrill.annotations import Dataset, DataTree
 from chaosdrill.archive.digest import DIGESTS, altered, unsealed
-from chaosdrill.archive.read import open_archive
+from chaosdrill.archive.read import groups_of, open_archive
 from chaosdrill.dataset.branches import count_special_points
 from chaosdrill.dataset.outcomes import count_outcomes
 from chaosdrill.dataset.provenance import drawn
@@ -74,9 +74,7 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
         if variable.ndim == 0 and "kind" not in tree.attrs
     }
     described["groups"] = {
-        node.path: _group(node.to_dataset(inherit=False), "scene" in tree.attrs)
-        for node in tree.subtree
-        if "kind" in node.attrs
+        path: _group(group, "scene" in tree.attrs) for path, group in groups_of(tree).items() if "kind" in group.attrs
     }
     return described
 
@@ -162,8 +160,7 @@ def cite(path: str | os.PathLike[str]) -> list[Reference]:
 def references_in(tree: DataTree) -> list[Reference]:
     """The references of an archive that is open."""
     found = [package()]
-    for node in tree.subtree:
-        group = node.to_dataset(inherit=False)
+    for group in groups_of(tree).values():
         if "kind" in group.attrs:
             found += references(group.attrs, [str(name) for name in group.variables])
     return list(dict.fromkeys(found))

@@ -8,11 +8,11 @@ from typing import Any
 
 from chaosdrill.annotations import Dataset, DataTree
 from chaosdrill.archive.digest import altered, error_context, unsealed
-from chaosdrill.archive.read import format_of, open_archive
+from chaosdrill.archive.read import format_of, groups_of, open_archive
 from chaosdrill.dataset.provenance import FORMAT, library_versions
 from chaosdrill.errors import ArchiveError, ChaosdrillError, SettingsError
 from chaosdrill.typed import COUNT, FUNCTION, PATH, expecting
-from chaosdrill.workflow.compare import CLOCKED, Check, Difference, examine, groups_of
+from chaosdrill.workflow.compare import CLOCKED, Check, Difference, examine
 from chaosdrill.workflow.describe import stored_versions
 from chaosdrill.workflow.run_scene import compute, hindrance, rerun
 

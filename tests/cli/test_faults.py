@@ -36,6 +36,8 @@ def test_wrong_scene(call, scene, tmp_path):
         ["run", "scene.toml", "-o", "a.nc", "--scheduler"],
         ["list", "colours"],
         ["verify"],
+        ["warm", ""],
+        ["warm", "a\0b"],
     ],
     ids=" ".join,
 )
