@@ -80,7 +80,10 @@ def _read_file(path: str | os.PathLike[str]) -> bytes:
             return file.read(TUNING.bytes + 1)
     except (OSError, ValueError) as fault:
         reason = fault.strerror if isinstance(fault, OSError) else fault
-        raise SceneError(f"{path}: cannot read the scene: {reason}") from None
+        first, line_break, _ = str(path).partition("\n")
+        if line_break:
+            reason = f"{reason}; if this is a scene's text, write it to a file, as by pathlib.Path.write_text"
+        raise SceneError(f"{first:.200}: cannot read the scene: {reason}") from None
 
 
 def _read_pipe(handle: int) -> bytes:

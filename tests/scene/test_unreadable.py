@@ -68,6 +68,12 @@ def test_a_missing_file_is_told(tmp_path):
     assert "No such file" in refusal(tmp_path / "none.toml")
 
 
+def test_the_text_of_a_scene_is_no_name_of_one():
+    told = refusal("title = 'x'\n[system]\n")
+    assert told.startswith("title = 'x': cannot read the scene: No such file or directory; ")
+    assert "write it to a file" in told
+
+
 def test_a_folder_is_no_scene(tmp_path):
     assert "directory" in refusal(tmp_path)
 
