@@ -436,9 +436,8 @@ class File:
             names.clear()
             h5py.h5a.iterate(thing, names.append)
         return [
-            [self._name(raw, what), *self._value(h5py.h5a.open(thing, raw), f"{what:.200}: {raw!r:.60}")]
-            for raw in names
-            if raw not in _HIDDEN
+            [name, *self._value(h5py.h5a.open(thing, raw), f"{what:.200}: the attribute {name!r:.60}")]
+            for raw, name in ((raw, self._name(raw, what)) for raw in names if raw not in _HIDDEN)
         ]
 
     def _value(self, attribute, what):

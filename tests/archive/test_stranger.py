@@ -222,6 +222,11 @@ def test_types_that_no_archive_has(stranger, kind):
     assert "holds neither texts nor numbers" in refusal(stranger(change))
 
 
+def test_an_attribute_of_a_type_that_no_archive_has(stranger):
+    refused = refusal(stranger(lambda file: file["a"].attrs.create("half", 0.5, dtype="f2")))
+    assert "/a: the attribute 'half' holds neither texts nor numbers" in refused
+
+
 def test_groups_too_deep(stranger):
     assert "groups deep" in refusal(stranger(lambda file: file.create_group("/".join("d" * 40))))
 
