@@ -159,18 +159,18 @@ def check_writable(path: str | os.PathLike[str], ending: str = ".nc", *, named: 
             f"{target}: is a link to {os.path.realpath(target)}, which you have not named; name the file to write with "
             "-o, or remove the link"
         )
-    place = followed(target)
-    if is_read_only(place):
-        raise ArchiveError(f"{target}: is read-only, and will not be replaced; chmod u+w would allow it")
-    if os.path.islink(place):
-        raise ArchiveError(f"{target}: a broken link; remove it, or name another file")
     try:
+        place = followed(target)
         trial = draft_of(place)
         # the name of the trial is short, so that it does not reveal a name that is too long
         with suppress(FileNotFoundError):
             place.lstat()
     except OSError as fault:
         raise ArchiveError(f"{target}: cannot be written: {_reason(fault)}; name another file") from fault
+    if is_read_only(place):
+        raise ArchiveError(f"{target}: is read-only, and will not be replaced; chmod u+w would allow it")
+    if os.path.islink(place):
+        raise ArchiveError(f"{target}: a broken link; remove it, or name another file")
     if not os.path.isdir(place.parent):
         raise ArchiveError(f"{target}: the folder {place.parent} does not exist; create it first")
     try:

@@ -161,6 +161,30 @@ def test_a_link_is_followed_and_its_target_replaced(tree, tmp_path):
     assert os.listdir(tmp_path / "far") == ["real.nc"]
 
 
+@pytest.mark.parametrize("mode", [0o1777, 0o755], ids=oct)
+@pytest.mark.parametrize("other", [True, False])
+def test_a_link_of_another_user_in_a_folder_of_all_is_not_followed(tree, tmp_path, monkeypatch, mode, other):
+    real, link = tmp_path / "real.nc", tmp_path / "all" / "link.nc"
+    real.write_text("mine")
+    link.parent.mkdir()
+    link.parent.chmod(mode)
+    link.symlink_to(real)
+
+    def lstat(path, status=os.lstat):
+        found = status(path)
+        return os.stat_result((*found[:4], found.st_uid + (other and path == link), *found[5:]))
+
+    monkeypatch.setattr(os, "lstat", lstat)
+    if other and mode == 0o1777:
+        for write in (check_writable, lambda path: save(tree, path)):
+            with pytest.raises(ArchiveError, match=r"link\.nc: .*another user has made this link"):
+                write(link)
+        assert real.read_text() == "mine"
+    else:
+        save(tree, link)
+        assert real.stat().st_size > len("mine")
+
+
 def test_what_is_no_ordinary_file_is_not_replaced(tree, tmp_path):
     target = tmp_path / "pipe"
     os.mkfifo(target)
