@@ -138,8 +138,10 @@ def evidence_of(
     if exponents.shape[1]:
         course = averages.course[one_of[0], :, column]
         blocks = course.shape[1] - 1
+        quarter = max(1, round(QUARTER * blocks))
         with np.errstate(invalid="ignore"):
-            found.quarter = course[:, -1] - course[:, blocks - max(1, round(QUARTER * blocks))]
+            found.quarter = course[:, -1] - course[:, blocks - quarter]
+            found.drawn_in = (averages.course[:, quarter] - averages.course[:, 0] < -2 * FOLDS).any(axis=1)
         found.steady = steady(course)
         found.steady &= ~_paired(exponents, lead)
     found.noisy[:] = system.draws
@@ -392,20 +394,24 @@ def add_later(
     Instants of any kind, of which the ``flow`` tells the rates, come back to a cycle only by chance; they lie on a
     closed curve there.
     """
-    which = np.flatnonzero(np.isin(words(e), OPEN_ANSWERS))
-    if not len(which):
-        return
-    later, known = windows[which, windows.shape[1] // 2 :], known[which]
-    paths, sizes, rounding = aside(later, shifts), shifts.sizes(known), e.rounding[which]
-    if flow is None:
-        e.cycle_reached[which] = closes_for_good(paths, sizes, rounding)
-    leaving, settling = stationarity(paths[:, :, :-1], sizes)
-    left = np.flatnonzero(~e.cycle_reached[which] & ~leaving & ~settling)
-    asked = e.may_have_reached_torus[which[left]], False
-    seen = examine(later[left], known[left], shifts, rounding[left], flow, *asked)
-    e.torus_reached[which[left]] = seen.ordered | seen.torus & seen.converges & ((flow is None) | seen.agrees)
-    falls = e.late[which[left]] < 0
-    e.cycle_reached[which[left]] |= (seen.line | seen.curve & falls & ~e.unmoved[which[left]]) & seen.converges
+    half = windows.shape[1] // 2
+    # a part of an exchange of intervals seems a torus, more rarely the longer it is; no tangent tells that it is none
+    for begin, some in ((half, e.moved_before), (half // 2, e.drawn_in & ~e.moved_before)):
+        which = np.flatnonzero(np.isin(words(e), OPEN_ANSWERS) & (some | (begin == half)))
+        if not len(which):
+            return
+        later, size, rounding = windows[which, begin:], known[which], e.rounding[which]
+        paths, sizes = aside(later, shifts), shifts.sizes(size)
+        if flow is None:
+            e.cycle_reached[which] |= closes_for_good(paths, sizes, rounding)
+        leaving, settling = stationarity(paths[:, :, :-1], sizes)
+        left = np.flatnonzero(~e.cycle_reached[which] & ~leaving & ~settling)
+        of = which[left]
+        asked = e.may_have_reached_torus[of] & some[of], False
+        seen = examine(later[left], size[left], shifts, rounding[left], flow, *asked)
+        e.torus_reached[of] = seen.ordered & ~(seen.cut & e.unmoved[of])
+        e.torus_reached[of] |= seen.torus & seen.converges & ((flow is None) | seen.agrees)
+        e.cycle_reached[of] |= (seen.line | seen.curve & (e.late[of] < 0) & ~e.unmoved[of]) & seen.converges
 
 
 def _smooth(system: HybridSystem) -> bool:

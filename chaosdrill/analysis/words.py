@@ -98,6 +98,7 @@ class Evidence(Selectable):
     returns: np.ndarray  # bool: they return later than a part shows, or run along a spiral
     cycle_reached: np.ndarray  # bool: the later half comes back to round-off, or its instants lie on a closed curve
     torus_reached: np.ndarray  # bool: the later half is that of a torus by all opinions but that of the exponent
+    drawn_in: np.ndarray  # bool: nearby motions come closer in some direction, and do so in the first quarter
     noisy: np.ndarray  # bool: what the motion is of is drawn at events, so that nothing ever repeats
 
     @classmethod
@@ -157,16 +158,20 @@ class Evidence(Selectable):
     def reached_torus(self) -> np.ndarray:
         """Whether the later half is on a torus, along which tangents do not grow, and the earlier was on its way there.
 
-        There they grow or shrink. Exchanges of intervals follow one angle for a while, and then another, without.
+        There some grow or shrink. Exchanges of intervals follow one angle for a while, and then another, without.
         """
         return self.torus_reached & self.may_have_reached_torus & ~self.recurs & ~self.returns
 
     @property
     def may_have_reached_torus(self) -> np.ndarray:
         """Whether that is so by the growth of tangents."""
-        later, whole = self.late * self.length / 2, self.lead * self.length
+        return self.torus_possible & (self.moved_before | self.drawn_in) & self.sheared
+
+    @property
+    def moved_before(self) -> np.ndarray:
+        """Whether the tangent that tells grows or shrinks in the earlier half of the record."""
         with np.errstate(invalid="ignore"):
-            return self.torus_possible & (np.abs(later) <= STILL) & (np.abs(whole - later) > STILL)
+            return np.abs(self.lead - self.late / 2) * self.length > STILL
 
     @property
     def may_be_torus(self) -> np.ndarray:

@@ -1,6 +1,7 @@
 """Quasiperiodic motion is neither periodic nor chaotic, and weak chaos is no torus."""
 
 import numpy as np
+import pytest
 
 import chaosdrill as cd
 from chaosdrill.analysis.tori import agreement
@@ -15,6 +16,16 @@ def test_a_circle_is_shed_by_the_fixed_point(delayed_logistic):
     np.testing.assert_array_equal(found["outcome"].values, [outcome[0]] * 4 + [outcome[1]] * 5)
     exponents = np.sort(found["lyapunov_exponent"].values[:4], axis=1)[:, :2]
     np.testing.assert_allclose(exponents.sum(axis=1), np.log(r[:4] - 1), rtol=1e-6)
+
+
+@pytest.mark.parametrize("periods", [600, 1024, 2048])
+def test_a_torus_is_known_from_off_it(periods):
+    """An angle, which neither grows nor decays, drives a state that comes closer from far away."""
+    images = {"x": "b*x + cos(angle)", "angle": f"angle + {np.pi * (np.sqrt(5) - 1)}"}
+    driven = cd.Map("x angle", {"b": 0.5}, images, name="driven", initial={"x": 9.0})
+    assert cd.lyapunov_spectrum(driven, periods=periods).cd.outcome == "quasiperiodic"
+    found = cd.bifurcation_diagram(driven, {"b": np.array([-0.3, 0.5])}, transient=0, periods=periods, max_extension=0)
+    assert (found["outcome"].values == cd.Outcome.QUASIPERIODIC).all()
 
 
 def test_a_rotation_has_the_period_of_its_angle_or_none(circle):

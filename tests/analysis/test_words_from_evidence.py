@@ -529,11 +529,15 @@ def test_chaos_that_ends_is_not_chaotic():
     ]
 
 
-@pytest.mark.parametrize(("early", "word"), [(0.0, "undecided"), (30.0, "quasiperiodic")])
-def test_a_torus_is_reached_by_growth_or_decay(early, word):
+@pytest.mark.parametrize(
+    ("early", "drawn_in", "word"),
+    [(0.0, False, "undecided"), (30.0, False, "quasiperiodic"), (0.0, True, "quasiperiodic")],
+)
+def test_a_torus_is_reached_by_growth_or_decay(early, drawn_in, word):
     """An exchange of intervals follows one angle for a while, and then another one; no tangent changes meanwhile."""
     known = {"lead": np.array([early / 1000]), "length": np.array([1000.0]), "torus_reached": np.array([True])}
-    assert cd.Outcome(int(words_of(Evidence.of(1, margin=np.ones(1), **known))[0])).meaning == word
+    found = Evidence.of(1, margin=np.ones(1), drawn_in=np.array([drawn_in]), **known)
+    assert cd.Outcome(int(words_of(found)[0])).meaning == word
 
 
 def test_no_word_needs_a_torus_that_is_not_asked_for():
