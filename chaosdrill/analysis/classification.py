@@ -25,7 +25,7 @@ from chaosdrill.analysis.tori import (
 )
 from chaosdrill.analysis.words import FOLDS, Evidence, Selectable, steady, words
 from chaosdrill.dataset import Outcome
-from chaosdrill.engine.shifts import Shifts
+from chaosdrill.engine.shifts import Shifts, shifts_of
 from chaosdrill.engine.structure import Structure
 from chaosdrill.model import HybridSystem
 
@@ -423,9 +423,9 @@ def contracts(system: HybridSystem) -> bool:
     """Whether the flow of a forced system of two states shrinks or stretches all areas alike.
 
     A closed curve that it maps to itself encloses an area that it maps to itself, so that there is no torus where it
-    shrinks them.
+    shrinks them; one that goes round with an angle encloses none.
     """
-    if system.autonomous or len(system.state_names) != 2:
+    if system.autonomous or len(system.state_names) != 2 or len(shifts_of(system, but_of=()).turns):
         return False
     if "contracts" not in system.shared:
         free = {*system.states, system.time}

@@ -635,6 +635,14 @@ def test_where_no_torus_and_no_chaos_are_possible(duffing, logistic):
     assert words_of(given).tolist() == [cd.Outcome.CHAOTIC, cd.Outcome.TRANSIENT]
 
 
+@pytest.mark.parametrize(("states", "load", "word"), [("x v", 1.5, "quasiperiodic"), ("v x", 0.5, "periodic")])
+def test_a_torus_may_go_round_with_an_angle_where_areas_shrink(states, load, word):
+    """A driven pendulum that the load turns over, at a mean rate that the drive does not lock, or not."""
+    field = {"x": "v", "v": f"{load} + 3*cos(t)/10 - sin(x) - v"}
+    pendulum = flow(states, field, {"x": 0.3, "v": 0.1}, period="2*pi")
+    assert words(cd.lyapunov_spectrum(pendulum, periods=512)) == [word]
+
+
 @pytest.mark.parametrize("units", [(1.0, 1.0), (1e-9, 1e9), (3e7, 2e-8)])
 @pytest.mark.parametrize("order", [[0, 1, 2], [1, 0, 2]])
 def test_what_turns_or_alternates_is_no_channel_in_any_units_and_order(units, order):
