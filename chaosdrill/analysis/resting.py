@@ -133,8 +133,9 @@ def lengthens(paths: np.ndarray) -> np.ndarray:
         grows = late - early > LONGER * early and between > early
         repeats = (quick[p] and not seen[p].any()) or _repeats(turns)
         found[p] = (grows and late - between > SHRINKS * (between - early)) or not repeats
-    # what rests but for a shift has no turns
-    return np.asarray(found & (np.ptp(paths, axis=1) > CLOSE * np.abs(paths).max(axis=1)).any(axis=1))
+    # what has come to rest but for a shift has no turns
+    late = paths[:, paths.shape[1] // 2 :]
+    return np.asarray(found & (np.ptp(late, axis=1) > CLOSE * np.abs(paths).max(axis=1)).any(axis=1))
 
 
 def _all_seen(above: np.ndarray) -> np.ndarray:

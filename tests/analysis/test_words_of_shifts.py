@@ -82,6 +82,14 @@ def test_an_angle_is_told_modulo_its_turns():
     assert Outcome.OPEN not in chart["outcome"].values
 
 
+@pytest.mark.parametrize("duration", [300, 6000])
+def test_locked_phases_are_on_a_cycle_from_the_beginning(duration):
+    """Two rotors that come to one rate rest but for their common phase: that approach is no turn of the motion."""
+    field = {"a": "1 + sin(b - a)/3", "b": "1.1 + sin(a - b)/3"}
+    rotors = cd.HybridSystem(name="rotors", states="a b", modes={"on": field}, initial={"a": 0.1, "b": 0.2})
+    assert int(cd.lyapunov_spectrum(rotors, duration=duration)["outcome"]) == Outcome.PERIODIC
+
+
 def test_attractors_are_matched_modulo_shifts():
     """A pendulum at rest but for its shaking, in whichever of its wells."""
     pendulum = cd.HybridSystem(
