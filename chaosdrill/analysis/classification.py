@@ -377,9 +377,14 @@ def add_passages(e: Evidence, which: np.ndarray, passages: np.ndarray, known: np
     """
     paths, sizes = aside(passages, shifts), shifts.sizes(known)
     e.exact[which] |= closes(paths, sizes) | closes(paths[:, paths.shape[1] // 2 :], sizes)
-    left, asked = np.flatnonzero(~e.exact[which] & ~e.positive[which]), e.may_be_torus[which]
-    seen = examine(passages[left], known[left], shifts, e.rounding[which[left]], None, asked[left], False)
-    e.ordered[which[left]] |= seen.ordered
+    # one that is drawn in follows it from then on
+    for begin, some in ((0, np.ones(len(which), dtype=bool)), (paths.shape[1] // 4, e.drawn_in[which])):
+        left = np.flatnonzero(some & ~e.exact[which] & ~e.positive[which] & ~e.ordered[which])
+        of = which[left]
+        asked = e.may_be_torus[of], e.settled[of]
+        seen = examine(passages[left, begin:], known[left], shifts, e.rounding[of], None, *asked)
+        e.ordered[of] |= seen.ordered & ((begin == 0) | ~(seen.cut & e.unmoved[of]))
+        e.torus[of], e.converges[of] = e.torus[of] | seen.torus, e.converges[of] | seen.converges
 
 
 def add_later(

@@ -18,14 +18,32 @@ def test_a_circle_is_shed_by_the_fixed_point(delayed_logistic):
     np.testing.assert_allclose(exponents.sum(axis=1), np.log(r[:4] - 1), rtol=1e-6)
 
 
-@pytest.mark.parametrize("periods", [600, 1024, 2048])
-def test_a_torus_is_known_from_off_it(periods):
-    """An angle, which neither grows nor decays, drives a state that comes closer from far away."""
+@pytest.mark.parametrize("length", [600, 1024, 2048])
+def test_a_torus_is_known_from_off_it(length):
+    """An angle, which neither grows nor decays, drives a state that comes closer from far away, by a clock as well."""
     images = {"x": "b*x + cos(angle)", "angle": f"angle + {np.pi * (np.sqrt(5) - 1)}"}
     driven = cd.Map("x angle", {"b": 0.5}, images, name="driven", initial={"x": 9.0})
-    assert cd.lyapunov_spectrum(driven, periods=periods).cd.outcome == "quasiperiodic"
-    found = cd.bifurcation_diagram(driven, {"b": np.array([-0.3, 0.5])}, transient=0, periods=periods, max_extension=0)
+    assert cd.lyapunov_spectrum(driven, periods=length).cd.outcome == "quasiperiodic"
+    found = cd.bifurcation_diagram(driven, {"b": np.array([-0.3, 0.5])}, transient=0, periods=length, max_extension=0)
     assert (found["outcome"].values == cd.Outcome.QUASIPERIODIC).all()
+    assert clocked("x angle", images | {"x": "x/2 + cos(angle)"}, {"x": 9.0}, length) == "quasiperiodic"
+
+
+@pytest.mark.parametrize("length", [600, 1024])
+def test_a_clock_turns_two_angles_on_a_torus(length):
+    turns = {"a": "sqrt(2) + sin(b)/20", "b": "sqrt(3) + sin(a)/20"}
+    assert clocked("a b", {name: f"{name} + {turn}" for name, turn in turns.items()}, {}, length) == "quasiperiodic"
+
+
+def clocked(states, images, initial, length):
+    """The word for a map that a clock without forcing works."""
+    strike = cd.Transition("strike", "wait", "wait", "clock - 1", 1, {**images, "clock": "0"})
+    field = {**dict.fromkeys(images, "0"), "clock": "1"}
+    system = cd.HybridSystem(
+        name="clocked", states=f"{states} clock",
+        modes={"wait": field}, transitions=[strike], initial={**initial, "clock": 0.5},
+    )  # fmt: skip
+    return cd.lyapunov_spectrum(system, duration=length).cd.outcome
 
 
 def test_a_rotation_has_the_period_of_its_angle_or_none(circle):
