@@ -335,7 +335,7 @@ class _Step:
         if not multiplicity:
             return None
         if test.crossed and test.end is None and (kind == Special.FOLD or self.held):
-            kind = Special.BRANCH_POINT if _crossed(self.curve, self.before, point, self.after) else Special.FOLD
+            kind = Special.BRANCH_POINT if self._crossing(part, value, abs(high - low)) else Special.FOLD
         rise = abs(high - low)
         # on a curve of special points its root would be needed as well
         singular = kind == Special.BRANCH_POINT or (test.end is not None and self.before.root is None)
@@ -389,9 +389,7 @@ class _Step:
             rise = abs(size(1.0) - size(0.0)) / count
             noise += rise * (group[-1][0] - part)
             for kind, number in _kinds(free_of(self.pair.with_points([point]))[0], count):
-                if kind == Special.BRANCH_POINT and (
-                    turned or (self.held and not _crossed(self.curve, self.before, point, self.after))
-                ):
+                if kind == Special.BRANCH_POINT and (turned or (self.held and not self._crossing(part, size, rise))):
                     kind = Special.FOLD
                 if kind == Special.BRANCH_POINT:
                     sharp = self._sharp(part, size, rise)
@@ -407,6 +405,16 @@ class _Step:
     def _moduli(self, part: float) -> np.ndarray:
         free = free_of(self.pair.with_points([self.point(part, True)]))[0]
         return np.sort(np.abs(free))[::-1]
+
+    def _crossing(self, part: float, value: Callable[[float], float], rise: float) -> bool:
+        """Whether another branch crosses where a function vanishes: the equations lose rank, unlike beside.
+
+        At a crossing an orbit is known to the root of its residual only, so that some rank may be left.
+        """
+        left = _regularity(self.curve, self.before, self.points[part], self.after)
+        if TUNING.singular <= left < TUNING.hardly_singular and (sharp := self._sharp(part, value, rise)) is not None:
+            left = _regularity(self.curve, self.before, sharp.point, self.after)
+        return left < TUNING.singular
 
     def _beside(self, part: float, value: Callable[[float], float], rise: float) -> "Sharp | None":
         """Where a function vanishes as points away from there tell, from the part at which a straight one would."""
@@ -516,10 +524,10 @@ def _kinds(values: np.ndarray, count: int) -> Iterator[tuple[Special, int]]:
             yield kind, int(those.sum())
 
 
-def _crossed(curve: "Curve", before: "Point", there: "Point", after: "Point") -> bool:
-    """Whether the equations lose rank at an orbit, unlike at its neighbours, of which one may lie there as well."""
+def _regularity(curve: "Curve", before: "Point", there: "Point", after: "Point") -> float:
+    """How regular the equations are at an orbit, relative to its neighbours, of which one may lie there as well."""
     problem, weights = curve.problem, before.weights
     ways = [abs(p.arclength - there.arclength) for p in (before, after)]
     apart = [p for p, way in zip((before, after), ways, strict=True) if way >= TUNING.singular * max(ways)]
     here, *beside = (problem.regularity(p.orbit, problem.shoot(p.orbit, False), weights) for p in (there, *apart))
-    return here < TUNING.singular * min(beside)
+    return here / min(beside)

@@ -178,15 +178,16 @@ class Curve:
         """Error of the first parameter at a special point, as a result of the error of the orbit.
 
         The error of an orbit is the residual of its equations over their smallest singular value, and a special point
-        is off along the curve by as much: near a multiplier 1 that is many times the residual. It is 0 where the
-        equations have no derivatives.
+        is off along the curve by as much: near a multiplier 1 that is many times the residual. Where the parameter
+        turns back, the orbit's own one counts. It is 0 where the equations have no derivatives.
         """
         shot = self.problem.shoot(point.orbit, False, point.section)
         if shot.outcome != DONE or not np.isfinite(shot.equations).all():
             return 0.0
-        change = point.tangent.change
-        along = abs(float(change[-len(self.spans)])) / np.linalg.norm(point.weights * change)
-        return float(along * np.linalg.norm(self.problem.off(point.orbit, shot, point.weights)))
+        change, weights, first = point.tangent.change, point.weights, -len(self.spans)
+        along = abs(float(change[first])) / np.linalg.norm(weights * change)
+        off = self.problem.off(point.orbit, shot, weights)
+        return float(along * np.linalg.norm(off) + abs(off[first]) / weights[first])
 
     def blocked(self, point: Point) -> tuple["Orbit", "Shot"] | None:
         """The orbit at or beside a point if it is inadmissible; otherwise None."""

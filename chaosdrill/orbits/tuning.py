@@ -280,6 +280,8 @@ class Tuning:
     """Imaginary part of a multiplier, as a part of it, up to which it may be one of two equal real ones."""
     singular: float = 0.1
     """Smallest singular value of the equations, relative to that of the neighbours, where two branches cross."""
+    hardly_singular: float = 0.5
+    """The same, up to which it is looked at again, at a sharper place."""
     finer: int = 2
     """Times that a step is taken in smaller ones where what happens in it is not found."""
     finer_parts: int = 24

@@ -605,6 +605,19 @@ def test_a_crossing_is_as_well_known_as_its_error_says(step):
     assert error.max() < 1e-9
 
 
+@pytest.mark.parametrize("step", [0.01, 0.02])
+def test_a_loop_turns_back_where_a_straight_branch_crosses(step):
+    """u := u - u (u^2 + mu^2 - 1/4) / 2, in units of 1e-6: at 1/2 only errors of the orbits change the parameter."""
+    v = 10**6 * y - 3 * 10**6 * x / 10 + (10**6 * x) ** 2 / 5
+    u = 10**6 * x - 3 * v**2 / 10
+    first = u - u * (u**2 + mu**2 - sympy.Rational(1, 4)) / 2 + 3 * (v / 2) ** 2 / 10
+    images = {x: first / 10**6, y: (3 * first / 10 - first**2 / 5 - v / 2) / 10**6}
+    branch = cd.continue_orbit(mapped(images, {"mu": 0.0}, [5e-7, 1e-7]), {"mu": (-1.0, 1.0)}, start="guess", step=step)
+    assert branch["branch_end"].values.tolist() == [BranchEnd.CLOSED]
+    assert kinds(branch) == [Special.BRANCH_POINT] * 2
+    assert (np.abs(np.sort(branch["special_value"]) - [-0.5, 0.5]) <= branch["special_error"]).all()
+
+
 # A sign change is found whatever the function is like.
 
 
