@@ -30,7 +30,7 @@ def exponentials(expression: Any) -> dict[Any, Any]:
     found: dict[Any, Any] = {}
     for term in sympy.Add.make_args(expression):
         # each of these doubles the number of exponentials
-        if sum(isinstance(f, (sympy.cosh, sympy.sinh)) for f in sympy.Mul.make_args(term)) > TUNING.multiplied_out:
+        if sum(isinstance(f, (sympy.cosh, sympy.sinh)) for f in _factors(term)) > TUNING.multiplied_out:
             return {}
         for exponent, factor in _split(term):
             found[exponent] = found.get(exponent, sympy.S.Zero) + factor
@@ -39,7 +39,7 @@ def exponentials(expression: Any) -> dict[Any, Any]:
 
 def _split(term: Any) -> Iterator[tuple[Any, Any]]:
     parts: list[tuple[Any, Any]] = [(sympy.S.Zero, sympy.S.One)]
-    for factor in sympy.Mul.make_args(term):
+    for factor in _factors(term):
         if isinstance(factor, sympy.exp):
             more = [(factor.args[0], sympy.S.One)]
         elif isinstance(factor, (sympy.cosh, sympy.sinh)):
@@ -49,6 +49,32 @@ def _split(term: Any) -> Iterator[tuple[Any, Any]]:
             more = [(sympy.S.Zero, factor)]
         parts = [(a + b, m * n) for a, m in parts for b, n in more]
     yield from parts
+
+
+def _factors(term: Any) -> Iterator[Any]:
+    """Factors of a term, a whole power of a hyperbolic function as so many of it."""
+    for factor in sympy.Mul.make_args(term):
+        base, times = factor.as_base_exp()
+        whole = isinstance(base, (sympy.cosh, sympy.sinh)) and times.is_Integer and 0 < times <= TUNING.multiplied_out
+        yield from [base] * int(times) if whole else [factor]
+
+
+def squared(factor: Any) -> Any:
+    """A factor, as a square if it is ``exp(u) + exp(-u) + 2`` but for an exponential, or the same with -2, which loses
+    its digits near 0."""
+    base, power = factor.as_base_exp()
+    if not (base.is_Add and base.has(*EXPONENTIAL)) or len(found := exponentials(base)) != 3:
+        return factor
+    for middle, number in found.items():
+        (a, m), (b, n) = ((exponent, one) for exponent, one in found.items() if exponent != middle)
+        if m != n or multiplied_out(a + b - 2 * middle) != 0:
+            continue
+        half = multiplied_out((b if a.could_extract_minus_sign() else a) - middle) / 2
+        if number == 2 * m and is_positive_number(m):
+            return (4 * m) ** power * exponential(power * middle) * sympy.cosh(half) ** (2 * power)
+        if number == -2 * m and power.is_Integer:
+            return (4 * m * exponential(middle) * sympy.sinh(half) ** 2) ** power
+    return factor
 
 
 def two_of(found: dict[Any, Any]) -> "tuple[tuple[Any, Any], tuple[Any, Any]] | None":
@@ -93,8 +119,14 @@ def log_of_two(m: Any, a: Any, n: Any, b: Any) -> Any:
 def power(e: Any) -> Any:
     """A power, no whole one, of a sum of exponentials with positive numbers as an exponential."""
     base, power = e.as_base_exp()
+    inner, times = base.as_base_exp()
+    if times.is_Integer and times != 1 and _is_positive(inner):
+        e = inner ** (times * power)
+        base, power = e.as_base_exp()
     if power.is_Integer or not base.has(*EXPONENTIAL) or not (base.is_Add or isinstance(base, sympy.cosh)):
         return e
+    if (whole := squared(e)) != e:
+        return whole
     found = exponentials(base)
     if len(found) < 2 or not all(map(is_positive_number, found.values())):
         return e

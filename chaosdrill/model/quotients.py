@@ -18,6 +18,7 @@ from chaosdrill.model.logarithms import (
     exponentials,
     is_positive_number,
     multiplied_out,
+    squared,
     two_in,
 )
 from chaosdrill.model.special import bernoulli_ratio, exact_logarithm, gate
@@ -143,7 +144,7 @@ class Divisor:
 
 def quotient(product: Any) -> Any:
     """A product whose divisors have been divided into what stands above them."""
-    factors = list(sympy.Mul.make_args(sympy.Mul(*map(_squared, sympy.Mul.make_args(product)))))
+    factors = list(sympy.Mul.make_args(_with_halves(sympy.Mul(*map(squared, sympy.Mul.make_args(product))))))
     divisors = [(i, *f.as_base_exp()) for i, f in enumerate(factors)]
     divisors = [(i, base, power) for i, base, power in divisors if power.is_Integer and power.is_negative]
     # what grows like an exponential first
@@ -178,16 +179,14 @@ def quotient(product: Any) -> Any:
     return _multiplied(product)
 
 
-def _squared(factor: Any) -> Any:
-    """A factor, as a square if it is ``exp(u) + exp(-u) - 2`` but for a number, which loses its digits near 0."""
-    base, power = factor.as_base_exp()
-    if not (base.is_Add and power.is_Integer and base.has(*EXPONENTIAL)) or len(found := exponentials(base)) != 3:
-        return factor
-    (_, alone), *others = sorted(found.items(), key=lambda one: one[0] != 0)
-    (a, m), (b, n) = others
-    if m != n or alone + 2 * m != 0 or multiplied_out(a + b) != 0 or 0 not in found:
-        return factor
-    return (4 * m * sympy.sinh(multiplied_out(a / 2 if b.could_extract_minus_sign() else b / 2)) ** 2) ** power
+def _with_halves(product: Any) -> Any:
+    """A product with ``2 sinh(u) cosh(u)`` for ``sinh(2 u)`` where it has one of these already."""
+    bases = {factor.as_base_exp()[0] for factor in sympy.Mul.make_args(product)}
+    angles = {multiplied_out(f.args[0]) for f in bases if isinstance(f, (sympy.sinh, sympy.cosh))}
+    halves = {f: multiplied_out(f.args[0] / 2) for f in bases if isinstance(f, sympy.sinh)}
+    return product.xreplace(
+        {f: 2 * sympy.sinh(u) * sympy.cosh(u) for f, u in halves.items() if {u, multiplied_out(-u)} & angles}
+    )
 
 
 def _removed(base: Any, power: int, rest: list[Any]) -> Any:

@@ -28,14 +28,25 @@ LOGISTIC = (
     "3*exp(u)/(3 + 3*exp(u))",
     "exp(u - 2)/(exp(-2) + exp(u - 2))",
     "(cosh(u/2) + sinh(u/2))/cosh(u/2)/2",
+    "sqrt(1/(1 + 2*exp(-u) + exp(-2*u)))",
 )
-TANH = ("tanh(u)", "sinh(u)/cosh(u)", "(exp(u) - exp(-u))/(exp(u) + exp(-u))", "(exp(2*u) - 1)/(exp(2*u) + 1)")
+TANH = (
+    "tanh(u)",
+    "sinh(u)/cosh(u)",
+    "(exp(u) - exp(-u))/(exp(u) + exp(-u))",
+    "(exp(2*u) - 1)/(exp(2*u) + 1)",
+    "sin(atan(sinh(u)))",
+    "sinh(2*u)/(1 + cosh(2*u))",
+    "(cosh(2*u) - 1)/sinh(2*u)",
+)
 PULSE = (
     "1/cosh(u)**2",
     "1 - tanh(u)**2",
     "4/(exp(u) + exp(-u))**2",
     "4*exp(2*u)/(1 + exp(2*u))**2",
     "4*exp(-2*u)/(1 + exp(-2*u))**2",
+    "2/(1 + cosh(2*u))",
+    "1/(1 + sinh(u)**2)",
 )
 
 
