@@ -148,7 +148,8 @@ class WithFormula(WithSlopes):
         return self.formula().evalf(2 * prec // 3)
 
     def _numpycode(self, printer: Any) -> Any:
-        return printer._print(self.formula())
+        # whatever stands around it takes it for one function
+        return f"({printer._print(self.formula())})"
 
 
 class gate(WithFormula):

@@ -13,6 +13,7 @@ CONDITIONS = {
     "plain": "x**2/3 - a*y > 1/7",
     "connectives": "((x > y) and (a*x <= 1)) or (x < -2)",
     "functions": "(sin(x) + sqrt(a) > y) and (exp(-a) < x + 3)",
+    "sums under logarithms": "3*log(1 + exp(x)) > 2.2 + a*log(cosh(y))",
     "more than arithmetic": "(Abs(x) > Max(y, a)) and (floor(x) < 2)",
     "equal sides": "x - x/2 - x/2 + a - a >= 0",
 }
