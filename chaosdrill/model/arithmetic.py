@@ -42,7 +42,10 @@ def period(system: System, numbers: Sequence[Any], functions: ModuleType) -> Any
         if plain is None:
             from sympy import lambdify
 
-            plain = lambdify([parameter(one) for one in form.parameters], form.period, functions.__name__)
+            from chaosdrill.model.special import WithFormula
+
+            whole = form.period.replace(lambda e: isinstance(e, WithFormula), lambda e: e.formula())
+            plain = lambdify([parameter(one) for one in form.parameters], whole, functions.__name__)
         system.shared[name] = plain
     found = system.shared[name]
     return found(*numbers) if callable(found) else value(found, numbers, functions)

@@ -73,8 +73,11 @@ def wrong_period(found: Definition, numbers: Mapping[str, Any]) -> str | None:
     for expression in differences(found):
         if found.time not in expression.free_symbols or frozen & expression.free_symbols:
             continue
+        fixed = (f for f in expression.atoms(sympy.Function) if f.free_symbols <= set(values))
+        known = {f: sympy.Float(number) for f in fixed if math.isfinite(number := value_of(f, numbers))}
+        plain = expression.xreplace(known)
 
-        def value(x: list[float], instant: float, expression: Any = expression) -> list[float]:
+        def value(x: list[float], instant: float, expression: Any = plain) -> list[float]:
             here = {**values, **dict(zip(found.states, x, strict=True)), found.time: instant}
             seen = double(expression, here, _mix)
             return [math.nan if seen is None else seen]

@@ -27,6 +27,13 @@ def driven(drive, period, unit=1.0):
     )
 
 
+def test_a_period_may_hold_a_logarithm_of_exponentials():
+    softplus = sympy.log(1 + sympy.exp(OMEGA))
+    system = driven(sympy.cos(T / softplus), 2 * sympy.pi * softplus)
+    strobed = cd.trajectory(system, periods=2, samples=2)
+    assert strobed["time"].values[-1] == pytest.approx(4 * math.pi * math.log(1 + math.e), rel=1e-14)
+
+
 @pytest.mark.parametrize("unit", UNITS)
 @pytest.mark.parametrize(
     "drive",
