@@ -85,11 +85,44 @@ def _quotient(e: Any) -> Any:
     """A product without such a quotient; itself if it has none."""
     if _is_long(e):
         return e
-    for symbol, distance in _places(e):
-        found = _divided(e, symbol, distance)
-        if found is not None:
-            return found
-    return e
+    parted = _factored(e)
+    found = {place: made for place in _places(parted) if (made := _divided(parted, *place)) is not None}
+    if len(found) > 1 and (terms := _in_parts(parted, list(found))):
+        return sympy.Add(*map(_quotient, terms))
+    return next(iter(found.values()), e)
+
+
+def _factored(e: Any) -> Any:
+    """A product with the factors of its divisors that are polynomials."""
+    made = []
+    for factor in sympy.Mul.make_args(e):
+        base, power = factor.as_base_exp()
+        below = base.is_Add and power.is_Integer and power.is_negative and base.is_polynomial(*base.free_symbols)
+        number, parts = sympy.S.One, []
+        if below and 1 < degree_bound(base) <= TUNING.zeros:
+            number, parts = sympy.factor_list(exact(base))
+        factors = (number**power, *(part ** (times * power) for part, times in parts))
+        made += factors if len(parts) > 1 else [factor]
+    return sympy.Mul(*made)
+
+
+def _in_parts(e: Any, places: list[tuple[Any, Any]]) -> list[Any]:
+    """Terms of a product over what is zero at several places, each over what is zero at one; none if two may be one."""
+    symbol, rest, divisors = places[0][0], [], {}
+    for factor in sympy.Mul.make_args(e):
+        base, power = factor.as_base_exp()
+        slope = sympy.diff(base, symbol)
+        if power == -1 and slope != 0 and (symbol, sympy.expand(base / slope)) in places:
+            divisors[base] = slope
+        else:
+            rest.append(factor)
+    terms = []
+    for base, slope in divisors.items():
+        others = [sympy.expand(b - sympy.cancel(s / slope) * base) for b, s in divisors.items() if b != base]
+        if not all(other.is_number and other != 0 for other in others):
+            return []
+        terms.append(sympy.Mul(*rest, 1 / (base * sympy.Mul(*others))))
+    return terms if len(terms) > 1 else []
 
 
 @lru_cache(maxsize=512)
@@ -150,8 +183,11 @@ def _divided(e: Any, symbol: Any, distance: Any) -> Any:
     below = any(power > 0 and times < 0 for power, times, _ in factors)
     if order < 0 or not (above and below):
         return None
-    made = sympy.Mul(_U**order, *(rest**times for _, times, rest in factors))
-    return made.xreplace({_U: distance})
+    made = sympy.Mul(_U**order, *(sympy.factor_terms(rest) ** times for _, times, rest in factors))
+    # the distance itself may divide by another symbol
+    return made.xreplace({_U: distance}).replace(
+        lambda f: isinstance(f, (taylor_rest, power_rest)), lambda f: f.func(sympy.expand(f.args[0]), *f.args[1:])
+    )
 
 
 def _order(e: Any, symbol: Any, distance: Any) -> int:
