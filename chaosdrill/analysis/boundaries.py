@@ -44,7 +44,7 @@ def mixing(numbers: np.ndarray, side: int) -> dict[str, tuple[float, float]]:
     kinds = np.unique(numbers, return_inverse=True)[1].reshape(numbers.shape)
     counts = [length // side for length in numbers.shape]
     names = ("basin_entropy", "boundary_entropy")
-    if not all(counts):
+    if not counts or not all(counts):
         return dict.fromkeys(names, (np.nan, np.nan))
     box, shares = _boxes(kinds, side, [0] * numbers.ndim, counts)
     entropy = _entropies(shares)

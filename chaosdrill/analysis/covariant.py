@@ -81,6 +81,11 @@ class _Chunk(NamedTuple):
             np.zeros((blocks, n + 1)),
         )
 
+    def parts(self) -> list[tuple[int, "_Chunk"]]:
+        """Views of stretches of the blocks, with their first ones."""
+        firsts = range(0, len(self.logs), SLICE)
+        return [(k, _Chunk(*(rows[k : k + SLICE + (rows is self.lost)] for rows in self))) for k in firsts]
+
 
 class _Found(NamedTuple):
     """What comes of the record, at the start of each block but for the growth."""
@@ -112,7 +117,7 @@ class _Forward:
         self.sums = np.zeros((blocks.total, m))
         """Logarithms of growth from the first block to the start of each, lengths being taken in the states' sizes."""
         self._total = np.zeros(m)
-        self._last = _Chunk.empty(0, m, n)
+        self._last: _Chunk | None = None
 
     def go(self) -> Outcome:
         """Run over all blocks."""
@@ -122,10 +127,12 @@ class _Forward:
                 break
             self._kept[first] = [one.copy() for one in self.run.states]
             outcome, chunk = self._over(first)
-            growth = np.where(chunk.lost[1:] == 1, -np.inf, chunk.logs)
-            along = self._total + np.vstack([np.zeros_like(self._total), np.cumsum(growth, axis=0)])
-            self.sums[first : first + len(growth)] = along[:-1] + self._in_sizes(chunk.frames)
-            self._total, self._last = along[-1], chunk
+            for begin, part in chunk.parts():
+                growth = np.where(part.lost[1:] == 1, -np.inf, part.logs)
+                along = self._total + np.vstack([np.zeros_like(self._total), np.cumsum(growth, axis=0)])
+                self.sums[first + begin :][: len(growth)] = along[:-1] + self._in_sizes(part.frames)
+                self._total = along[-1]
+            self._last = chunk
         return outcome
 
     def _in_sizes(self, frames: np.ndarray) -> np.ndarray:
@@ -143,15 +150,17 @@ class _Forward:
         return found.T
 
     def back(self) -> Iterator[tuple[int, _Chunk]]:
-        """The chunks that reach into the record or lie behind it, the last one first, with their first blocks."""
+        """Parts of the chunks that reach into the record or lie behind it, the last one first, and their places."""
+        chunk, self._last = self._last, None
         for first in reversed(self.starts):
             if first + self.size <= self.blocks.before:
                 return
-            if first != self.starts[-1]:
+            if chunk is None:
                 for one, before in zip(self.run.states, self._kept[first], strict=True):
                     one[...] = before
-                _, self._last = self._over(first)
-            yield first, self._last
+                _, chunk = self._over(first)
+            yield from ((first + begin, part) for begin, part in reversed(chunk.parts()))
+            chunk = None
 
     def _over(self, first: int) -> tuple[Outcome, _Chunk]:
         """Go on over the blocks of a chunk."""
@@ -164,14 +173,12 @@ class _Forward:
         place = machine(functions, run.method, run.settings, run.tables, run.states, scratch)
         samples, events = np.zeros((0, n + q + 1)), np.zeros((0, EVENT_COLUMNS + 2 * n))
         run.settings["target"] = run.strobes
-        for begin in range(0, len(chunk.logs), SLICE):
-            end = min(begin + SLICE, len(chunk.logs))
+        for begin, part in chunk.parts():
             counts = np.array([first + begin, blocks.parts, blocks.strobes])
-            part = [rows[begin : end + (rows is chunk.lost)] for rows in chunk]
             code = _keep_blocks(run.flow, place, samples, events, counts, *part)
             if code != DONE:
                 return Outcome(code), chunk
-            self._done += end - begin
+            self._done += len(part.logs)
             if self._report:
                 self._report(self._done)
         return Outcome.OK, chunk
@@ -191,13 +198,10 @@ def vectors(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     forward, found = _Forward(run, blocks, sizes, job), _Found.empty(blocks.record, n, count)
     if outcome == Outcome.OK:
         outcome = forward.go()
-    ahead = np.eye(m)
-    for first, chunk in forward.back() if outcome == Outcome.OK else ():
-        coordinates, growth = np.zeros_like(chunk.shares), np.zeros_like(chunk.logs)
-        _go_back(chunk.shares, chunk.logs, chunk.lost, ahead, coordinates, growth)
-        _take(found, first - blocks.before, chunk, coordinates, growth / blocks.interval)
-    start = lead.elapsed + blocks.before * blocks.interval
     complete = outcome == Outcome.OK
+    if complete:
+        _backward(forward, found)
+    start = lead.elapsed + blocks.before * blocks.interval
     errors = _errors(forward, job)[:, :count] if complete else np.full_like(found.growth, np.nan)
     message = run.stopped(outcome)
     over = ("time", "vector")
@@ -211,7 +215,7 @@ def vectors(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
             "lyapunov_exponent": ("vector", means[0]),
             "lyapunov_error": ("vector", means[1]),
             "states": (("time", "state"), found.states[:, :n]),
-            "mode": ("time", np.nan_to_num(found.states[:, n]).astype(np.int8)),
+            "mode": ("time", np.nan_to_num(found.states[:, n], nan=-1).astype(np.int8)),
             **_angles(found, given.bins),
             "outcome": ((), np.int8(outcome)),
             **({"forcing_period": ((), blocks.plan.unit)} if blocks.plan.periodic else {}),
@@ -221,6 +225,15 @@ def vectors(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
         },
         attrs={"message": message} if message else {},
     )
+
+
+def _backward(forward: _Forward, found: _Found) -> None:
+    """Carry vectors back from the end, whatever they are there, and keep what they are in the record."""
+    ahead, blocks = np.eye(forward.sums.shape[1]), forward.blocks
+    for first, chunk in forward.back():
+        coordinates, growth = np.zeros_like(chunk.shares), np.zeros_like(chunk.logs)
+        _go_back(chunk.shares, chunk.logs, chunk.lost, ahead, coordinates, growth)
+        _take(found, first - blocks.before, chunk, coordinates, growth / blocks.interval)
 
 
 def _divided(plan: Span, given: Any) -> _Blocks:

@@ -68,7 +68,9 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     report = job.report(2 * len(starts))
     runs = Runs(marked, ends, unit, job.numerics)
     lives = runs.watched(starts, modes, count, report)
-    lead = min(int(np.median(lives.units)), count // 4) if given.transient is None else given.transient
+    begun = lives.outcome != Outcome.INVALID_START
+    median = int(np.median(lives.units[begun])) if begun.any() else 0
+    lead = min(median, count // 4) if given.transient is None else given.transient
     if not forced and given.transient is not None:
         lead = math.ceil(given.transient / unit * (1 - 1e-12))
     if forced:
@@ -88,7 +90,7 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
         report(2 * len(starts))
     reasons = [AT_ONCE if rate.escapes else NONE_LEFT] if math.isnan(rate.value) else []
     reasons += [] if len(saddle.rates) else [NO_SADDLE]
-    alive = np.array([(lives.units >= age).sum() for age in range(count + 1)]) / len(starts)
+    alive = np.array([(lives.units[begun] >= age).sum() for age in range(count + 1)]) / max(begun.sum(), 1)
     return dataset(
         {
             "lifetime": ("start", lives.length),
@@ -242,8 +244,8 @@ def dimension_of_saddle(rates: np.ndarray, moved: np.ndarray, rate: Rate, *, flo
     exponents = rates.mean(axis=0)
     found = _information_dimension(exponents, rate.value, flows=flows)
     known = np.flatnonzero(np.isfinite(exponents))
-    step = STEP * max(float(np.abs(exponents[known]).max(initial=0.0)), rate.value)
-    if math.isnan(found) or not step > 0:
+    step = STEP * (max(float(np.abs(exponents[known]).max(initial=0.0)), rate.value) or 1.0)
+    if math.isnan(found):
         return found, math.nan
 
     def slope(on: np.ndarray, on_rate: float) -> float:

@@ -34,6 +34,9 @@ rounding."""
 HALVINGS = 40
 """Times that half of the walkers, or more, have left by the longest time to stay that is asked for."""
 
+FURTHER = 4
+"""How many times the time to stay that is asked for runs are watched, to see how much longer they stay."""
+
 FEWEST = 100
 """Starts among which the first walkers are drawn, if as many live a unit."""
 
@@ -106,7 +109,7 @@ class Staggers:
         found, strides = Walkers(*(part[np.resize(drawn, WALKERS)].copy() for part in begin)), []
         found.lives[len(drawn) :] = 0
         for _ in range(HALVINGS):
-            renewed = self._renew(found, self.level, self.longest)
+            renewed = self._renew(found, self.level, min(FURTHER * self.level, self.longest))
             if renewed is None or self.level >= self.longest:
                 break
             if self.size is not None and self.size < FINE:

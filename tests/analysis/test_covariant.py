@@ -1,5 +1,6 @@
 """Covariant vectors, against eigenvectors, tangent maps from both sides, and closed forms across events."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -349,6 +350,26 @@ def test_chunks_do_not_show(monkeypatch):
         np.testing.assert_array_equal(whole[name], parts[name])
     np.testing.assert_allclose(whole["vector_error"], parts["vector_error"], rtol=1e-9)
     assert shown[-1][0] == shown[-1][1] > 200
+
+
+def test_memory_is_that_of_the_results_and_of_what_is_kept():
+    """Of 20,000 vectors 1.9 MB, and 17 numbers each of the forward pass; 3.8 times the results before."""
+    oscillator = cd.build("impact-oscillator")
+    cd.covariant_vectors(oscillator, periods=10)
+    tracemalloc.start()
+    found = cd.covariant_vectors(oscillator, periods=20_000, transient=10)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 3 * found.nbytes
+
+
+def test_a_run_that_leaves_has_no_modes():
+    """All of its samples were said to be in the first mode."""
+    leaving = cd.Map("x", {}, {"x": "1 - 5*x**2"}, initial={"x": 0.9}, bounds={"x": (-9, 9)})
+    found = cd.covariant_vectors(leaving, periods=20)
+    assert found["outcome"] == cd.Outcome.ESCAPED
+    assert set(found["mode"].values.tolist()) == {-1}
+    assert np.isnan(found["states"]).all()
 
 
 def test_blocks_of_any_length_give_the_same_vectors():

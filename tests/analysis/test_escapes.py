@@ -78,7 +78,7 @@ def test_the_dimension_of_a_saddle_fills_both_sides_by_its_entropy():
     lost = np.column_stack([rates, np.full(2, -np.inf)])
     assert dimension_of_saddle(lost, np.zeros(3), rate, flows=False)[0] == pytest.approx(found)
     point = dimension_of_saddle(np.full((2, 2), -np.inf), none, Rate(0.0, 0.0, 0), flows=False)
-    assert point[0] == 0
+    assert point == (0, 0)
     closed = dimension_of_saddle(np.array([[0.5, 0.3, -1.0]] * 2), np.zeros(3), Rate(0.0, 0.0, 0), flows=False)
     assert closed[0] == pytest.approx(2.8)
 
@@ -291,6 +291,15 @@ def test_points_that_staggers_find_lie_near_the_saddle(horseshoe):
     for _ in range(2):
         assert (abs(now) <= edge).all()
         now, past = 6 - now**2 + 0.3 * past, now
+
+
+def test_starts_that_no_run_has_count_for_nothing():
+    """Below the table of the ball none begins; what begins lives as long as it is watched."""
+    ball, above, below = cd.build("bouncing-ball"), [{"x": 1.0}], [{"x": -1.0}, {"x": -2.0}]
+    alone, beside = (cd.transient_chaos(ball, periods=8, initial=starts) for starts in (above, above + below))
+    assert beside["outcome"].values.tolist() == [cd.Outcome.OK] + 2 * [cd.Outcome.INVALID_START]
+    for name in ("least_age", "surviving", "escape_rate", "escape_rate_error"):
+        np.testing.assert_array_equal(beside[name], alone[name])
 
 
 def test_where_no_run_stays_there_is_no_saddle():

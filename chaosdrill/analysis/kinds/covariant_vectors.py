@@ -30,7 +30,7 @@ VARIABLES = table(
     need("lyapunov_exponent", "vector", "f8", "Lyapunov exponent", RANK_LOSS),
     need("lyapunov_error", "vector", "f8", "standard error of the exponent", COVERS),
     need("states", "time state", "f8", "state", "Where the vectors stand."),
-    need("mode", "time", "i1", "mode", "Where the vectors stand.", flags="mode"),
+    need("mode", "time", "i1", "mode", "Where the vectors stand; -1: nowhere.", flags="mode", lacking=True),
     need("angle", "time split", "f8", "angle between the subspaces", "The smallest one.", "rad"),
     need("smallest_angle", "split", "f8", "smallest angle met", "Zero in the limit where subspaces touch.", "rad"),
     need("angle_histogram", "split bin", "f8", "probability density", "Of the angle; its integral is 1.", "rad-1"),
@@ -109,8 +109,8 @@ def covariant_vectors(system: HybridSystem, given: CovariantVectors, job: Job) -
     states as they are declared: scaled states give the same directions, but other local growth and other angles, unless
     these are 0.
 
-    For long records the forward pass is repeated in chunks, so that memory beyond the results does not depend on the
-    length.
+    Memory grows with the number of vectors, not of periods: take a longer interval for a long record. Beyond results it
+    is bounded, since the forward pass of many vectors is repeated in chunks.
 
     Returns
     -------
