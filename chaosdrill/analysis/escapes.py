@@ -20,6 +20,7 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.build import dataset
 from chaosdrill.model import HybridSystem
 from chaosdrill.model.surface import surface
+from chaosdrill.names import event_words
 
 if TYPE_CHECKING:
     from chaosdrill.analysis.base import Job
@@ -45,6 +46,11 @@ AT_ONCE = (
 NONE_LEFT = "no run is watched beyond the least age, so that no rate is told: take a shorter transient, or more starts"
 
 NO_SADDLE = "too few runs stay long enough to show a saddle: take more starts, nearer to it, or a longer record"
+
+APART = 4
+"""Errors by which an exponent differs from zero."""
+
+NO_FLOW = "no exponent of the saddle is 0, as that of a flow is, so that it is a rest, or runs stay too short"
 
 STEP = 1e-6
 """Step of a difference of dimensions, in parts of the largest exponent: they have kinks at whole numbers only."""
@@ -80,16 +86,18 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     else:
         whole = lives.length[lives.left | (lives.outcome == Outcome.OK)]
         rate, changes = rate_of_flow(whole, lead * unit, count * unit), drift_of_flow(whole, lead * unit, count * unit)
-    dimension = (math.nan, math.nan)
+    dimension, rested = (math.nan, math.nan), False
     saddle = _saddle(runs, Walkers(starts, modes, lives.units), lead, count, given)
     leaves = rate if math.isnan(saddle.rate[0]) else Rate(*saddle.rate, saddle.staggers)
     if len(saddle.rates) and math.isfinite(leaves.value + leaves.error):
         flows = system.autonomous and not system.discrete
         dimension = dimension_of_saddle(saddle.rates, saddle.moved, leaves, flows=flows)
+        rested = flows and math.isnan(dimension[0])
     if report:
         report(2 * len(starts))
     reasons = [AT_ONCE if rate.escapes else NONE_LEFT] if math.isnan(rate.value) else []
     reasons += [] if len(saddle.rates) else [NO_SADDLE]
+    reasons += [NO_FLOW] if rested else []
     alive = np.array([(lives.units[begun] >= age).sum() for age in range(count + 1)]) / max(begun.sum(), 1)
     return dataset(
         {
@@ -129,7 +137,8 @@ def _saddle(runs: Runs, starts: Walkers, lead: int, count: int, given: Any) -> S
     if given.saddle == "stagger":
         found = staggered(runs, starts, count, seed)
     else:
-        brief = given.saddle is None and not (runs.system.draws or runs.ends) and 0 < reached(starts.lives) < count
+        named = given.until in event_words(runs.system.transitions)
+        brief = given.saddle is None and not (runs.system.draws or named) and 0 < reached(starts.lives) < count
         found = sprinkled(runs, starts, lead, SHORT if brief else 1)
         if found is None and brief:
             found = staggered(runs, starts, count, seed) or sprinkled(runs, starts, lead, 1)
@@ -239,9 +248,14 @@ def dimension_of_saddle(rates: np.ndarray, moved: np.ndarray, rate: Rate, *, flo
     rates, moved : ndarray, shapes (R, m), (m,)
         Exponents of single runs, and how far their means still move along the lives.
     flows : bool
-        Whether one direction is that of a flow, which adds 1.
+        Whether one direction is that of a flow, which adds 1. Where no exponent may be 0 it is a rest, or unknown: NaN.
     """
     exponents = rates.mean(axis=0)
+    with np.errstate(invalid="ignore"):
+        unknown = APART * np.hypot(rates.std(axis=0, ddof=1) / math.sqrt(len(rates)), moved)
+    sizes = np.abs(exponents)
+    if flows and (sizes > np.fmax(unknown, STEP * sizes[np.isfinite(sizes)].max(initial=0.0))).all():
+        return math.nan, math.nan
     found = _information_dimension(exponents, rate.value, flows=flows)
     known = np.flatnonzero(np.isfinite(exponents))
     step = STEP * (max(float(np.abs(exponents[known]).max(initial=0.0)), rate.value) or 1.0)

@@ -13,8 +13,10 @@ import numpy as np
 
 from chaosdrill.analysis.staggers import PICTURES, Staggers, Walkers
 from chaosdrill.analysis.statistics import block_ends, standard_error
+from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.batch import Batch, Returns
+from chaosdrill.engine.run import Run
 from chaosdrill.engine.structure import examine
 from chaosdrill.model import HybridSystem
 from chaosdrill.model.noise import seeds_of_starts
@@ -99,8 +101,21 @@ class Runs:
         return Lives(units * self.unit if self.system.discrete else length, units, outcome == Outcome.ESCAPED, outcome)
 
     def lives(self, starts: np.ndarray, modes: np.ndarray, count: int) -> np.ndarray:
-        """Whole units that runs stay, up to a number of them."""
-        return self.watched(starts, modes, count).units
+        """Whole units that runs stay, up to a number of them; none of those that begin beyond the surface of an end."""
+        units = self.watched(starts, modes, count).units
+        units[self.beyond(starts, modes)] = 0
+        return units
+
+    def beyond(self, starts: np.ndarray, modes: np.ndarray) -> np.ndarray:
+        """Which states are beyond a surface that ends lives, in modes that have it."""
+        kernels, found = kernels_of(self.system), np.zeros(len(starts), dtype=bool)
+        constants, gradient = Run(self.system, self.unit, self.numerics).c, np.empty(starts.shape[1] + 1)
+        for mode, events in enumerate(kernels.events):
+            for j in (j for j, event in enumerate(events) if not set(self.ends).isdisjoint(event.outcomes)):
+                for i in np.flatnonzero(modes == mode).tolist():
+                    value = kernels.functions.guard(mode, j, 0.0, constants, starts[i], gradient)
+                    found[i] |= events[j].direction * value > 0
+        return found
 
     def stepped(self, starts: np.ndarray, modes: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
         """States and modes after a number of units."""

@@ -15,7 +15,8 @@ def escapes(dataset: Dataset) -> Figure:
     """Draw the share of runs that survive, and points on the saddle.
 
     The surviving share over the age, on a logarithmic scale, with the line of the escape rate from the least age on;
-    below, states near the saddle in the plane of the first two states that move, with the exponents, if any were found.
+    below, states near the saddle in the plane of the first two states that move, with the exponents, the dimension and,
+    by stagger-and-step, the rate at which it is left, as far as any were found.
     """
     points = dataset["saddle_state"].values
     moving = np.flatnonzero(np.ptp(points, axis=0) > 0) if len(points) else np.zeros(0, dtype=int)
@@ -55,6 +56,8 @@ def _draw_saddle(axes: Axes, dataset: Dataset, moving: list[int]) -> None:
         for k, (value, error) in enumerate(zip(exponents, dataset["lyapunov_error"].values, strict=True))
         if np.isfinite(value)
     ]
-    dimension, error = (float(dataset[name]) for name in ("saddle_dimension", "saddle_dimension_error"))
-    told = [*told[:4], *([f"D = {uncertain(dimension, error)}"] if np.isfinite(dimension) else [])]
+    told = told[:4]
+    for name, sign in (("saddle_dimension", "D = "), ("saddle_rate", "left at ")):
+        value, error = (float(dataset[one]) for one in (name, f"{name}_error"))
+        told += [sign + uncertain(value, error)] if np.isfinite(value) else []
     axes.set_title(f"saddle: {', '.join(told)}")

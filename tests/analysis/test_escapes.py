@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
+from chaosdrill.analysis import staggers
 from chaosdrill.analysis.escapes import Rate, dimension_of_saddle, drift, drift_of_flow, escape_rate, rate_of_flow
 
 WIDTHS = np.array([0.45, 0.35])
@@ -153,6 +154,9 @@ def test_a_comparison_may_end_a_life_of_a_flow():
     np.testing.assert_allclose(found["lifetime"].values[left], exact[left], rtol=1e-9, atol=1e-12)
     np.testing.assert_array_equal(left, exact < 12)
     np.testing.assert_allclose(found["lyapunov_exponent"], [1, -1], rtol=0, atol=1e-9)
+    # a rest has no direction of a flow, which gave it the dimension 1, with an error of 7e-13
+    assert np.isnan(found["saddle_dimension"])
+    assert "it is a rest, or runs stay too short" in found.attrs["reason"]
 
 
 def test_where_nothing_leaves_the_rate_is_zero_within_its_error():
@@ -302,6 +306,20 @@ def test_starts_that_no_run_has_count_for_nothing():
         np.testing.assert_array_equal(beside[name], alone[name])
 
 
+def test_staggers_end_at_a_comparison(monkeypatch):
+    """x doubles in ln 2: beyond 1 it never becomes true again, and such displacements were taken to stay for ever."""
+    monkeypatch.setattr(staggers, "WALKERS", 64)
+    saddle = cd.HybridSystem(
+        name="saddle", states="x y", parameters={}, modes={"on": {"x": "x", "y": "-y"}}, period=1,
+        initial={"x": 0.5, "y": 0.5},
+    )  # fmt: skip
+    starts = {"count": 400, "seed": 5, "x": (-1, 1)}
+    found = cd.transient_chaos(saddle, periods=4, random=starts, until="-x**2/9 < -1/9", saddle="stagger")
+    assert abs(found["saddle_rate"] - 1) <= 3 * found["saddle_rate_error"] < 0.2
+    assert abs(found["saddle_state"].sel(state="x")).max() < 1
+    np.testing.assert_allclose(found["lyapunov_exponent"], [1, -1], rtol=0, atol=1e-9)
+
+
 def test_where_no_run_stays_there_is_no_saddle():
     found = cd.transient_chaos(open_tent(WIDTHS), periods=40, initial=[{"x": 2.0}], saddle="stagger")
     assert np.isnan(found["lyapunov_exponent"]).all()
@@ -310,8 +328,8 @@ def test_where_no_run_stays_there_is_no_saddle():
 
 def test_arguments_that_do_not_fit():
     tent = open_tent(WIDTHS)
-    with pytest.raises(cd.SettingsError, match="beyond the surface"):
-        cd.transient_chaos(tent, periods=5, random=STARTS, until="x > 1", saddle="stagger")
+    with pytest.raises(cd.SettingsError, match="beyond the guard"):
+        cd.transient_chaos(tent, periods=5, random=STARTS, until="piece-0", saddle="stagger")
     with pytest.raises(cd.SettingsError, match="sprinkler"):
         cd.transient_chaos(tent, periods=5, random=STARTS, saddle="staggers")
     with pytest.raises(cd.SettingsError, match="give starts: random"):

@@ -9,6 +9,7 @@ from chaosdrill.analysis.base import AnalysisSettings, Dataset, HybridSystem, Jo
 from chaosdrill.analysis.starting_states import RANDOM
 from chaosdrill.analysis.starts import STARTS
 from chaosdrill.dataset.schema import COVERS, EXPONENT, RANK_LOSS, STATES, axis, forcing, need, outcome, table
+from chaosdrill.names import event_words
 from chaosdrill.settings import LONGEST, Amount, Choice, Faults, Whole, setting, told
 
 VARIABLES = table(
@@ -104,8 +105,8 @@ class TransientChaos(AnalysisSettings):
             yield ("until",), told(fault, until)
         if table.get("saddle") == "stagger" and system.noise:
             yield ("saddle",), told("under noise the time to stay is one of chance; leave it out", "stagger")
-        if table.get("saddle") == "stagger" and until is not None:
-            words = "a displacement may lead beyond the surface, where until is not met; give bounds of states instead"
+        if table.get("saddle") == "stagger" and until in event_words(system.transitions):
+            words = "a displacement may lead beyond the guard, where no event is met; give a comparison, or bounds"
             yield ("saddle",), told(words, "stagger")
         if system.forced:
             if "duration" in table:
@@ -148,13 +149,13 @@ def transient_chaos(system: HybridSystem, given: TransientChaos, job: Job) -> Da
     doi:10.1103/PhysRevLett.86.2261). A walker that would leave within a set time goes where another one is, drawn at
     random, and small displacements of all orders of size part the two; one is taken where the time to stay remains long
     enough. In this way walkers are distributed as long-lived runs from anywhere are, which a single walker that
-    staggers beside its own path is not. The share of walkers that could stay gives the rate at which the saddle itself
-    is left, ``saddle_rate``, from which the dimension follows. Errors are of the mean of 16 successive pictures.
+    staggers beside its own path is not. Beyond a comparison ``until`` none stays. The share of walkers that could stay
+    gives the rate at which the saddle is left, ``saddle_rate``, and the dimension. Errors are those of 16 pictures.
 
     The entropy of the saddle, the sum of its positive exponents less the escape rate, fills its directions, those of
     slowest growth and of slowest decay first: together this is its information dimension (Hunt, Ott and Yorke 1996,
-    doi:10.1103/PhysRevE.54.4819), in which the direction of a flow, and each neutral one, counts 1. In systems made of
-    uncoupled parts it may be smaller.
+    doi:10.1103/PhysRevE.54.4819), in which the direction of a flow, and each neutral one, counts 1. Of a
+    flow without an exponent 0, as at a rest, it is NaN. In systems made of uncoupled parts it may be smaller.
 
     Returns
     -------
@@ -165,10 +166,9 @@ def transient_chaos(system: HybridSystem, given: TransientChaos, job: Job) -> Da
         fewer than 40 escapes; ``saddle_state`` (point, state), ``lyapunov_exponent`` and ``lyapunov_error`` (exponent),
         ``saddle_dimension`` and ``saddle_dimension_error``, NaN where too few runs live long, as ``reason`` says then;
         ``saddle_age``, to which these runs stay; ``staggers``, the number of displacements, 0 with the sprinkler
-        method, and ``stagger_size``, from which on they fail, in parts of the extent of the saddle. Without an escape
-        the rate is 0, and twice its error is the largest rate that would have shown no escape in 5 % of all cases. It
-        is NaN, and the attribute ``reason`` says why, if all leave at one age, or soon after each other, or none is
-        watched beyond the least age.
+        method, and ``stagger_size``, from which on they fail, in parts of its extent. Without an escape the rate is 0,
+        and twice its error is the largest that would have shown no escape in 5 % of all cases. It is NaN, and
+        ``reason`` says why, if all leave at one age, or soon after each other, or none is watched beyond the least age.
     """
     from chaosdrill.analysis.escapes import transients
 
