@@ -108,7 +108,7 @@ def _leads_back(functions, state, target, t, scratch):
     return ahead * state.run[0].way < 0.0
 
 
-@inlined
+@unit(float64)
 def take(functions, tables, settings, j, t, state, buffer, scratch):
     """Take the event of guard j at the present state; returns the largest entry of the tangents after it.
 

@@ -7,7 +7,7 @@ from chaosdrill.engine import guards, taylor
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.checked import ending
 from chaosdrill.engine.events import take
-from chaosdrill.engine.jit import inlined, rare
+from chaosdrill.engine.jit import inlined
 from chaosdrill.engine.records import time_of, unit
 from chaosdrill.engine.tangents import orthonormalise
 from chaosdrill.engine.tuning import STEPS, TANGENTS
@@ -202,17 +202,6 @@ def keep_time(settings, run, te, strobe):
         run.time += te
 
 
-@rare
-def _orthonormalise_before(functions, tables, state, j, scratch):
-    """What an event that may lose rank finds; a call, so that the code of every step has the other one alone.
-
-    A tangent may wait for an event that the last one has caused.
-    """
-    if state.run[0].rank_check == at.CHECKED and guards.is_thrown(tables, state, j):
-        state.run[0].rank_check = at.AT_EVENT
-    orthonormalise(functions, tables, state, scratch)
-
-
 @inlined
 def end_step(functions, tables, settings, te, strobe, j, ties, backs, outcome, state, buffer, scratch):
     """What follows when state and tangents are at the end of a step: the event of guard j, if that is not -1.
@@ -243,8 +232,12 @@ def end_step(functions, tables, settings, te, strobe, j, ties, backs, outcome, s
         if run.stalls > settings.max_stalls:
             return at.STALLED
         run.ties += ties
-        if orthonormal and (tables.marks[run.mode, j] & at.LOSES_RANK or guards.is_thrown(tables, state, j)):
-            _orthonormalise_before(functions, tables, state, j, scratch)
+        thrown = guards.is_thrown(tables, state, j)
+        if orthonormal and (thrown or tables.marks[run.mode, j] & at.LOSES_RANK):
+            # a tangent may wait for an event that the last one has caused
+            if thrown and run.rank_check == at.CHECKED:
+                run.rank_check = at.AT_EVENT
+            orthonormalise(functions, tables, state, scratch)
         largest = take(functions, tables, settings, j, time_of(run), state, buffer, scratch)
         if run.events_in_period > settings.max_events:
             return at.EVENT_LIMIT

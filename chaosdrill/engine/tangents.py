@@ -146,7 +146,7 @@ def _keep_shares(state, i, kept, dots):
             shares[mine, k] -= part * shares[other, k]
 
 
-@inlined
+@unit(void)
 def orthonormalise(functions, tables, state, scratch):
     """Orthonormalise the live tangents of a run, and keep the product of their lengths, as `log_growth` says it.
 
