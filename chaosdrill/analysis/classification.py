@@ -11,6 +11,7 @@ from chaosdrill.analysis.stationarity import SAME, departs, stationarity
 from chaosdrill.analysis.statistics import SINKS, STAYS, block_ends, leading
 from chaosdrill.analysis.tori import (
     END,
+    LENGTH,
     REPEATS,
     Regularity,
     aside,
@@ -141,9 +142,9 @@ def evidence_of(
         quarter = max(1, round(QUARTER * blocks))
         with np.errstate(invalid="ignore"):
             found.quarter = course[:, -1] - course[:, blocks - quarter]
-            found.drawn_in = (averages.course[:, quarter] - averages.course[:, 0] < -2 * FOLDS).any(axis=1)
-        found.steady = steady(course)
-        found.steady &= ~_paired(exponents, lead)
+            found.steady = steady(course) & ~_paired(exponents, lead)
+            shrinks = averages.course[:, quarter] - averages.course[:, 0] < -2 * FOLDS
+        found.drawn_in = shrinks.any(axis=1) & ~found.steady
     found.noisy[:] = system.draws
     unforced = not system.forced and structure.autonomous
     with np.errstate(invalid="ignore"):
@@ -222,11 +223,9 @@ def evidence_of_records(
         # along an unstable cycle that round-off does not leave, tangents grow as in chaos
         open_ = np.flatnonzero(np.isin(words(e), (*OPEN_ANSWERS, Outcome.CHAOTIC)))
         add_passages(e, open_, undrawn(system, passages[open_]), known[open_], shifts)
-    if flow is not None:
-        add_turns(e, windows, shifts)
-    add_later(e, windows, known, shifts, flow)
-    if flow is not None:
-        add_turns(e, windows, shifts)
+    add_turns(e, windows, shifts, flow is not None)
+    add_later(e, windows, known, shifts, part, flow)
+    add_turns(e, windows, shifts, flow is not None)
     return e
 
 
@@ -377,12 +376,14 @@ def add_passages(e: Evidence, which: np.ndarray, passages: np.ndarray, known: np
     """
     paths, sizes = aside(passages, shifts), shifts.sizes(known)
     e.exact[which] |= closes(paths, sizes) | closes(paths[:, paths.shape[1] // 2 :], sizes)
-    # one that is drawn in follows it from then on
-    for begin, some in ((0, np.ones(len(which), dtype=bool)), (paths.shape[1] // 4, e.drawn_in[which])):
-        left = np.flatnonzero(some & ~e.exact[which] & ~e.positive[which] & ~e.ordered[which])
+    # one that is drawn in follows it from then on, where all of it is known
+    whole, goes = paths.shape[1] < LENGTH, ~e.exact[which] & ~e.positive[which]
+    for begin, some in ((0, goes), (paths.shape[1] // 4, whole & e.drawn_in[which])):
+        left = np.flatnonzero(some & goes & ~e.ordered[which])
         of = which[left]
         asked = e.may_be_torus[of], e.settled[of]
         seen = examine(passages[left, begin:], known[left], shifts, e.rounding[of], None, *asked)
+        goes[left] &= ~seen.returns
         e.ordered[of] |= seen.ordered & ((begin == 0) | ~(seen.cut & e.unmoved[of]))
         e.torus[of], e.converges[of] = e.torus[of] | seen.torus, e.converges[of] | seen.converges
 
@@ -392,30 +393,26 @@ def add_later(
     windows: np.ndarray,
     known: np.ndarray,
     shifts: Shifts,
+    part: np.ndarray | float,
     flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
 ) -> None:
     """Add what motions that are open so far have reached by the later half of these last points of their record.
 
-    Instants of any kind, of which the ``flow`` tells the rates, come back to a cycle only by chance; they lie on a
-    closed curve there.
+    Or of a torus, if others than the tangent that tells shrink, by the end of the first quarter. Instants of any kind,
+    of which the ``flow`` tells the rates, come back to a cycle only by chance; they lie on a closed curve there.
     """
     half = windows.shape[1] // 2
     # a part of an exchange of intervals seems a torus, more rarely the longer it is; no tangent tells that it is none
-    for begin, some in ((half, e.moved_before), (half // 2, e.drawn_in & ~e.moved_before)):
+    for begin, some in ((half, e.moved_before), (half // 2, (part == 1.0) & e.drawn_in & ~e.moved_before)):
         which = np.flatnonzero(np.isin(words(e), OPEN_ANSWERS) & (some | (begin == half)))
-        if not len(which):
-            return
-        later, size, rounding = windows[which, begin:], known[which], e.rounding[which]
-        paths, sizes = aside(later, shifts), shifts.sizes(size)
+        paths, sizes = aside(windows[which, begin:], shifts), shifts.sizes(known[which])
         if flow is None:
-            e.cycle_reached[which] |= closes_for_good(paths, sizes, rounding)
-        leaving, settling = stationarity(paths[:, :, :-1], sizes)
-        left = np.flatnonzero(~e.cycle_reached[which] & ~leaving & ~settling)
-        of = which[left]
+            e.cycle_reached[which] |= closes_for_good(paths, sizes, e.rounding[which])
+        of = which[~e.cycle_reached[which] & ~np.any(stationarity(paths[:, :, :-1], sizes), axis=0)]
         asked = e.may_have_reached_torus[of] & some[of], False
-        seen = examine(later[left], size[left], shifts, rounding[left], flow, *asked)
-        e.torus_reached[of] = seen.ordered & ~(seen.cut & e.unmoved[of])
-        e.torus_reached[of] |= seen.torus & seen.converges & ((flow is None) | seen.agrees)
+        seen = examine(windows[of, begin:], known[of], shifts, e.rounding[of], flow, *asked)
+        smooth = seen.torus & seen.converges & ((flow is None) | seen.agrees)
+        e.torus_reached[of] = some[of] & (seen.ordered & ~(seen.cut & e.unmoved[of]) | smooth)
         e.cycle_reached[of] |= (seen.line | seen.curve & (e.late[of] < 0) & ~e.unmoved[of]) & seen.converges
 
 
@@ -458,13 +455,9 @@ def _add_seen(e: Evidence, which: np.ndarray, seen: Regularity, strobed: bool) -
     e.drifts[which], e.long_cycle[which] = seen.drifts, seen.long_cycle
     # pieces of an exchange of intervals, in which tangents do not move, follow one angle for a while
     whole = ~(seen.cut & e.unmoved[which])
-    e.torus[which], e.converges[which], e.agrees[which] = seen.torus & whole, seen.converges, seen.agrees
-    e.curve[which], e.line[which], e.ordered[which], e.returns[which] = (
-        seen.curve,
-        seen.line,
-        seen.ordered & whole,
-        seen.returns,
-    )
+    e.torus[which], e.ordered[which], e.returns[which] = seen.torus & whole, seen.ordered & whole, seen.returns
+    e.converges[which], e.agrees[which] = seen.converges, seen.agrees
+    e.curve[which], e.line[which] = seen.curve, seen.line
     if not strobed:
         # instants of a short laminar phase may look like those of a torus
         e.torus[which] &= seen.agrees | e.unmoved[which]

@@ -35,7 +35,6 @@ MEDIAN = 1.2533 / 1.349 / np.sqrt(TURNS)
 MOST_DIGITS = 16.0
 """More than these no double has."""
 
-
 OF_SIZES = np.pi / np.sqrt(8) / np.log(10)
 """Standard deviation of the digits of a normal quantity of mean zero, that is of the logarithm of its size."""
 

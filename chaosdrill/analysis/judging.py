@@ -112,20 +112,12 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     decided |= ((outcome == Outcome.QUASIPERIODIC) & e.winds) | (outcome == Outcome.CONTRACTING)
     if not plan.maps:
         decided |= periodic & e.negative
-    ended = ~np.isin(outcome, MEASURED)
-    decided = (decided & moves) | (outcome == Outcome.EQUILIBRIUM) & e.rests | ended | ~e.measured
+    ended = ~np.isin(outcome, MEASURED) | (outcome == Outcome.EQUILIBRIUM) & e.rests
+    decided = (decided & moves) | ended | ~e.measured
     repeats = periodic & e.recurs & ((e.lead < e.margin) | e.exact | ~e.measured)
     period = np.where(repeats, found.period, 0)
-    return Verdict(
-        outcome=outcome,
-        period=period,
-        decided=decided,
-        exponents=exponents,
-        errors=errors,
-        evidence=e,
-        cycle=np.where(certain & (period > 0), cycle, 0),
-        moves=moves,
-    )
+    cycle = np.where(certain & (period > 0), cycle, 0)
+    return Verdict(outcome, period, decided, exponents, errors, e, cycle, moves)
 
 
 def _returned(paths: np.ndarray, known: np.ndarray, rounding: np.ndarray) -> np.ndarray:
@@ -198,7 +190,7 @@ def _look_closer(
         ends = block_ends(points, PLAN.blocks)
         coarse = full[:, np.maximum(ends - points + full.shape[1] - 1, 0), :-1]
         add_record(some, windows, known[which], coarse, plan.shifts, part)
-        add_later(some, windows, known[which], plan.shifts)
+        add_later(some, windows, known[which], plan.shifts, part)
     e.put(which, some)
 
 

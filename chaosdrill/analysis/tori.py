@@ -553,8 +553,7 @@ def _by_neighbours(
             away[k, : len(nearest), 0] = distance[nearest]
     early, late = (np.median(half) for half in np.array_split(across, 2))
     apart_for_good = bool(np.median(part) >= ACROSS and STAYS * early <= late <= early / STAYS)
-    told = points[:, weight > 0]
-    torus = apart_for_good and incommensurate(told)
+    torus = apart_for_good and incommensurate(points[:, weight > 0])
     line = bool(np.median(_unbent(off_flow, along_flow[..., 0], away[..., 0])) <= THIN)
     return bool(np.median(part) <= ALONG), line, torus
 
