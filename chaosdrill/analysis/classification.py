@@ -24,6 +24,7 @@ from chaosdrill.analysis.tori import (
     stopped,
     turn,
 )
+from chaosdrill.analysis.tuning import PLAN
 from chaosdrill.analysis.words import FOLDS, Evidence, Selectable, steady, words
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.shifts import Shifts, shifts_of
@@ -256,7 +257,13 @@ def add_record(
     seen = examine(windows[unclear], known[unclear], shifts, e.rounding[unclear], flow, *asked)
     _add_seen(e, unclear, seen, flow is None)
     if part < 1.0 and flow is None:
-        _add_early(e, np.flatnonzero(e.ordered), windows, known, coarse, shifts, part)
+        of, count = np.flatnonzero(e.ordered), windows.shape[1]
+        ends = block_ends(round(count / part), coarse.shape[1] - 1)
+        steps = ends - ends[-1] + count - 1
+        # what the record begins with may still be on its way
+        early = np.flatnonzero((steps < 0) & (ends > 0))
+        goes = goes_on(windows[of], known[of], coarse[of][:, early], steps[early], shifts)
+        e.ordered[of], e.torus[of] = goes, goes & e.torus[of]
     # the whole record tells more of growth than its last points
     e.drifts |= drifts
 
@@ -316,26 +323,6 @@ def add_returns(
     return np.asarray(whole & (np.abs(multiplier) <= NEUTRAL))
 
 
-def _add_early(
-    e: Evidence,
-    which: np.ndarray,
-    windows: np.ndarray,
-    known: np.ndarray,
-    coarse: np.ndarray,
-    shifts: Shifts,
-    part: float,
-) -> None:
-    """Take the word of a torus back where earlier states of a record are not on the curve of its last ones."""
-    count = windows.shape[1]
-    ends = block_ends(round(count / part), coarse.shape[1] - 1)
-    steps = ends - ends[-1] + count - 1
-    # what the record begins with may still be on its way
-    early = np.flatnonzero((steps < 0) & (ends > 0))
-    goes = goes_on(windows[which], known[which], coarse[which][:, early], steps[early], shifts)
-    e.ordered[which] &= goes
-    e.torus[which] &= goes
-
-
 def add_ends(e: Evidence, averages: Averages, paths: np.ndarray, known: np.ndarray, part: np.ndarray | float) -> None:
     """Add whether points of the map come back to round-off in the end, and whether on a cycle to which all come closer.
 
@@ -374,6 +361,7 @@ def add_passages(e: Evidence, which: np.ndarray, passages: np.ndarray, known: np
     points at the events of one transition come back, from the middle of the record on if it had to settle, or follow an
     angle.
     """
+    early, passages = passages[:, :-LENGTH, :-1], passages[:, -LENGTH:]
     paths, sizes = aside(passages, shifts), shifts.sizes(known)
     e.exact[which] |= closes(paths, sizes) | closes(paths[:, paths.shape[1] // 2 :], sizes)
     # one that is drawn in follows it from then on, where all of it is known
@@ -386,6 +374,11 @@ def add_passages(e: Evidence, which: np.ndarray, passages: np.ndarray, known: np
         goes[left] &= ~seen.returns
         e.ordered[of] |= seen.ordered & ((begin == 0) | ~(seen.cut & e.unmoved[of]))
         e.torus[of], e.converges[of] = e.torus[of] | seen.torus, e.converges[of] | seen.converges
+    # earlier ones of a torus lie on its curve as well
+    if steps := early.shape[1]:
+        told, some = np.flatnonzero(e.ordered[which]), np.arange(steps // 8, steps, max(1, steps // PLAN.blocks))
+        goes, of = goes_on(passages[told], known[told], early[told][:, some], some - steps, shifts), which[told]
+        e.ordered[of], e.torus[of] = goes, goes & e.torus[of]
 
 
 def add_later(

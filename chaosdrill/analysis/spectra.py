@@ -231,7 +231,7 @@ class _Path:
         """States after the last events of the transition that moved them most often, and the modes before."""
         events, n = np.concatenate(self._events)[-EVENTS:], len(self._run.system.state_names)
         kinds = events[:, EVENT_KIND].astype(int)
-        kept = events[kinds == np.bincount(kinds).argmax()][-LENGTH:]
+        kept = events[kinds == np.bincount(kinds).argmax()]
         modes = kept[:, EVENT_MODE, np.newaxis]
         return np.concatenate([kept[:, EVENT_COLUMNS + n :], modes], axis=1)
 

@@ -36,6 +36,12 @@ def test_a_clock_turns_two_angles_on_a_torus(length):
     assert clocked("a b", {name: f"{name} + {turn}" for name, turn in turns.items()}, {}, length) == "quasiperiodic"
 
 
+def test_a_cycle_longer_than_what_is_looked_at_is_no_torus():
+    """A clock turns an angle by 1147 parts of 2503, round after round of a record of 9,000."""
+    images = {"angle": "Mod(angle + 1147/2503, 1)", "x": "x/2 + cos(2*pi*angle)"}
+    assert clocked("angle x", images, {}, 9_000) in ("periodic", "undecided")
+
+
 def clocked(states, images, initial, length):
     """The word for a map that a clock without forcing works."""
     strike = cd.Transition("strike", "wait", "wait", "clock - 1", 1, {**images, "clock": "0"})
