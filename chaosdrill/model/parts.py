@@ -285,7 +285,8 @@ class PartReader:
                 found = sympy.Gt(found, 0) if condition else found
             else:
                 found = self._from_sympy(value, condition)
-            found = without_overflow(found)
+            # what is made of an open expression is read again
+            found = found if self.open else without_overflow(found)
             if not self.open and level == FLOW:
                 found = without_smooth_zeros(found, self._moving, self._values())
             if not self.open and (told := refused(found, self._moving, level)):

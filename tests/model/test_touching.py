@@ -216,6 +216,19 @@ def test_a_drive_with_hidden_kinks_has_its_mean_in_modes(rate, mean, method):
     assert run["states"].values[-1, 0] == pytest.approx(20 * pi * mean, rel=1e-11, abs=1e-10)
 
 
+def test_a_triangle_wave_in_multiples_of_pi():
+    """The number is no name that a quotient could be filled in, as of asin(sin(pi*t))/pi where pi is zero."""
+    system = cd.in_modes(states="x", field={"x": "asin(sin(pi*t))/pi"})
+    run = cd.trajectory(system, duration=6.4, samples=1)
+    assert run["event_time"].values == pytest.approx(np.arange(6) + 0.5, rel=1e-13)
+    assert run["states"].values[-1, 0] == pytest.approx(0.08, abs=1e-11)
+
+
+def test_a_kink_beside_a_limit_is_seen():
+    with pytest.raises(cd.ModelError, match=r"asin\(sin\(t\)\) has a kink where cos\(t\) is zero"):
+        cd.HybridSystem(states="x", modes={"on": {"x": "asin(sin(t))/t"}})
+
+
 @pytest.mark.parametrize("distance", ["sqrt(x**2 - 2*x + 1)", "(x**2 - 2*x + 1)**0.5", "exp(log(x**2 - 2*x + 1)/2)"])
 def test_a_hidden_kink_of_a_state_in_modes(distance):
     """z'' = -|z| + 0.3 about z = x - 1 from 0.9: 0.3 + 0.6 cos(t) down to zero at 2 pi/3, then in hyperbolas."""
