@@ -94,7 +94,7 @@ def _quotient(e: Any) -> Any:
 
 def _factored(e: Any) -> Any:
     """A product with the factors of its divisors that are polynomials."""
-    made = []
+    made: list[Any] = []
     for factor in sympy.Mul.make_args(e):
         base, power = factor.as_base_exp()
         below = base.is_Add and power.is_Integer and power.is_negative and base.is_polynomial(*base.free_symbols)
