@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.text import Annotation
 
-from chaosdrill.plots.categories import POSITIVE, UNRECOGNISED, Category
+from chaosdrill.plots.categories import POSITIVE, UNRECOGNISED, Category, by_period
 from chaosdrill.plots.charts import (
     attractor_count_chart,
     basins,
@@ -70,6 +70,17 @@ def test_periods_and_what_there_is_instead(chart):
 def test_longer_periods_are_one_kind_with_their_range(chart):
     chart["period"][1, :2] = 24
     assert "periods 12 to 24" in _legend(isoperiodic_chart(chart))
+
+
+def test_a_region_of_longer_periods_has_the_shortest_written_into_it():
+    """Of several, with a sign for more; runs that ended without a period are told apart from cycles."""
+    flags = {"flag_values": [0], "flag_meanings": "ok"}
+    for last, text, short in ((20, "period 20", "20"), (24, "periods 20 to 24", "≥ 20")):
+        points = xr.Dataset({"outcome": ("q", [0] * 4, flags), "period": ("q", [2, 20, last, 0])})
+        index, found = by_period(points)
+        named = ["period 2", text, "no period found"]
+        assert ([one.name for one in found], index.tolist()) == (named, [0, 1, 1, 2])
+        assert [one.short for one in found] == ["2", short, ""]
 
 
 def test_a_cycle_whose_period_was_not_found_is_no_chaos(chart):

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 import chaosdrill as cd
 from chaosdrill.plots.curve import stops
-from chaosdrill.plots.labels import axis_label, readable, state_label, symbol
+from chaosdrill.plots.labels import axis_label, readable, state_label, symbol, wrapped
 from chaosdrill.plots.markers import room
 from chaosdrill.plots.sections import bifurcation
 
@@ -108,6 +108,19 @@ def test_a_line_ends_where_another_attractor_begins(diagram):
     drawn = np.asarray(line.get_ydata(), dtype=float)
     assert np.isnan(drawn).sum() == 1
     assert np.abs(np.diff(drawn[: count // 2])).max() < 0.1
+
+
+@pytest.mark.parametrize(
+    ("text", "lines"),
+    [
+        ("exit speed of the rock v", ["exit speed of the", "rock v"]),
+        ("rate of $a + b c + d + e$", ["rate of", "$a + b c + d + e$"]),
+        ("a" * 9 + " " + "b" * 8, ["a" * 9 + " " + "b" * 8]),
+        ("a" * 9 + " " + "b" * 9, ["a" * 9, "b" * 9]),
+    ],
+)
+def test_labels_of_short_axes_have_lines_that_fit_and_keep_formulas_and_symbols_whole(text, lines):
+    assert wrapped(text) == "\n".join(lines)
 
 
 def test_marks_are_no_wider_than_the_way_to_the_next(tmp_path):
