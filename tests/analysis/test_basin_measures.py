@@ -115,6 +115,14 @@ def test_a_smooth_boundary_has_the_exponent_one():
         assert found.exponent_error < 0.15
 
 
+def test_errors_cover_what_a_boundary_is_on_smaller_scales():
+    """A wall of merlons 12 cells wide: seen from farther away it fills a strip, and nearer it is a smooth boundary."""
+    x, y = np.mgrid[:600, :600]
+    found = uncertainty(1 + (x < np.where(y // 12 % 2, 340, 260)))
+    assert found.exponent < 0.5
+    assert abs(found.exponent - 1) <= 2 * found.exponent_error
+
+
 @pytest.mark.parametrize("flat", [False, True])
 def test_a_cantor_set_has_the_exponent_of_its_dimension(flat):
     rng = np.random.default_rng(2)
