@@ -4,7 +4,7 @@ Two motions next to the edge between two basins, one on either side, stay near i
 come to what attracts within the edge. Bisected again whenever they have parted, they stay there.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 
 UNKNOWN, OTHER = 0, 3
 """Codes of fates beside 1 and 2, those of the two sides."""
+
+_COMES_BACK = (Outcome.PERIODIC, Outcome.EQUILIBRIUM)
 
 
 class _Stopped(Exception):
@@ -223,22 +225,13 @@ def edges_dataset(system: "HybridSystem", given: Any, job: "Job") -> xr.Dataset:
     starts, modes = drawn_or_listed(system, given)
     found, batch = measure(plan, {}, starts, modes)
     chosen = _two_fates(plan, found, modes)
-    segments: list[_Segment] = []
-    reason, scale = "", np.ones(starts.shape[1])
+    segments, scale = list[_Segment](), np.ones(starts.shape[1])
     if len(chosen) == 2:
         # what escapes is larger than anything
         stay = chosen[found["outcome"][chosen] != Outcome.ESCAPED]
         scale = _scale(starts[chosen], batch.window[stay, :, :-1], batch.sizes[stay])
         edge = _Edge(plan, {name: found[name][chosen] for name in KNOWN_BY}, scale, given.closest, given.parted)
-        pair = _Pair(starts[chosen], modes[chosen])
-        try:
-            for done in range(given.rounds + 1):
-                if report:
-                    report(done)
-                segment, pair = edge.follow(edge.bisect(pair))
-                segments.append(segment)
-        except _Stopped as fault:
-            reason = str(fault)
+        segments, reason = _followed(edge, _Pair(starts[chosen], modes[chosen]), given.rounds + 1, report)
     elif len(chosen):
         reason = "no two starts of one mode have two fates; give starts on either side of an edge"
     else:
@@ -247,33 +240,20 @@ def edges_dataset(system: "HybridSystem", given: Any, job: "Job") -> xr.Dataset:
         report(given.rounds + 1)
     track = _Track.of(segments, starts.shape[1])
     told = _Returns(Outcome.UNDECIDED, 0, np.nan)
-    if segments and not reason:
+    if not reason:
         told = _returns(plan, track, scale, given.parted)
-    returns = told.outcome in (Outcome.PERIODIC, Outcome.EQUILIBRIUM)
-    period = max(told.period, 1) if returns else 0
+    period = max(told.period, 1) if told.outcome in _COMES_BACK else 0
     rate, error = _grown(segments, period)
     exponents = _exponents(plan, segments, scale, job.numerics, period)
-    if returns and _ways(exponents, track) > 1:
-        # motions beside the track, on the same edge, leave it: only a symmetry holds it there
-        told, returns = told._replace(outcome=Outcome.UNDECIDED, period=0), False
-        reason = (
-            "the track stays where several directions lead off, so that other motions on the edge do not come there; "
-            "give starts that share no symmetry with it"
-        )
-    if told.outcome == Outcome.UNDECIDED and not reason and (exponents[0] > EDGES.positive * exponents[1]).sum() > 1:
-        told = told._replace(outcome=Outcome.CHAOTIC)
-    elif told.outcome == Outcome.UNDECIDED and not reason:
-        advice = (
-            "give more rounds" if plan.maps else "name a section (at), whose points tell a cycle, or give more rounds"
-        )
-        reason = f"the track neither returns nor is chaotic beyond the error; {advice}"
+    if not reason:
+        told, reason = _judged(plan, track, exponents, told)
     if len(chosen) < 2 and len(set(found["outcome"].tolist())) == 1 and found["outcome"][0] not in MEASURED:
         told = told._replace(outcome=Outcome(int(found["outcome"][0])))
     n, sides, mode = starts.shape[1], len(chosen), -1
     edge_state, edge_error = np.full((2, n), np.nan)
     if segments:
         edge_state, edge_error, mode = segments[-1].states[0], segments[-1].width, int(segments[-1].modes[0])
-        if returns:
+        if told.outcome in _COMES_BACK:
             edge_error = edge_error + change(segments, period, plan)
     blank = np.full((2 - sides, n), np.nan)
     none = [int(Outcome.UNDECIDED)] * (2 - sides)
@@ -305,6 +285,40 @@ def edges_dataset(system: "HybridSystem", given: Any, job: "Job") -> xr.Dataset:
         },
         attrs={"reason": reason} if reason else None,
     )
+
+
+def _followed(
+    edge: _Edge, pair: _Pair, rounds: int, report: Callable[[int], None] | None
+) -> tuple[list[_Segment], str]:
+    """The track, a segment a bisection, and why it ended early; empty if it did not."""
+    segments: list[_Segment] = []
+    try:
+        for done in range(rounds):
+            if report:
+                report(done)
+            segment, pair = edge.follow(edge.bisect(pair))
+            segments.append(segment)
+    except _Stopped as fault:
+        return segments, str(fault)
+    return segments, ""
+
+
+def _judged(
+    plan: Plan, track: "_Track", exponents: tuple[np.ndarray, np.ndarray], told: "_Returns"
+) -> tuple["_Returns", str]:
+    """What the edge state is, by how the track returns and by its exponents, and why that is not told, if it is not."""
+    if told.outcome in _COMES_BACK and _ways(exponents, track) > 1:
+        # motions beside the track, on the same edge, leave it: only a symmetry holds it there
+        return told._replace(outcome=Outcome.UNDECIDED, period=0), (
+            "the track stays where several directions lead off, so that other motions on the edge do not come there; "
+            "give starts that share no symmetry with it"
+        )
+    if told.outcome != Outcome.UNDECIDED:
+        return told, ""
+    if (exponents[0] > EDGES.positive * exponents[1]).sum() > 1:
+        return told._replace(outcome=Outcome.CHAOTIC), ""
+    advice = "give more rounds" if plan.maps else "name a section (at), whose points tell a cycle, or give more rounds"
+    return told, f"the track neither returns nor is chaotic beyond the error; {advice}"
 
 
 def _two_fates(plan: Plan, found: Mapping[str, np.ndarray], modes: np.ndarray) -> np.ndarray:
