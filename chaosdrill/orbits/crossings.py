@@ -7,6 +7,7 @@ as exact as the multipliers are.
 """
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -270,10 +271,8 @@ def ended(segment: "BranchSegment", end: BranchEnd) -> tuple["BranchSegment", Lo
     found = None
     for test in TESTS:
         if test.end == end:
-            try:
+            with suppress(LostError):
                 found = _Step(segment.with_points(segment.points[-2:])).located(test)
-            except LostError:
-                continue
     return segment.with_points([*segment.points[:-1], *([] if found is None else [found.point])]), found
 
 
@@ -321,22 +320,22 @@ class _Step:
         low, high = value(0.0), value(1.0)
         if low * high > 0:
             raise LostError("the function has one sign at both ends")
-        part = bracketed(value, 0.0, 1.0)
+        part, rise = bracketed(value, 0.0, 1.0), abs(high - low)
         point = self.points[part]
         free = free_of(self.pair.with_points([point]))[0]
         missed = test.critical(free).min(initial=np.inf)
         if abs(value(part)) > TUNING.jump * max(abs(low), abs(high)) or missed > TUNING.missed_multiplier:
-            # beside the root Newton's method may lead to the branch that crosses there
-            beside = self._beside(low / (low - high), value, high - low) if test.end is not None else None
-            if beside is None or self.before.root is not None:
+            # beside the root Newton's method may lead to the branch that crosses there, and directions to either
+            beside = self._beside(low / (low - high), value, rise) if test.crossed else None
+            if beside is None or self.before.root is not None or (test.end is None and not self._loses(beside.point)):
                 raise LostError("the function jumps")
-            return self._marked(beside.part, test.kind, 0.0, abs(high - low), 1, beside)
+            kind = test.kind if test.end is not None else Special.BRANCH_POINT
+            return self._marked(beside.part, kind, 0.0, rise, 1, beside)
         kind, multiplicity = test.kind, test.multiplicity(free)
         if not multiplicity:
             return None
         if test.crossed and test.end is None and (kind == Special.FOLD or self.held):
-            kind = Special.BRANCH_POINT if self._crossing(part, value, abs(high - low)) else Special.FOLD
-        rise = abs(high - low)
+            kind = Special.BRANCH_POINT if self._crossing(part, value, rise) else Special.FOLD
         # on a curve of special points its root would be needed as well
         singular = kind == Special.BRANCH_POINT or (test.end is not None and self.before.root is None)
         sharp = self._sharp(part, value, rise) if singular else None
@@ -391,37 +390,39 @@ class _Step:
             for kind, number in _kinds(free_of(self.pair.with_points([point]))[0], count):
                 if kind == Special.BRANCH_POINT and (turned or (self.held and not self._crossing(part, size, rise))):
                     kind = Special.FOLD
-                if kind == Special.BRANCH_POINT:
-                    sharp = self._sharp(part, size, rise)
-                    marks.append(self._marked(part, kind, noise, rise, number, sharp))
-                else:
-                    marks.append(self._marked(part, kind, noise, rise, number))
+                sharp = self._sharp(part, size, rise) if kind == Special.BRANCH_POINT else None
+                marks.append(self._marked(part, kind, noise, rise, number, sharp))
         return sorted(marks, key=lambda one: one.part)
 
     def _size(self, part: float, first: int, last: int) -> float:
-        """Logarithm of the product of some moduli, in their order."""
-        return float(np.log(np.maximum(self._moduli(part)[first:last], 1e-300)).sum())
-
-    def _moduli(self, part: float) -> np.ndarray:
-        free = free_of(self.pair.with_points([self.point(part, True)]))[0]
-        return np.sort(np.abs(free))[::-1]
+        """Logarithm of the product of some moduli, the largest first."""
+        moduli = np.sort(np.abs(free_of(self.pair.with_points([self.point(part, True)]))[0]))[::-1]
+        return float(np.log(np.maximum(moduli[first:last], 1e-300)).sum())
 
     def _crossing(self, part: float, value: Callable[[float], float], rise: float) -> bool:
-        """Whether another branch crosses where a function vanishes: the equations lose rank, unlike beside.
+        """Whether another branch crosses where a function vanishes.
 
-        At a crossing an orbit is known to the root of its residual only, so that some rank may be left.
+        There an orbit is known to the root of its residual only, so that its equations may keep some rank.
         """
-        left = _regularity(self.curve, self.before, self.points[part], self.after)
-        if TUNING.singular <= left < TUNING.hardly_singular and (sharp := self._sharp(part, value, rise)) is not None:
-            left = _regularity(self.curve, self.before, sharp.point, self.after)
-        return left < TUNING.singular
+        if self._loses(self.points[part]):
+            return True
+        sharp = self._sharp(part, value, rise) if self._loses(self.points[part], TUNING.hardly_singular) else None
+        return sharp is not None and self._loses(sharp.point)
+
+    def _loses(self, there: "Point", rank: float = TUNING.singular) -> bool:
+        """Whether the equations lose rank at a point, unlike at its neighbours, of which one may lie there as well."""
+        problem, weights = self.curve.problem, self.before.weights
+        ways = [abs(p.arclength - there.arclength) for p in (self.before, self.after)]
+        apart = [p for p, way in zip(self.pair.points, ways, strict=True) if way >= TUNING.singular * max(ways)]
+        here, *beside = (problem.regularity(p.orbit, problem.shoot(p.orbit, False), weights) for p in (there, *apart))
+        return here < rank * min(beside)
 
     def _beside(self, part: float, value: Callable[[float], float], rise: float) -> "Sharp | None":
         """Where a function vanishes as points away from there tell, from the part at which a straight one would."""
         found = None
         for _ in range(2):
-            sharp = self._sharp(part, value, abs(rise))
-            if sharp is None or not 0 <= sharp.part <= 1 or sharp.error > TUNING.jump:
+            sharp = self._sharp(part, value, rise)
+            if sharp is None or not 0 <= sharp.part <= 1 or sharp.off > TUNING.jump:
                 return found
             found, part = sharp, sharp.part
         return found
@@ -440,7 +441,8 @@ class _Step:
             try:
                 points = [self.point(float(one), False) for one in parts]
                 values = np.array([value(float(one)) for one in parts])
-                errors = rise * np.array([self.curve.error_at(one) for one in points]) / way
+                along, aside = np.array([self.curve.errors_at(one) for one in points]).T
+                errors = rise * along / way
             except LostError:
                 continue
             errors += [TUNING.tangent_error * max(1.0, float(np.abs(p.shot.monodromy).max())) for p in points]
@@ -449,12 +451,14 @@ class _Step:
                 continue
             slope = (values[0] - values[-1]) / (parts[0] - parts[-1])
             there = roots[1]
-            off = abs(there - roots[0]) + float(np.abs(shares_of(parts, there, 0)) @ errors / max(abs(slope), 1e-300))
-            if best is None or off < best.error:
+            shares = np.abs(shares_of(parts, there, 0))
+            off = abs(there - roots[0]) + float(shares @ errors / max(abs(slope), 1e-300))
+            error = off * self._way + float(shares @ aside)
+            if best is None or error < best.error:
                 orbit = self.curve.interpolated([p.orbit for p in points], parts, there, self.before.orbit)
                 shot = self.curve.problem.shoot(orbit)
                 length = self.before.arclength + there * (self.after.arclength - self.before.arclength)
-                best = Sharp(replace(self.before, orbit=orbit, shot=shot.bare(), arclength=length), there, off)
+                best = Sharp(replace(self.before, orbit=orbit, shot=shot.bare(), arclength=length), there, off, error)
         return best
 
     @property
@@ -468,7 +472,7 @@ class _Step:
         """The point with the error of its parameter, from that of a function which rises by so much over the step."""
         curve, scale = self.curve, self.curve.problem.accuracy
         if sharp is not None:
-            error = sharp.error * self._way + scale * curve.size(sharp.point.orbit)
+            error = sharp.error + scale * curve.size(sharp.point.orbit)
             return Located(replace(sharp.point, special=kind), sharp.part, float(error), multiplicity)
         point = self.points[part]
         size = curve.size(point.orbit)
@@ -489,7 +493,8 @@ class Sharp:
 
     point: "Point"
     part: float  # of the step
-    error: float  # of that part
+    off: float  # error of that part
+    error: float  # of the parameter
 
 
 def _root(places: np.ndarray, values: np.ndarray, degree: int, near: float) -> float | None:
@@ -522,12 +527,3 @@ def _kinds(values: np.ndarray, count: int) -> Iterator[tuple[Special, int]]:
     ):
         if those.any():
             yield kind, int(those.sum())
-
-
-def _regularity(curve: "Curve", before: "Point", there: "Point", after: "Point") -> float:
-    """How regular the equations are at an orbit, relative to its neighbours, of which one may lie there as well."""
-    problem, weights = curve.problem, before.weights
-    ways = [abs(p.arclength - there.arclength) for p in (before, after)]
-    apart = [p for p, way in zip((before, after), ways, strict=True) if way >= TUNING.singular * max(ways)]
-    here, *beside = (problem.regularity(p.orbit, problem.shoot(p.orbit, False), weights) for p in (there, *apart))
-    return here / min(beside)

@@ -175,19 +175,25 @@ class Curve:
         return max(abs(float(self.values(orbit)[0])), float(self.spans[0]))
 
     def error_at(self, point: Point) -> float:
-        """Error of the first parameter at a special point, as a result of the error of the orbit.
+        """Error of the first parameter at a special point, as a result of the error of the orbit."""
+        return sum(self.errors_at(point))
+
+    def errors_at(self, point: Point) -> tuple[float, float]:
+        """The error of the first parameter at a special point that lies elsewhere along the curve, or off it.
 
         The error of an orbit is the residual of its equations over their smallest singular value, and a special point
-        is off along the curve by as much: near a multiplier 1 that is many times the residual. Where the parameter
-        turns back, the orbit's own one counts. It is 0 where the equations have no derivatives.
+        is off along the curve by as much: near a multiplier 1 that is many times the residual. They are 0 where the
+        equations have no derivatives.
         """
         shot = self.problem.shoot(point.orbit, False, point.section)
         if shot.outcome != DONE or not np.isfinite(shot.equations).all():
-            return 0.0
+            return 0.0, 0.0
         change, weights, first = point.tangent.change, point.weights, -len(self.spans)
         along = abs(float(change[first])) / np.linalg.norm(weights * change)
         off = self.problem.off(point.orbit, shot, weights)
-        return float(along * np.linalg.norm(off) + abs(off[first]) / weights[first])
+        # what is left of the equations leads off the curve; the error of the method only moves the curve
+        left = (shot.residual + np.finfo(float).eps) / self.problem.accuracy
+        return float(along * np.linalg.norm(off)), float(left * abs(off[first]) / weights[first])
 
     def blocked(self, point: Point) -> tuple["Orbit", "Shot"] | None:
         """The orbit at or beside a point if it is inadmissible; otherwise None."""

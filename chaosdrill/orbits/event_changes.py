@@ -264,7 +264,8 @@ def branch_behind(curve: Curve, border: Border) -> Continuation | None:
         found = _branch_from(curve, guess, border, [])
         if found is not None:
             return found
-    for guess in chain(_guesses(curve, border), _emptied(further)):
+    # what is found on the way is tried last
+    for guess in chain(_guesses(curve, border), further):
         if len(tried) > TUNING.border_tried:
             break
         if any(_same_cycle(guess, old) for old in tried):
@@ -279,11 +280,6 @@ def branch_behind(curve: Curve, border: Border) -> Continuation | None:
         if found is not None:
             return found
     return None
-
-
-def _emptied(queue: list[Orbit]) -> Iterator[Orbit]:
-    while queue:
-        yield queue.pop(0)
 
 
 def recounted(problem: Problem, before: Orbit, after: Orbit) -> bool:
@@ -479,7 +475,7 @@ def left_out(problem: Problem, border: Border) -> Iterator[Orbit]:
                 break
             for shift in range(dropped):
                 begin = (first - shift) % count
-                turned = _turned(orbit, begin)
+                turned = orbit.rotated(begin, None)
                 if turned.segments[0, at.SEGMENT_MODE] == turned.segments[dropped % count, at.SEGMENT_MODE]:
                     segments = np.vstack([turned.segments[dropped], turned.segments[dropped + 1 :]])
                     durations = np.concatenate(
@@ -487,11 +483,6 @@ def left_out(problem: Problem, border: Border) -> Iterator[Orbit]:
                     )
                     starts = np.vstack([turned.starts[0], turned.starts[dropped + 1 :]])
                     yield replace(turned, segments=segments, durations=durations, starts=starts)
-
-
-def _turned(orbit: Orbit, first: int) -> Orbit:
-    """The same path from another segment on, with its phase not reduced to one period."""
-    return orbit.rotated(first, None)
 
 
 def _same_cycle(one: Orbit, other: Orbit) -> bool:

@@ -311,7 +311,7 @@ def orbit_read(
             if problem.forced:
                 words = f"after {period} period{'s' * (period > 1)} is in another mode than at its beginning"
             raise NoOrbitError(Outcome.NO_ORBIT, f"the motion from the start {words}")
-        if any(guess.same_events(old) for old in seen):
+        if any(guess.periods == one.periods and np.array_equal(guess.segments, one.segments) for one in seen):
             raise failure
         seen.append(guess)
         orbit, shot, residuals = solved(problem, guess, reach, level=level)

@@ -55,10 +55,6 @@ class Orbit:
         kinds = np.flatnonzero(self.segments[:, at.SEGMENT_END] >= 0)
         return times, kinds[np.lexsort((rank[kinds], times[kinds]))]
 
-    def same_events(self, other: "Orbit") -> bool:
-        """Whether both go through the same segments, in the same order."""
-        return self.periods == other.periods and np.array_equal(self.segments, other.segments)
-
     def reduced(self, d: int) -> np.ndarray:
         """The reduced unknowns: first start, phase, durations, parameters."""
         return np.concatenate([self.starts[0, :d], [self.phase], self.durations, self.starts[0, d:]])

@@ -448,3 +448,25 @@ def test_a_halved_system_is_saved_as_any_other(tmp_path):
     again = cd.load_scene(tmp_path / "half.toml").system
     one, other = (cd.trajectory(system, periods=3)["states"].values for system in (half, again))
     np.testing.assert_array_equal(one, other)
+
+
+def test_partners_pass_the_pitchfork_at_which_they_come_back():
+    """So near it that directions are round-off a fold may seem to stand there, even twice."""
+    hit = {"v": "-e*v"}
+    walls = cd.HybridSystem(
+        name="near walls", states="x v", parameters={"omega": 1.5, "g": 0.4, "zeta": 0.05, "e": 0.8},
+        modes={"free": {"x": "v", "v": "-x - 2*zeta*v + cos(omega*t)"}},
+        transitions=[
+            cd.Transition("right", "free", "free", "x - g", 1, hit),
+            cd.Transition("left", "free", "free", "x + g", -1, hit),
+        ],
+        period="2*pi/omega", initial={"x": 0.0, "v": 0.5},
+    )  # fmt: skip
+    branch = cd.continue_orbit(walls, {"omega": (1.0, 3.0)})
+    points = once(branch)
+    assert (points[:, 0] == Special.BRANCH_POINT).sum() == 2
+    # in units of the walls the force is 5/2
+    scaled = branch.assign(f=branch["omega"] * 0 + 2.5, orbit_state=branch["orbit_state"] * 2.5)
+    for number in np.flatnonzero(branch["special_kind"].values == Special.BRANCH_POINT):
+        force = where_hits_come_back(scaled, number, float(branch["special_value"][number]), e=0.8)
+        assert abs(force - 2.5) < 1e-9
