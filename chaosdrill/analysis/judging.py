@@ -74,7 +74,8 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     if plan.section is not None:
         points = batch.counts[which][:, sorted(plan.section)].sum(axis=1)
     averages = averages_of(plan, batch, which, points, begin, np.where(whole[:, np.newaxis], plain, np.nan))
-    exponents, errors = -np.sort(-plain, axis=1), averages.errors
+    order = np.argsort(-plain, axis=1, kind="stable")
+    exponents, errors = (np.take_along_axis(one, order, 1) for one in (plain, _errors(plan, batch, which)))
     full, known = undrawn(plan.system, batch.window[which]), batch.sizes[which]
     windows = last_rows(full, LENGTH) if full.shape[1] > LENGTH else full
     early = None if before is None else undrawn(plan.system, before[which])
@@ -150,14 +151,7 @@ def averages_of(
     with np.errstate(invalid="ignore", divide="ignore"):
         exponents = np.where(np.isnan(known), _means(sums, begin, times), known)
         late = _means(sums, np.full(len(which), (times.shape[1] - 1) // 2), times)
-        spans = np.diff(times, axis=1)
-        rates = np.diff(sums, axis=1) / spans[..., np.newaxis]
-        if batch.counts_returns:
-            # blocks that last longer count more
-            apart = rates - (sums[:, -1] / length[:, np.newaxis])[:, np.newaxis]
-            rates = apart * (spans / spans.mean(axis=1, keepdims=True))[..., np.newaxis]
-        rates = np.where(np.isfinite(rates), rates, np.nan).transpose(1, 0, 2)
-        errors = error_of_exponents(rates, plan.numerics, batch.steps[which], length)
+    errors = _errors(plan, batch, which)
     order = np.argsort(-exponents, axis=1, kind="stable")
     exponents, errors, late = (np.take_along_axis(one, order, 1) for one in (exponents, errors, late))
     neutral = np.full(len(which), plan.structure.most_neutral)
@@ -167,6 +161,19 @@ def averages_of(
     units = batch.ends[-1] / np.maximum(np.full(len(which), points), 1)
     rounding = rounding_of_unit(plan.numerics, plan.system.discrete) * units
     return Averages(exponents, errors, late, course, length, rounding, neutral, plan.computed == plan.system.free)
+
+
+def _errors(plan: "Plan", batch: Batch, which: np.ndarray) -> np.ndarray:
+    """Errors of the mean growth of each tangent, shape (P, m), by lengths that no unit changes."""
+    sums, spans, length = batch.sums_by_size(which), np.diff(batch.times[which], axis=1), batch.length[which]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        rates = np.diff(sums, axis=1) / spans[..., np.newaxis]
+        if batch.counts_returns:
+            # blocks that last longer count more
+            apart = rates - (sums[:, -1] / length[:, np.newaxis])[:, np.newaxis]
+            rates = apart * (spans / spans.mean(axis=1, keepdims=True))[..., np.newaxis]
+        rates = np.where(np.isfinite(rates), rates, np.nan).transpose(1, 0, 2)
+        return error_of_exponents(rates, plan.numerics, batch.steps[which], length)
 
 
 def _look_closer(

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+import chaosdrill as cd
 from chaosdrill.analysis import statistics
 from chaosdrill.analysis.statistics import standard_error
 
@@ -133,3 +134,12 @@ def test_equal_blocks_have_no_error_and_missing_ones_no_number(blocks):
     rates = np.tile([5.0, np.nan, 5.0], (blocks, 1))
     rates[0, 2] = np.nan
     np.testing.assert_array_equal(standard_error(rates), [0.0, np.nan, np.nan])
+
+
+def test_errors_of_short_records_stay_with_their_exponents():
+    """A clock makes one exponent 0 at every step; those of the circuit were given its error, 3e-9, in some records."""
+    lengths = {"duration": 0.2, "transient": 0.2}
+    found = cd.basins(cd.build("buck-converter"), {"v": [11.8, 12.0], "i": [0.5, 0.6]}, **lengths)
+    exponents, errors = (found[name].values for name in ("attractor_exponent", "attractor_error"))
+    assert len(exponents) > 1
+    assert ((errors < 1e-6) == (abs(exponents) < 1e-6)).all()
