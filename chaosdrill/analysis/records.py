@@ -114,14 +114,15 @@ class RecordTask(ValueTask):
         """Dtype and shape of one unit of each array."""
         sizes = {**self.measure.sizes, "state": len(self.system.state_names)}
         told = {name: ("f8", tuple(sizes[dim] for dim in dims)) for name, dims in self.measure.dims.items()}
-        return told | {"period": ("i4", ()), **ENDED}
+        return told | {"period": ("i4", ()), "lacking": ("i1", ()), **ENDED}
 
     def at(self, system: HybridSystem) -> Arrays:
         """What the section points at a value say."""
         where = self.where.at_parameters(system, self.given, self.numerics)
         taken = section_points(where, self.given, self.given.max_period, Job(self.numerics))
         found = _measured(taken, self.measure, self.given, self.numerics)
-        return {**found, "ended_by": ended_by(taken.run, Outcome(int(taken.outcome)))}
+        lacking = bool(found.get("reason")) or found["outcome"] == Outcome.UNDECIDED
+        return {**found, "lacking": lacking, "ended_by": ended_by(taken.run, Outcome(int(taken.outcome)))}
 
     def fingerprint(self) -> dict[str, Any]:
         """Everything that determines the numbers."""
@@ -148,10 +149,10 @@ def over_records(system: HybridSystem, given: Any, job: Job, measure: Measure) -
         )
     parameter, values = over_values
     found, said = carry_out(RecordTask(system, given, job.numerics, parameter, values, where, measure), job)
+    lacking = values[found.pop("lacking") == 1]
     over = {name: ((parameter, *measure.dims.get(name, ())), value) for name, value in found.items()}
-    undecided = values[found["outcome"] == Outcome.UNDECIDED]
-    if len(undecided):
-        words = f"{len(undecided)} of {len(values)} values are undecided, the first {parameter} = {undecided[0]:.6g}"
+    if len(lacking):
+        words = f"{len(lacking)} of {len(values)} values lack a number, the first {parameter} = {lacking[0]:.6g}"
         said = {**(said or {}), "reason": f"{words}; a record at one of them says why"}
     return dataset({parameter: values, **labels, **over}, labels, said)
 

@@ -283,6 +283,10 @@ def test_over_a_parameter_each_value_is_a_record_of_its_own(tmp_path):
     logistic = cd.Map("x", {"r": 4.0}, {"x": "r*x*(1 - x)"}, initial={"x": 0.3})
     ds = cd.dimensions(logistic, {"r": [3.83, 3.9]}, transient=500, periods=600, window=80)
     assert ds.cd.outcome.values.tolist() == ["periodic", "undecided"]
-    assert ds.attrs["reason"] == "1 of 2 values are undecided, the first r = 3.9; a record at one of them says why"
+    assert ds.attrs["reason"] == "1 of 2 values lack a number, the first r = 3.9; a record at one of them says why"
     assert not ds["dimension"][0].any()
     assert np.isnan(ds["dimension"][1]).all()
+    # of two orders alone: the outcome is ok, and nothing said why
+    ds = cd.dimensions(HENON, {"a": [1.4]}, periods=600)
+    assert np.isnan(ds["dimension"].values[0]).tolist() == [True, False, False]
+    assert ds.attrs["reason"].startswith("1 of 1 values lack a number")
