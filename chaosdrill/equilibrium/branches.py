@@ -452,6 +452,8 @@ def _crossings(curve: Curve, first: Point, last: Point, changed: int, turned: bo
 
         zero = _zero(curve, first, last, lambda point: critical(point)[0])
         if zero is None:
+            # where branches cross the equations are singular
+            real += not any(end.at.spectrum.values[place].imag for end in (first, last))
             continue
         point, part = zero
         turning = abs(float(point.at.spectrum.values[place].imag))

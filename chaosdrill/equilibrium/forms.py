@@ -154,21 +154,27 @@ def _cycle(curve: Curve, point: Point, form: _Terms) -> Cycle | None:
     return Cycle(curve.value(point.at) + away, path[0], extent, 2 * np.pi / frequency)
 
 
+def _derivatives(curve: Curve, numbers: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """First and second derivatives of the rates by the unknowns in their sizes, (m, k) and (k, k, m); factors of rows.
+
+    By these the rates change as much as each other: where branches cross, the first derivatives of one may all vanish.
+    """
+    ways = weights * np.eye(len(weights))
+    first = curve.matrix(numbers) * weights
+    second = np.real([[curve.field.second(numbers, curve.which, one, other) for other in ways] for one in ways])
+    lengths = np.linalg.norm(first, axis=1) + np.linalg.norm(second, axis=(0, 1))
+    return first, second, 1 / np.where(lengths > 0, lengths, 1.0)
+
+
 def crossing(curve: Curve, point: Point) -> list[np.ndarray]:
     """Directions of all branches through a branch point, of length 1 where unknowns count in their sizes.
 
     They solve the quadratic equation of the second derivatives along the null space (Keller 1977).
     """
-    weights = curve.weights(point.at)
-    matrix, rows = curve.scaled(point.at.numbers, weights)
-    left, _, right = np.linalg.svd(matrix)
-    w, ways = left[:, -1] * rows, right[-2:]
-
-    def term(i: int, j: int) -> float:
-        given = (weights * ways[i], weights * ways[j])
-        return float(np.real(w @ curve.field.second(point.at.numbers, curve.which, *given)))
-
-    a, b, c = term(0, 0), term(0, 1), term(1, 1)
+    first, second, rows = _derivatives(curve, point.at.numbers, curve.weights(point.at))
+    left, _, right = np.linalg.svd(rows[:, np.newaxis] * first)
+    ways = right[-2:]
+    (a, b), (_, c) = ways @ (second @ (left[:, -1] * rows)) @ ways.T
     # in the plane of the null space: the angles at which the form vanishes
     spread = np.hypot((a - c) / 2, b)
     middle = (a + c) / 2
@@ -186,23 +192,14 @@ def branch_point(curve: Curve, point: Point, reach: float) -> tuple[Point, float
     They are F(u) + b w = 0, w^T F'(u) = 0 and w^T w = 1 in the unknowns u, the left null vector w and b, which is zero
     (Allgower and Schwetlick 1997, doi:10.1002/zamm.19970770106).
     """
-    field, which, weights = curve.field, curve.which, curve.weights(point.at)
-    m = len(field.free)
-    matrix, rows = curve.scaled(point.at.numbers, weights)
-    w, b, numbers = np.linalg.svd(matrix)[0][:, -1], 0.0, point.at.numbers.copy()
-    ones = np.eye(m + 1)
+    field, weights = curve.field, curve.weights(point.at)
+    m, b, numbers = len(field.free), 0.0, point.at.numbers.copy()
+    first, second, rows = _derivatives(curve, numbers, weights)
+    w = np.linalg.svd(rows[:, np.newaxis] * first)[0][:, -1]
     last = np.inf
     for _ in range(TUNING.newton_steps):
-        slopes = rows[:, np.newaxis] * curve.matrix(numbers) * weights
-        hessian = np.array(
-            [
-                [
-                    w @ (rows * np.real(field.second(numbers, which, weights * ones[i], weights * ones[j])))
-                    for j in range(m + 1)
-                ]
-                for i in range(m + 1)
-            ]
-        )
+        first, second, _ = _derivatives(curve, numbers, weights)
+        slopes, hessian = rows[:, np.newaxis] * first, second @ (w * rows)
         left = np.concatenate([rows * field.rate(numbers) + b * w, w @ slopes, [(w @ w - 1) / 2]])
         whole = np.zeros((2 * m + 2, 2 * m + 2))
         whole[:m, : m + 1], whole[:m, m + 1 : -1], whole[:m, -1] = slopes, b * np.eye(m), w

@@ -37,9 +37,16 @@ def test_folds_of_a_cubic_and_of_a_closed_branch():
     assert within(circle, [-1.0, 1.0])
 
 
-@pytest.mark.parametrize(("rate", "start"), [("m*x - x**3", 1.0), ("m*x - x**2", 0.5), ("m*x + x**3 - x**5", -0.1)])
-def test_branches_that_cross_are_followed_from_either(rate, start):
-    rates = {"x": rate, "y": "x - y"}
+@pytest.mark.parametrize(
+    ("rate", "other", "start"),
+    [
+        *(("m*x - x**3", "x - y", 1.0), ("m*x - x**2", "x - y", 0.5), ("m*x + x**3 - x**5", "x - y", -0.1)),
+        # alone, a rate has no derivative at the crossing
+        *(("m*x - x**3", "-2*y", -0.5), ("sqrt(1 + x**2)*asinh(x)*(m - asinh(x))", "-2*y", -0.5)),
+    ],
+)
+def test_branches_that_cross_are_followed_from_either(rate, other, start):
+    rates = {"x": rate, "y": other}
     found = cd.equilibria(flow("crossed", rates, {"m": start}, x=0.4, y=0.3), {"m": (-1.0, 2.0)})
     crossed = [value for kind, value in specials(found) if kind == "branch_point"]
     # each of the two branches has the point, and each branch stands once
