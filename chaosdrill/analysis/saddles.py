@@ -207,8 +207,9 @@ def staggered(runs: Runs, starts: Walkers, count: int, seed: int) -> Saddle | No
     length = staggers.stride * runs.unit
     rate = -math.log(stayed.mean()) / length
     found = _summed_up(np.concatenate(points, axis=1), np.array(growth).transpose(1, 0, 2), window, runs.unit)
-    # pictures follow one another, and are few
-    errors = np.fmax(found.errors, standard_error(found.rates))
+    # pictures follow one another, and are few; those of -inf have no error
+    with np.errstate(invalid="ignore"):
+        errors = np.fmax(found.errors, standard_error(found.rates))
     return found._replace(
         errors=errors,
         age=staggers.level * runs.unit,

@@ -297,6 +297,16 @@ def test_points_that_staggers_find_lie_near_the_saddle(horseshoe):
         now, past = 6 - now**2 + 0.3 * past, now
 
 
+def test_staggers_where_a_direction_is_lost(monkeypatch):
+    """The tent of slope 3, and where it came from: errors of -inf were a warning."""
+    monkeypatch.setattr(staggers, "WALKERS", 64)
+    images = {"x": "3*Min(x, 1 - x)", "y": "x"}
+    tent = cd.Map("x y", {}, images, initial={"x": 0.1, "y": 0.1}, bounds={"x": (0, 1)})
+    found = cd.transient_chaos(tent, periods=5, random={**STARTS, "count": 100}, saddle="stagger")
+    assert abs(found["saddle_rate"] - np.log(1.5)) <= 3 * found["saddle_rate_error"] < 0.2
+    np.testing.assert_allclose(found["lyapunov_exponent"], [np.log(3), -np.inf], rtol=1e-12)
+
+
 def test_starts_that_no_run_has_count_for_nothing():
     """Below the table of the ball none begins; what begins lives as long as it is watched."""
     ball, above, below = cd.build("bouncing-ball"), [{"x": 1.0}], [{"x": -1.0}, {"x": -2.0}]
