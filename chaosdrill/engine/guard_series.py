@@ -72,7 +72,7 @@ def _rebounds(run, tables, mode, j):
 
 @series
 def _interpolate(functions, mode, j, t, c, h, place, gradient, ws, g):
-    """Coefficients from order 2 on, through Chebyshev nodes; returns the sizes of the last two and of the guard."""
+    """Coefficients from order 2 on, through the nodes; returns the sizes of the last two and of the guard."""
     n = gradient.size - 1
     count = GUARD_DEGREE - 1
     largest = abs(g[0])

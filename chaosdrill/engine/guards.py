@@ -10,11 +10,12 @@ doi:10.1145/232807.232809). A value counts as zero within a bound of its own rou
 import math
 
 import numpy as np
+from numpy.polynomial.chebyshev import chebvander
 
 from chaosdrill.codegen.kinds import uint64
 from chaosdrill.codegen.layout import EPSILON, ROUNDING
 from chaosdrill.engine import layout as at
-from chaosdrill.engine.dop853_tables import NODES, TO_CHEBYSHEV
+from chaosdrill.engine.dop853_tables import GUARD_DEGREE, NODES, TO_CHEBYSHEV, TO_POWERS
 from chaosdrill.engine.jit import inlined, inner, rare, series
 from chaosdrill.engine.lanes import exponent, magnitude, power_of_two
 from chaosdrill.engine.passages import marks_at
@@ -24,7 +25,20 @@ from chaosdrill.engine.roots import first_crossing, recrossing
 from chaosdrill.engine.tuning import GUARDS, STEPS
 
 INTERPOLATION_NOISE = 4 * EPSILON * float((np.abs(TO_CHEBYSHEV[-2:]) / NODES**2).sum())
-"""Rounding units by which the interpolation moves a polynomial, and its last two coefficients."""
+"""Rounding units by which the interpolation moves the last two coefficients of a polynomial."""
+
+_WEIGHTS = TO_CHEBYSHEV.T / NODES[:, np.newaxis] ** 2
+_PLACES = np.linspace(0.0, 1.0, 101)
+_VALUE_NOISE = 2.0 + float(
+    (np.abs(chebvander(2 * _PLACES - 1, GUARD_DEGREE - 2) @ _WEIGHTS.T).sum(axis=1) * _PLACES**2).max()
+)
+"""Errors of a guard's values by which it moves the polynomial: of those between, and of that at the start."""
+
+_POWER_NOISE = np.concatenate([(1.0, 1.0), np.abs(_WEIGHTS @ TO_POWERS).sum(axis=0) / _VALUE_NOISE])
+"""Of that, what the coefficients may be moved by, each times its power of the step."""
+
+_FROM_POWERS = np.linalg.inv(TO_POWERS[-2:, -2:])
+"""The last two coefficients in powers -> those in Chebyshev polynomials."""
 
 JUMPED, HELD, PUT_ACROSS, PLACED = 2, 3, 4, 5
 """A side times one of the first three says that the guard is about to fire: the last event's reset threw the state
@@ -244,10 +258,11 @@ def left_out(functions, tables, settings, state, ws, i, j, h, t, scratch):
     noise = max(noise, functions.guard_error(mode, j, t + h, state.c, place, scratch.none))
     if marks & at.AFFINE:
         return settings.dense_noise * noise
-    largest = 0.0
-    for k in range(9):
-        largest = max(largest, abs(value(ws, uint64(i), 0.125 * k * h)))
-    return 2.0 * truncation(settings, marks) * largest + INTERPOLATION_NOISE * noise
+    g, whole = ws[i], state.run[0].tried
+    last = g[GUARD_DEGREE] * whole**GUARD_DEGREE
+    before = g[GUARD_DEGREE - 1] * whole ** (GUARD_DEGREE - 1)
+    rest = abs(_FROM_POWERS[0, 0] * before + _FROM_POWERS[1, 0] * last) + abs(_FROM_POWERS[1, 1] * last)
+    return 2.0 * rest + _VALUE_NOISE * ROUNDING * noise
 
 
 @inlined
@@ -310,13 +325,16 @@ def settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch):
             # clear of the error there, whatever the other terms are
             return how, side, order
     left = left_out(functions, tables, settings, state, ws, i, j, h, t, scratch)
-    # derivatives of what an interpolation leaves out are larger than that
-    limit = GUARDS.vanishing * total + 100.0 * left
+    affine = tables.marks[state.run[0].mode, j] & at.AFFINE
+    # derivatives of what an interpolation leaves out over the whole step are larger than that
+    part = h / state.run[0].tried if left > 0.0 else 0.0
+    unknown = (100.0 if affine else 1.0) * left * part
     hidden = False
     power = h
     for k in range(2, n + 1):
         power *= h
-        if abs(g[k]) * power > limit:
+        unknown *= part
+        if abs(g[k]) * power > GUARDS.vanishing * total + (1.0 if affine else _POWER_NOISE[k]) * unknown:
             reach = (off / abs(g[k])) ** (1.0 / k)
             if reach < nearest:
                 nearest = reach
