@@ -42,8 +42,11 @@ def followed(scale, x, rate, h):
 
 
 @rare
-def of_series(g, order, reach):
-    """Size of a motion known by its series alone: its displacement in a step of its own."""
+def of_series(g, order, reach, longest):
+    """Size of a motion known by its series alone: its displacement in a step of its own, no longer than the longest.
+
+    Of ``1 - gate`` far from the gate, whose last terms are tiny but there, a step of its own would be a million long.
+    """
     first = 1
     while first < order and g[first] == 0.0:
         first += 1
@@ -57,7 +60,7 @@ def of_series(g, order, reach):
     b = abs(g[last - 1] / g[first]) ** (1.0 / (last - 1 - first))
     if not max(a, b) > 0.0:
         return 0.0
-    h = reach / max(a, b)
+    h = min(reach / max(a, b), longest)
     size = 0.0
     for k in range(order, 0, -1):
         size = max(size * h, abs(g[k]) * h)

@@ -82,7 +82,7 @@ def fill(functions, mode, live, settings, t, c, x, vectors, ws):
 
 
 @rare
-def _begun(g, begins, order, reach, row):
+def _begun(g, begins, order, reach, longest, row):
     """Sizes of motions that begin in this step, by their series; 0 of others. ``row`` is scratch for one series.
 
     What rests has no late terms either, in whatever gap of them the last two lie; to look at these in the code of every
@@ -97,7 +97,7 @@ def _begun(g, begins, order, reach, row):
             for k in range(order - SERIES.late + 1, order + 1):
                 late = max(late, abs(row[k]))
             if late > 0.0:
-                found = with_lane(found, lane, scales.of_series(row, order, reach))
+                found = with_lane(found, lane, scales.of_series(row, order, reach, lane_of(longest, lane)))
     return found
 
 
@@ -136,7 +136,7 @@ def length(over, series, n, live, first, settings, period, scale, weights, metri
         here = scales.brought(scale[i], g[0], least)
         begins = scales.has_none(here, g[1], period)
         if some(begins):
-            here = larger(here, _begun(g, chosen(begins, 1.0, 0.0), order, reach, row))
+            here = larger(here, _begun(g, chosen(begins, 1.0, 0.0), order, reach, period, row))
         scale[i] = here
         weight = chosen(here > SMALLEST, 1.0 / here, 0.0)
         weights[i] = weight

@@ -54,7 +54,8 @@ def at_end(system, method, tolerance, length=LENGTH):
         assert run.standing["steps"] < 2000
         return outcome, run.x[0]
     modes = np.full(2, system.mode_names.index(system.initial["mode"]))
-    batch = Batch(system, {}, np.zeros((2, 2)), modes, Numerics("taylor", tolerance), unit=length)
+    start = [float(system.initial[name]) for name in system.state_names]
+    batch = Batch(system, {}, np.array([start] * 2), modes, Numerics("taylor", tolerance), unit=length)
     batch.run(0, np.array([0, 1]))
     return cd.Outcome(int(batch.outcome[1])), batch.x[1, 0]
 
@@ -86,6 +87,24 @@ def test_tangents_are_as_exact_as_they_can_be(opened, method):
     assert run.advance(1)[0] == cd.Outcome.OK
     assert run.vectors == pytest.approx(np.array([[1.0, 0.0], [1.0 / (1 + math.exp(-1 / 0.03)), 1.0]]), abs=1e-11)
     assert run.standing["steps"] < 400
+
+
+@pytest.fixture(scope="module")
+def swung():
+    return cd.HybridSystem(
+        name="swung",
+        states="y p q",
+        modes={"all": {"y": "1 - 2/(1 + exp(400*p))", "p": "q", "q": "-p"}},
+        initial={"p": 1.0},
+    )
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_gate_far_ahead_gives_no_size_beyond_the_motion(swung, method):
+    """Its last terms are tiny but there: a step that these bound would be a million long."""
+    outcome, y = at_end(swung, method, 1e-12, math.pi)
+    assert outcome == cd.Outcome.OK
+    assert y == pytest.approx(0.0, abs=1e-11)
 
 
 @pytest.fixture(scope="module")
