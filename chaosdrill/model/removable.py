@@ -10,7 +10,7 @@ does not cancel are zero, the power is taken out, and what is left is divided. P
 import math
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
-from itertools import islice, product
+from itertools import islice, permutations, product
 from typing import Any
 
 import sympy
@@ -34,7 +34,7 @@ class _Unknown(Exception):
 
 def without_removable(expression: Any) -> Any:
     """An expression without quotients that are 0/0 at a place where they have a limit."""
-    return _filled(expression, {}) if _divides(expression) and _has_functions(expression) else expression
+    return _filled(expression, {}) if _divides(expression) else expression
 
 
 def with_factor(guard: Any, moving: Iterable[Any]) -> Any:
@@ -63,6 +63,8 @@ def _filled(e: Any, known: dict[Any, Any]) -> Any:
         return e
     if e not in known:
         made = with_parts(e, [_filled(a, known) for a in e.args])
+        if made.is_Mul and _divides(made):
+            made = _cancelled(made)
         if (made.is_Mul or made.is_Add) and _divides(made) and _has_functions(made):
             made = _joined(made) if made.is_Add else _quotient(made)
         known[e] = made
@@ -81,11 +83,28 @@ def _divides(e: Any) -> bool:
 
 
 @lru_cache(maxsize=512)
+def _cancelled(e: Any) -> Any:
+    """A product without what its polynomials above and below have in common."""
+    factors = [base_and_power(f) for f in sympy.Mul.make_args(e)]
+    for (a, times), (b, by) in permutations(factors, 2):
+        if not (times.is_Integer and by.is_Integer and times > 0 > by and b.is_Add and a.free_symbols & b.free_symbols):
+            continue
+        if all(f.is_polynomial(*f.free_symbols) and degree_bound(f) <= TUNING.zeros for f in (a, b)):
+            common, above, below = sympy.cofactors(exact(a), exact(b))
+            if common.free_symbols:
+                return _cancelled(e / a**times / b**by * above**times * below**by * common ** (times + by))
+    return e
+
+
+@lru_cache(maxsize=512)
 def _quotient(e: Any) -> Any:
     """A product without such a quotient; itself if it has none."""
     if _is_long(e):
         return e
-    parted = _factored(e)
+    # poles that are a sum are factors of one divisor
+    parted = _factored(
+        sympy.Mul(*(sympy.together(f) if f.is_Add and _divides(f) else f for f in sympy.Mul.make_args(e)))
+    )
     found = {place: made for place in _places(parted) if (made := _divided(parted, *place)) is not None}
     if len(found) > 1 and (terms := _in_parts(parted, list(found))):
         return sympy.Add(*map(_quotient, terms))
@@ -220,12 +239,23 @@ def _near(e: Any, symbol: Any, distance: Any) -> Iterator[tuple[int, int, Any]]:
 
 
 def _turned(e: Any) -> Any:
-    """An expression with sines and cosines for its tangents, arc sines for its arc cosines, and poles for gates."""
-    if not e.has(*_ANGLES, gate):
+    """An expression with sines and cosines for tangents, arc sines for arc cosines, poles for gates, and logarithms of
+    bases for those of their powers.
+    """
+    if not e.has(*_ANGLES, gate, sympy.log):
         return e
     made = e.replace(sympy.tan, lambda a: sympy.sin(a) / sympy.cos(a))
     made = made.replace(sympy.acos, lambda a: sympy.pi / 2 - sympy.asin(a))
-    return made.replace(gate, _gate)
+    return made.replace(gate, _gate).replace(sympy.log, _logarithm)
+
+
+def _logarithm(a: Any) -> Any:
+    """A logarithm of a positive number times a power that is positive only where its base is."""
+    number, whole = a.as_coeff_Mul()
+    base, power = base_and_power(whole)
+    if power == 1 or not (power.is_Rational and number.is_positive) or power.is_even:
+        return sympy.log(a)
+    return sympy.log(number) + power * sympy.log(base)
 
 
 def _gate(m: Any, n: Any, u: Any, e: Any) -> Any:
@@ -277,6 +307,10 @@ def _zeros(e: Any) -> tuple[int, Any]:
         return 0, e
     if (start := _start(e)) is not None and start != 0:
         return 0, e
+    above, below = sympy.fraction(sympy.together(e)) if _divides(e) else (e, sympy.S.One)
+    if _U in below.free_symbols and _start(below) not in (0, None):
+        power, rest = _zeros(above)
+        return power, rest / below
     # asin(sin(u)) has kinks, to be seen by its name
     may_fold = isinstance(e, sympy.asin) and e.has(sympy.sin, sympy.cos)
     if not may_fold and (known := _elementary(e)) is not None and not known[2].is_polynomial(_U):
