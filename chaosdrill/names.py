@@ -15,8 +15,9 @@ def remedy(word: str, known: Iterable[str]) -> str:
     given = word[: TUNING.letters].lower()
     # a name among other words is meant before one that merely resembles them
     words = [part for part in re.split(r"[^a-z0-9]+", given) if len(part) >= TUNING.least_part and part in lowered]
-    close = get_close_matches(given, lowered, n=1)
-    if words and not (close and SequenceMatcher(None, given, close[0]).ratio() > TUNING.nearly):
+    alike = {name: SequenceMatcher(None, given, name).ratio() for name in get_close_matches(given, lowered)}
+    close = [name for name, ratio in alike.items() if ratio > TUNING.close or name[0] == given[0]]
+    if words and not (close and alike[close[0]] > TUNING.nearly):
         close = words
     if close:
         return f"did you mean {shortened(lowered[close[0]])!r}?"

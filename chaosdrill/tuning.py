@@ -14,6 +14,8 @@ class Tuning:
     """Names that a message shows."""
     nearly: float = 0.85
     """Ratio of equal letters above which a name is meant, even if another one stands in it as a word."""
+    close: float = 0.7
+    """Ratio above which a name is meant that begins with another letter."""
     least_part: int = 4
     """Letters of a word that suggests the names which contain it,"""
     most_meant: int = 5

@@ -631,6 +631,12 @@ def test_a_known_name_among_other_words_is_meant_unless_all_of_them_are_nearly_o
     assert remedy(given, known) == f"did you mean {meant!r}?"
 
 
+@pytest.mark.parametrize(("given", "known"), [("points", "exponents"), ("scale", "cases")])
+def test_a_name_that_begins_otherwise_is_meant_only_if_it_is_close(given, known):
+    assert remedy(given, [known]) == f"known here: {known}"
+    assert remedy(known[1:], [known]) == f"did you mean {known!r}?"
+
+
 def test_names_that_contain_the_given_one_are_meant():
     known = ["duffing", "drill-string", "percussive-drill-5d"]
     assert remedy("drill", known) == "did you mean 'drill-string' or 'percussive-drill-5d'?"
