@@ -329,11 +329,18 @@ class Run:
         if outcome == Outcome.STEP_UNDERFLOW and (k := lost_sum(system, mode, self.x, self.elapsed)) >= 0:
             return f"{ending_term(system, mode, k)}, {LOST}: {where}"
         if outcome == Outcome.STALLED and (found := self._facing(mode)) is not None:
-            surface, other = found[0].xreplace(_names(system)), found[1]
+            from chaosdrill.model.crossings import same_surface
+
+            (surface, back), other = (guard.xreplace(_names(system)) for guard in found[0]), found[1]
+            both = f"the motions of {system.mode_names[mode]!r} and {system.mode_names[other]!r}"
+            if same_surface((surface, back)):
+                return (
+                    f"{both} push onto {surface} = 0 from both sides, and events lead back and forth; cd.filippov "
+                    f"makes a system that slides there: {where}"
+                )
             return (
-                f"the motions of {system.mode_names[mode]!r} and {system.mode_names[other]!r} push onto "
-                f"{surface} = 0 from both sides, and events lead back and forth; cd.filippov makes a "
-                f"system that slides there: {where}"
+                f"{both} lead to each other across {surface} = 0 and {back} = 0, infinitely often before both are "
+                f"reached; what follows there is part of the model: add a mode for it: {where}"
             )
         return ""
 
@@ -351,8 +358,8 @@ class Run:
             f"unit, give the system wider ones: bounds={{{told[0].split(' = ')[0]!r}: (low, high)}}"
         )
 
-    def _facing(self, mode: int) -> "tuple[Any, int] | None":
-        """The surface on which the state is and another mode, if both modes lead across it to each other."""
+    def _facing(self, mode: int) -> "tuple[tuple[Any, Any], int] | None":
+        """Another mode to which this one leads from the state, and that leads back; across what there and back."""
         kernels, n, t = kernels_of(self.system), len(self.system.state_names), self.elapsed
         c, gradient, rates = self.states.c[0], np.empty(n + 1), np.empty(n + len(self.system.quadratures))
         field, guard = kernels.functions.field, kernels.functions.guard
@@ -369,8 +376,9 @@ class Run:
                         yield kernels.written.events[mode][j].guard, int(kernels.transition_table[k, 0])
 
         for surface, other in ways(mode):
-            if other != mode and any(back == mode for _, back in ways(other)):
-                return surface, other
+            for back, last in ways(other) if other != mode else ():
+                if last == mode:
+                    return (surface, back), other
         return None
 
     def filled(self) -> tuple[int, int]:

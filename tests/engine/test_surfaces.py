@@ -54,6 +54,21 @@ def test_two_modes_that_push_onto_a_surface_stall_there(method, up, way):
     assert all(part in message for part in ("'above'", "'below'", "x = 0", "cd.filippov", "time 1,"))
 
 
+def test_infinitely_many_changes_between_two_tanks_are_told_apart_from_sliding():
+    """One tank is filled while both drain: the 2 in them are gone at 1/4 in a unit of time."""
+    system = cd.HybridSystem(
+        states="x y",
+        modes={"x": {"x": "1/4", "y": "-1/2"}, "y": {"x": "-1/2", "y": "1/4"}},
+        transitions=[cd.Transition("to y", "x", "y", "y", -1), cd.Transition("to x", "y", "x", "x", -1)],
+        initial={"mode": "x", "x": 1.0, "y": 1.0},
+    )
+    run = cd.trajectory(system, duration=10.0, samples=1)
+    assert run["event_time"].values[-1] == pytest.approx(8.0, abs=1e-9)
+    message = run.attrs["message"]
+    assert all(part in message for part in ("x = 0", "y = 0", "add a mode"))
+    assert "filippov" not in message
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_switches_in_either_direction_push_and_pass_and_bounce(method):
     """That the fields push onto the surface counts, not that a reset turns the motion back."""
