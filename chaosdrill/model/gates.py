@@ -112,8 +112,10 @@ def _tail(total: Any) -> Any:
     """A sum with each term that another one nearly cancels far out joined with that."""
     left, joined = dict.fromkeys(total.args), []
     for term in total.args:
-        for other, both in _partners(term):
-            if term in left and other in left:
+        for partner, both in _partners(term):
+            # a double that is whole is no integer
+            other = next((one for one in left if one == partner or (one.is_Number and one - partner == 0)), None)
+            if term in left and other is not None:
                 del left[term], left[other]
                 joined.append(both)
                 break

@@ -21,8 +21,10 @@ def exponential(exponent: Any) -> Any:
 
 
 def multiplied_out(exponent: Any) -> Any:
-    """An exponent as a sum; exponentials in it stay whole, as quotients leave them."""
-    return sympy.expand(exponent, power_exp=False)
+    """An exponent as a sum; exponentials in it, and what they divide by, stay whole, as quotients leave them."""
+    below = {p: sympy.Dummy(real=True) for p in exponent.atoms(sympy.Pow) if p.exp.is_negative and p.has(*EXPONENTIAL)}
+    expanded = sympy.expand(exponent.xreplace(below), power_exp=False)
+    return expanded.xreplace({whole: p for p, whole in below.items()})
 
 
 def exponentials(expression: Any) -> dict[Any, Any]:

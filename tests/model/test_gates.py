@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 import sympy
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 import chaosdrill as cd
@@ -48,6 +48,10 @@ PULSE = (
     "2/(1 + cosh(2*u))",
     "1/(1 + sinh(u)**2)",
 )
+OF_A_GATE = (
+    "exp(u)/((1 + exp(u))*(1 + exp(1/(2 + exp(u)))))",
+    "(1 + tanh(u/2))/(2 + 2*exp(exp(-u)/(1 + 2*exp(-u))))",
+)
 
 
 def logistic(u):
@@ -58,6 +62,7 @@ VALUES = {
     LOGISTIC: logistic,
     TANH: math.tanh,
     PULSE: lambda u: 4 * logistic(2 * u) * logistic(-2 * u),
+    OF_A_GATE: lambda u: logistic(u) / (1 + math.exp(logistic(math.log(2) - u) / 2)),
 }
 WRITINGS = [(text, value) for texts, value in VALUES.items() for text in texts]
 
@@ -68,6 +73,7 @@ WRITINGS = [(text, value) for texts, value in VALUES.items() for text in texts]
     place=st.floats(-40, 40),
     far=st.sampled_from([1.0, 1e3]),
 )
+@example(writing=("1 - exp(-u)/(1 + exp(-u))", logistic), inner="(u - 0.3)/0.06", place=-1.0, far=1.0)
 def test_all_writings_have_the_value_of_the_gate(writing, inner, place, far):
     text, value = writing
     argument = read_text(inner, {"u": U, "k": K})
