@@ -45,8 +45,6 @@ AT_ONCE = (
 
 NONE_LEFT = "no run is watched beyond the least age, so that no rate is told: take a shorter transient, or more starts"
 
-NO_SADDLE = "too few runs stay long enough to show a saddle: take more starts, nearer to it, or a longer record"
-
 APART = 4
 """Errors by which an exponent differs from zero."""
 
@@ -96,7 +94,7 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     if report:
         report(2 * len(starts))
     reasons = [AT_ONCE if rate.escapes else NONE_LEFT] if math.isnan(rate.value) else []
-    reasons += [] if len(saddle.rates) else [NO_SADDLE]
+    reasons += [saddle.reason] if saddle.reason else []
     reasons += [NO_FLOW] if rested else []
     alive = np.array([(lives.units[begun] >= age).sum() for age in range(count + 1)]) / max(begun.sum(), 1)
     return dataset(
@@ -133,15 +131,14 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
 def _saddle(runs: Runs, starts: Walkers, lead: int, count: int, given: Any) -> Saddle:
     """The saddle by the method that is asked for; by default by stagger-and-step where runs do not stay for long."""
     seed = (given.random or {}).get("seed", 0)
-    found = None
     if given.saddle == "stagger":
-        found = staggered(runs, starts, count, seed)
-    else:
-        named = given.until in event_words(runs.system.transitions)
-        brief = given.saddle is None and not (runs.system.draws or named) and 0 < reached(starts.lives) < count
-        found = sprinkled(runs, starts, lead, SHORT if brief else 1)
-        if found is None and brief:
-            found = staggered(runs, starts, count, seed) or sprinkled(runs, starts, lead, 1)
+        return staggered(runs, starts, count, seed)
+    named = given.until in event_words(runs.system.transitions)
+    brief = given.saddle is None and not (runs.system.draws or named) and 0 < reached(starts.lives) < count
+    found = sprinkled(runs, starts, lead, SHORT if brief else 1)
+    if found is None and brief:
+        walked = staggered(runs, starts, count, seed)
+        found = (sprinkled(runs, starts, lead, 1) or walked) if walked.reason else walked
     return found or unknown_saddle(runs.system)
 
 

@@ -330,6 +330,16 @@ def test_staggers_end_at_a_comparison(monkeypatch):
     np.testing.assert_allclose(found["lyapunov_exponent"], [1, -1], rtol=0, atol=1e-9)
 
 
+def test_staggers_refuse_walkers_that_an_attractor_keeps(monkeypatch):
+    """In the hole of a tent a point attracts what comes within 0.001: walkers ended there, with exponent -ln 2."""
+    monkeypatch.setattr(staggers, "WALKERS", 64)
+    images = {"x": "piecewise(0.55 + (x - 0.55)/2, Abs(x - 0.55) < 0.001, x/0.45, x < 1/2, (1 - x)/0.35)"}
+    tent = cd.Map("x", {}, images, initial={"x": 0.3}, bounds={"x": (0, 1)})
+    found = cd.transient_chaos(tent, periods=20, random={**STARTS, "count": 100}, saddle="stagger")
+    assert np.isnan([found["lyapunov_exponent"].item(), found["saddle_rate"]]).all()
+    assert "walkers gather where none leaves" in found.attrs["reason"]
+
+
 def test_where_no_run_stays_there_is_no_saddle():
     found = cd.transient_chaos(open_tent(WIDTHS), periods=40, initial=[{"x": 2.0}], saddle="stagger")
     assert np.isnan(found["lyapunov_exponent"]).all()

@@ -151,6 +151,8 @@ def transient_chaos(system: HybridSystem, given: TransientChaos, job: Job) -> Da
     enough. In this way walkers are distributed as long-lived runs from anywhere are, which a single walker that
     staggers beside its own path is not. Beyond a comparison ``until`` none stays. The share of walkers that could stay
     gives the rate at which the saddle is left, ``saddle_rate``, and the dimension. Errors are those of 16 pictures.
+    Walkers find an attractor within the bounds, however few starts lead to it; where ever more of them stay, none
+    leave, or nothing grows, all is NaN, and ``reason`` says why.
 
     The entropy of the saddle, the sum of its positive exponents less the escape rate, fills its directions, those of
     slowest growth and of slowest decay first: together this is its information dimension (Hunt, Ott and Yorke 1996,
