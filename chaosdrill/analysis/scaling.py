@@ -122,11 +122,11 @@ def in_spreads(taken: Taken) -> tuple[np.ndarray, np.ndarray]:
 
     The phase of the forcing is a coordinate too where `phases_of` says so.
     """
-    states = taken.states
-    floor = sizes(states[np.newaxis], taken.run.sizes[np.newaxis])[0]
-    spread = np.where(np.ptp(states, axis=0) > CLOSE * floor, states.std(axis=0), 0.0)
+    columns = np.ascontiguousarray(taken.states.T)
+    floor = sizes(columns.T[np.newaxis], taken.run.sizes[np.newaxis])[0]
+    spread = np.where(np.ptp(columns, axis=1) > CLOSE * floor, columns.std(axis=1), 0.0)
     moving = spread > 0
-    points = (states[:, moving] - states[:, moving].mean(axis=0)) / spread[moving]
+    points = (columns[moving].T - columns[moving].mean(axis=1)) / spread[moving]
     return np.column_stack([points, phases_of(taken.where, taken.times / taken.run.period)]), spread
 
 
