@@ -463,3 +463,17 @@ def test_covariant_vectors_are_mapped_onto_each_other_by_the_matrices_drawn():
         growth = np.log(np.linalg.norm(image, axis=0))
         assert np.abs(np.sum(image / np.exp(growth) * vectors[k + 1], axis=0)) == pytest.approx([1, 1], abs=1e-9)
         assert found["local_growth"].values[k] == pytest.approx(growth, abs=1e-9)
+
+
+def test_lives_up_to_a_comparison_have_noise_of_their_own():
+    """The marked system had lost its noise: all starts one realisation, and exponents of the states that draw."""
+    start = {"x": 1.0, "v": 0.0}
+
+    def lives(starts: int, seed: int) -> Any:
+        noisy = ball(cd.Uniform(0.7, 0.9), seed)
+        return cd.transient_chaos(noisy, duration=60.0, initial=[start] * starts, until="x > 9")
+
+    together = lives(3, 0)
+    assert together.sizes["exponent"] == 2
+    assert len(np.unique(together["lifetime"])) == 3
+    np.testing.assert_array_equal(together["lifetime"], [lives(1, seed)["lifetime"].item() for seed in range(3)])
