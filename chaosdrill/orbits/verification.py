@@ -264,9 +264,10 @@ def exponents_of(problem: "Problem", orbit: "Orbit", moduli: np.ndarray, rank: i
     d = problem.states
     with np.errstate(divide="ignore", invalid="ignore"):
         falls = np.maximum(-np.diff(np.log(moduli[:rank])), 1e-300)
-        needed = -np.log(TUNING.exponent_turned) / falls
-    apart = needed <= TUNING.exponent_rounds
-    rounds = int(np.ceil(max(needed[apart], default=1.0))) + d
+        apart = -np.log(TUNING.exponent_turned) / falls <= TUNING.exponent_rounds
+    # a tangent that turns gains what units are apart: decay must exceed that, too, before growth tells the order
+    turned = np.ptp(np.log(problem.sizes)) - np.log(TUNING.exponent_turned)
+    rounds = int(np.ceil(max(turned / falls[apart], default=1.0))) + d
     ends = [*(np.flatnonzero(apart) + 1).tolist(), rank]
     segment, time, state = standpoint(problem, orbit)
     structure = structure_of(problem.plain)

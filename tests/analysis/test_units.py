@@ -138,3 +138,21 @@ def test_states_of_any_small_size_have_exponents():
     found = cd.lyapunov_spectrum(rest.with_initial(x=1e-160), transient=10, duration=300)
     assert found["lyapunov_exponent"].item() == pytest.approx(0.02, abs=1e-9)
     assert found.cd.outcome == "transient"
+
+
+def test_exponents_of_a_cycle_in_units_far_apart():
+    """A tangent that turns from y to x gains 41 at once, and came before that along the flow: -0.0997, 0, -2.0007."""
+    p, q, r = "x/X", "y/Y", "z/X"
+    field = {
+        "x": f"X*({p} - {q} - {p}*(({p})**2 + ({q})**2) + {r}/50)",
+        "y": f"Y*({p} + {q} - {q}*(({p})**2 + ({q})**2))",
+        "z": f"X*({p} - {r})/10",
+    }
+    cycle = cd.HybridSystem(states="x y z", parameters={"X": 1.0, "Y": 1.0}, modes={"on": field}, initial={"x": 1.0})
+    plain, found = (
+        cd.periodic_orbit(cycle.with_parameters(X=x, Y=y).with_initial(x=0.8 * x, y=0.6 * y))
+        for x, y in ((1.0, 1.0), (1e9, 1e-9))
+    )
+    assert abs(plain["lyapunov_exponent"][0]) < 1e-9
+    np.testing.assert_allclose(found["lyapunov_exponent"], plain["lyapunov_exponent"], rtol=0, atol=1e-9)
+    assert found["consistent"]
