@@ -41,8 +41,8 @@ VISITS = 10
 """States of a run that are kept as points on the saddle, at most."""
 
 RISES = 4
-"""Errors by which more walkers stay in the later half of the pictures than in the earlier: beyond they gather where
-none leaves. Beside a small attractor of the drill they are 4 to 8, and beyond 4 by chance in one record of 1,500."""
+"""Errors by which more walkers stay in the later half of the pictures: beyond, they gather where none leaves. Beside
+a small attractor of the drill they are 4 to 8; by chance they are beyond 4 in one record of 1,500."""
 
 NO_SADDLE = "too few runs stay long enough to show a saddle: take more starts, nearer to it, or a longer record"
 

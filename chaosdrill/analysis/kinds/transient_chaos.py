@@ -148,11 +148,9 @@ def transient_chaos(system: HybridSystem, given: TransientChaos, job: Job) -> Da
     Where runs leave sooner, 1024 walkers step along the saddle by stagger-and-step (Sweet, Nusse and Yorke 2001,
     doi:10.1103/PhysRevLett.86.2261). A walker that would leave within a set time goes where another one is, drawn at
     random, and small displacements of all orders of size part the two; one is taken where the time to stay remains long
-    enough. In this way walkers are distributed as long-lived runs from anywhere are, which a single walker that
-    staggers beside its own path is not. Beyond a comparison ``until`` none stays. The share of walkers that could stay
-    gives the rate at which the saddle is left, ``saddle_rate``, and the dimension. Errors are those of 16 pictures.
-    Walkers find an attractor within the bounds, however few starts lead to it; where ever more of them stay, none
-    leave, or nothing grows, all is NaN, and ``reason`` says why.
+    enough. Beyond a comparison ``until`` none stays. The share of walkers that could stay gives the rate at which the
+    saddle is left, ``saddle_rate``, and the dimension. Errors are those of 16 pictures. Walkers find an attractor
+    within the bounds, however few starts lead to it: where ever more stay, or none leave, there is a ``reason`` alone.
 
     The entropy of the saddle, the sum of its positive exponents less the escape rate, fills its directions, those of
     slowest growth and of slowest decay first: together this is its information dimension (Hunt, Ott and Yorke 1996,
