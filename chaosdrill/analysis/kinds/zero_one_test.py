@@ -13,7 +13,7 @@ VARIABLES = table(
     axis(SWEEP, SWEEP, "f8", "swept parameter", "Values of the sweep.", True),
     *STATES,
     need("k", _STATE, "f8", "growth K of the 0-1 test", "0: regular, 1: chaos. NaN for a state that does not move."),
-    need("k_error", _STATE, "f8", "standard error of K", "Of the mean K of records of the same length."),
+    need("k_error", _STATE, "f8", "standard error of K", "For records of this length; near 1 for short ones."),
     need("k_by_turn", f"{_STATE} turn", "f8", "growth K for each turning phase", "K is the median over these."),
     axis("turn_angle", "turn", "f8", "turning phase", "In radians, between pi/5 and 4 pi/5."),
     need("period", SWEEP, "i4", "period found", "In iterates of the section; 0 when none was found."),
@@ -55,7 +55,8 @@ def zero_one_test(system: HybridSystem, given: ZeroOneTest, job: Job) -> Dataset
         not move on the section and if the run ended early or has fewer than 40 points; ``k_by_turn`` (state, turn) with
         ``turn_angle`` (turn) in radians; ``period`` and ``outcome``. The error combines the spread over the angles with
         that between four parts of the record. It is the error of K for records of this length, whose mean is somewhat
-        less than 1 in chaos.
+        less than 1 in chaos. In those of less than 400 points it grows up to 1, since a cycle or a torus has not gone
+        round often enough in a tenth of them, and K is as near 1 as in chaos.
     """
     from chaosdrill.analysis.evidence import ZERO_ONE
     from chaosdrill.analysis.records import over_records
