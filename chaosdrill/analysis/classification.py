@@ -255,7 +255,7 @@ def add_record(
     drifts = e.drifts.copy()
     asked = e.may_be_torus[unclear], e.settled[unclear]
     seen = examine(windows[unclear], known[unclear], shifts, e.rounding[unclear], flow, *asked)
-    _add_seen(e, unclear, seen, flow is None)
+    _add_seen(e, unclear, seen)
     if part < 1.0 and flow is None:
         of, count = np.flatnonzero(e.ordered), windows.shape[1]
         ends = block_ends(round(count / part), coarse.shape[1] - 1)
@@ -404,8 +404,8 @@ def add_later(
         of = which[~e.cycle_reached[which] & ~np.any(stationarity(paths[:, :, :-1], sizes), axis=0)]
         asked = e.may_have_reached_torus[of] & some[of], False
         seen = examine(windows[of, begin:], known[of], shifts, e.rounding[of], flow, *asked)
-        smooth = seen.torus & seen.converges & ((flow is None) | seen.agrees)
-        e.torus_reached[of] = some[of] & (seen.ordered & ~(seen.cut & e.unmoved[of]) | smooth)
+        seems = seen.ordered & ~(seen.cut & e.unmoved[of]) | seen.torus & seen.converges
+        e.torus_reached[of] = some[of] & seems
         e.cycle_reached[of] |= (seen.line | seen.curve & (e.late[of] < 0) & ~e.unmoved[of]) & seen.converges
 
 
@@ -439,21 +439,18 @@ def add_regularity(
     flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
 ) -> None:
     """Add what longer records of some points say, see `examine`."""
-    _add_seen(e, which, examine(windows, known, shifts, e.rounding[which], flow), flow is None)
+    _add_seen(e, which, examine(windows, known, shifts, e.rounding[which], flow))
     e.leaving[which], e.settling[which] = stationarity(aside(windows, shifts)[:, :, :-1], shifts.sizes(known))
 
 
-def _add_seen(e: Evidence, which: np.ndarray, seen: Regularity, strobed: bool) -> None:
-    """Add what was found of some points, at strobes or at instants of any kind."""
+def _add_seen(e: Evidence, which: np.ndarray, seen: Regularity) -> None:
+    """Add what was found of some points."""
     e.drifts[which], e.long_cycle[which] = seen.drifts, seen.long_cycle
     # pieces of an exchange of intervals, in which tangents do not move, follow one angle for a while
     whole = ~(seen.cut & e.unmoved[which])
     e.torus[which], e.ordered[which], e.returns[which] = seen.torus & whole, seen.ordered & whole, seen.returns
     e.converges[which], e.agrees[which] = seen.converges, seen.agrees
     e.curve[which], e.line[which] = seen.curve, seen.line
-    if not strobed:
-        # instants of a short laminar phase may look like those of a torus
-        e.torus[which] &= seen.agrees | e.unmoved[which]
 
 
 def add_rests(e: Evidence, rest: np.ndarray, unmoved: np.ndarray, left: Callable[[int], bool]) -> None:

@@ -53,8 +53,8 @@ def incommensurate(points: np.ndarray) -> bool:
         if not np.isfinite(frequency[[0, k]] + error[[0, k]]).all():
             return False
         # weaker lines are combinations, of a higher order on a cycle than the two from which they are made
-        if not _related(frequency[0], frequency[k], error[0], error[k], HARMONICS):
-            return not _related(frequency[0], frequency[k], error[0], error[k], ORDER)
+        if not related(frequency[0], frequency[k], error[0], error[k], HARMONICS):
+            return not related(frequency[0], frequency[k], error[0], error[k], ORDER)
     return False
 
 
@@ -128,7 +128,7 @@ def _top(values: np.ndarray, guess: float) -> float:
     return float(frequency)
 
 
-def _related(one: float, other: float, error: float, other_error: float, order: int) -> bool:
+def related(one: float, other: float, error: float, other_error: float, order: int) -> bool:
     """Whether integers up to an order make ``p one + q other`` whole within the errors."""
     within = SAFE * order * (error + other_error)
     first = np.arange(1, order + 1) * one % 1.0

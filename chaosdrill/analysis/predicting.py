@@ -9,11 +9,11 @@ machines have no frequency beside their fractions, and exchanges of intervals no
 
 from collections.abc import Callable
 from functools import lru_cache
-from itertools import product
+from itertools import combinations, product
 
 import numpy as np
 
-from chaosdrill.analysis.frequencies import strongest
+from chaosdrill.analysis.frequencies import ORDER, ROUND_OFF, related, strongest
 
 ANGLES = (1, 2, 3)
 """How many are tried. Of one alone points lie in order along a curve, which needs no smoothness, so that one is no
@@ -47,12 +47,14 @@ BEATS = 4.0
 is not known that they do."""
 
 
-def predicted(points: np.ndarray) -> bool:
+def predicted(path: np.ndarray, *, strobed: bool = True) -> bool:
     """Whether points are smooth functions of two or three angles that advance evenly, without a common measure.
 
-    ``points``, shape (W, n): states at a strobe or section, each in parts of its extent.
+    Strobes of a cycle come back; its instants of any kind do not, but their angles have a common measure.
+
+    ``path``, shape (W, n): states at a strobe or section, or at instants of any kind, each in parts of its extent.
     """
-    points = points[-MOST:]
+    points = path[-MOST:]
     off, turns = points - points.mean(axis=0), np.zeros(0)
     fitted, rest = int(FITTED * len(points)), off
     for angles in ANGLES:
@@ -66,7 +68,8 @@ def predicted(points: np.ndarray) -> bool:
         # frequencies that all points tell are no worse than those of the first, by which the last are to be known
         may_be_known = angles > 1 and _misses(off, turns, LOW, fitted) <= 2 * ROUGH
         if may_be_known and (degree := _known_by(off, _refined(off[:fitted], turns), fitted)):
-            return not (_moves_on(off, turns, degree) or _comes_back(points))
+            cycle = _comes_back(points) if strobed else _have_common_measure(path, turns, degree)
+            return not (cycle or _moves_on(off, turns, degree))
         columns = _columns(len(points), turns, _terms(angles, _degree(angles, FIRST)))
         rest = off - columns @ _solved(columns, off)
     return False
@@ -101,6 +104,21 @@ def _comes_back(points: np.ndarray) -> bool:
     """Whether points come back as closely as they are known: so many terms fit any cycle of fewer points."""
     lags = range(1, len(points) // 2 + 1)
     return any(np.median(np.abs(points[lag:] - points[:-lag]).max(axis=1)) <= MISSED for lag in lags)
+
+
+def _have_common_measure(points: np.ndarray, turns: np.ndarray, degree: int) -> bool:
+    """Whether small multiples of any two angles agree, for all that polynomials of this or another degree tell.
+
+    Those of a low one may miss too much, and those of a high one have waves that hardly part.
+    """
+    fitted, pairs = int(FITTED * len(points)), list(combinations(range(len(turns)), 2))
+    parts = [part - part.mean(axis=0) for part in (points, points[:fitted], points[-fitted:])]
+    for one in (LOW, degree, _degree(len(turns), int(PER_ROW * fitted))):
+        found = [_refined(part, turns, one) for part in parts]
+        error = np.maximum(np.ptp(found, axis=0), ROUND_OFF)
+        if not all(related(*found[0][[i, j]], *error[[i, j]], ORDER) for i, j in pairs):
+            return False
+    return True
 
 
 @lru_cache(maxsize=32)

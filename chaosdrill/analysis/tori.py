@@ -281,8 +281,8 @@ def examine(
         Rates of the states, shape (n,), at a state in a mode. To be given for instants of any kind, where a cycle does
         not show by coming back, nor a torus by its gaps.
     asked, slow : ndarray of bool, shape (P,), optional
-        Of which it is asked at strobes whether they are on a torus, which takes most of the time, and of which of them
-        even if averages do not converge; default all.
+        Of which it is asked whether they are on a torus by order or prediction, which takes most of the time, and of
+        which of them even if averages do not converge; default all.
     """
     paths, known = aside(windows, shifts), shifts.sizes(known)
     states = paths[:, :, :-1]
@@ -294,19 +294,22 @@ def examine(
     if windows.shape[1] >= LEAST:
         smooth, converges, agrees, parting = agreement(states, known)
     weight = _one_over_extent(states, known)
-    told = slow | converges
+    asked, told = np.broadcast_to(asked, len(windows)), slow | converges
     for k in np.flatnonzero(~drifts & ~cycle & (True if flow is not None else asked)):
         moving = states[k][:, weight[k] > 0] * weight[k, weight[k] > 0]
         if flow is None:
             in_order[k], winds_up, cut[k] = ordered(moving)
             # what is in order does not come back
             returns[k] = winds_up or (not in_order[k] and moving.size > 0 and comes_back(moving, 0.0))
-            # on a torus that settles averages part for a while, but its points are in order
-            many = moving.size and len(moving) >= ordering.FEWEST
-            if told[k] and many and not returns[k] and _is_regular(moving):
-                torus[k] = predicted(moving) if not in_order[k] else smooth[k]
         elif smooth[k] and not parting[k]:
             curve[k], line[k], torus[k] = _by_neighbours(windows[k], paths[k], known[k], flow, shifts)
+            # instants of a short laminar phase may look like those of a torus
+            torus[k] &= agrees[k]
+        many = moving.size and len(moving) >= ordering.FEWEST
+        none = returns[k] or curve[k] or torus[k]
+        if asked[k] and told[k] and many and not none and _is_regular(moving):
+            # on a torus that settles averages part for a while, but its points are in order
+            torus[k] = smooth[k] if in_order[k] else predicted(moving, strobed=flow is None)
     return Regularity(drifts, cycle, torus, converges, agrees, curve, line, in_order, cut, returns)
 
 

@@ -5,6 +5,7 @@ import pytest
 
 import chaosdrill as cd
 from chaosdrill.analysis.frequencies import incommensurate
+from chaosdrill.analysis.predicting import predicted
 
 ONE = {"x": "x - y - x*(x**2 + y**2)", "y": "x + y - y*(x**2 + y**2)"}
 OTHER = {"u": "u - w*v - u*(u**2 + v**2)", "v": "w*u + v - v*(u**2 + v**2)"}
@@ -48,6 +49,30 @@ def test_no_cycle_of_many_turns_is_a_torus(ratio):
     assert word(ratio, 24_576.0) in ("periodic", "undecided")
 
 
+def coupled(ratio, coupling, duration):
+    """Two oscillators of van der Pol, one of which runs in its own time."""
+    system = cd.HybridSystem(
+        name="coupled", states="x y u v", parameters={"r": ratio, "k": coupling},
+        modes={"on": {
+            "x": "y", "y": "(1 - x**2)*y/2 - x + k*(u - x)", "u": "r*v", "v": "r*((1 - u**2)*v/2 - u) + k*(x - u)"
+        }},
+        initial={"x": 1.0, "u": 0.7},
+    )  # fmt: skip
+    return cd.lyapunov_spectrum(system, duration=duration, transient=300).cd.outcome
+
+
+@pytest.mark.parametrize("duration", [2_000.0, 8_000.0])
+def test_oscillators_that_are_coupled_weakly_are_on_a_torus(duration):
+    """It has so many harmonics that smooth averages do not agree, nor are single lines known well."""
+    assert coupled(1.37, 0.05, duration) == "quasiperiodic"
+
+
+@pytest.mark.parametrize("ratio", [5 / 4, 13 / 12, 1.414])
+def test_oscillators_of_a_common_period_are_on_none(ratio):
+    """Nothing attracts along it where they are not coupled; that of 1.414 is as long as 500 turns."""
+    assert coupled(ratio, 0.0, 2_000.0) in ("periodic", "undecided")
+
+
 def rotators(ratio, samples=1024, interval=7.77):
     t = np.arange(samples) * interval
     return np.stack([np.cos(t), np.sin(t), np.cos(ratio * t + 1), np.sin(ratio * t + 1)], axis=1)
@@ -56,6 +81,7 @@ def rotators(ratio, samples=1024, interval=7.77):
 def test_frequencies_have_a_common_measure_on_cycles_only():
     for ratio in (30 / 43, 171 / 233, 309 / 500, 617 / 1000):
         assert not incommensurate(rotators(ratio))
+        assert not predicted(rotators(ratio), strobed=False)
     for ratio in (np.sqrt(2), np.sqrt(3), (np.sqrt(5) - 1) / 2):
         assert incommensurate(rotators(ratio))
 
@@ -65,10 +91,13 @@ def test_lines_of_weak_chaos_are_no_frequencies():
     rng = np.random.default_rng(2)
     angles = 7.77 * np.arange(2048)[:, np.newaxis] * [1, np.sqrt(2)]
     angles += 2e-3 * np.pi * np.cumsum(rng.normal(size=angles.shape), axis=0)
-    assert not incommensurate(np.concatenate([np.cos(angles), np.sin(angles)], axis=1))
+    points = np.concatenate([np.cos(angles), np.sin(angles)], axis=1)
+    assert not incommensurate(points)
+    assert not predicted(points, strobed=False)
 
 
 def test_harmonics_of_one_cycle_are_related_however_many_there_are():
     t = np.arange(1500) * 0.377
     points = np.stack([np.exp(np.cos(t)), np.tanh(3 * np.sin(t)), np.cos(7 * t)], axis=1)
     assert not incommensurate(points)
+    assert not predicted(points, strobed=False)
