@@ -15,6 +15,10 @@ ONE = {"x": "m*x - y - x*(x**2 + y**2)", "y": "x + m*y - y*(x**2 + y**2)"}
 OTHER = {"u": "m*u - w*v - u*(u**2 + v**2)", "v": "w*u + m*v - v*(u**2 + v**2)"}
 CYCLE = cd.HybridSystem(name="cycle", states="x y", parameters={"m": 0.1}, modes={"on": ONE})
 TORUS = cd.HybridSystem(name="torus", states="x y u v", parameters={"m": 0.1, "w": 1.0}, modes={"on": ONE | OTHER})
+WEAKLY = {"x": "y", "y": "m*(1 - x**2)*y - x + k*(u - x)", "u": "w*v", "v": "w*(m*(1 - u**2)*v - u) + k*(x - u)"}
+COUPLED = cd.HybridSystem(
+    name="coupled", states="x y u v", parameters={"m": 0.5, "w": 1.0, "k": 0.01}, modes={"on": WEAKLY}
+)
 SWITCH = cd.HybridSystem(
     name="switch",
     states="x clock",
@@ -92,6 +96,13 @@ def tori(rng, length):
     return departure(rng, TORUS.with_parameters(w=ratio), length, "xu")
 
 
+def coupled(rng, length):
+    """Two oscillators of van der Pol whose frequencies a weak coupling hardly changes."""
+    ratio, weak = rng.choice([np.sqrt(2), np.sqrt(3), np.sqrt(7) - 1]), 10 ** rng.uniform(-4, -1.5)
+    system = COUPLED.with_parameters(w=ratio, k=weak, m=rng.uniform(0.1, 1))
+    return system.with_initial(x=rng.uniform(0.5, 2), u=1.0), {"duration": 6.0 * length, "transient": 300}, False
+
+
 def shot(x, angle, a, length):
     """A shot in an ellipse that meets it about so many times."""
     start = {"x": float(x), "y": 0.0, "u": float(np.cos(angle)), "v": float(np.sin(angle))}
@@ -150,6 +161,7 @@ RUNS = {
     "Lorenz, laminar": (laminar, "chaotic"),
     "flows to cycles": (cycles, "periodic"),
     "flows to tori": (tori, "quasiperiodic"),
+    "coupled oscillators": (coupled, "quasiperiodic"),
     "shots in an ellipse": (shots, "quasiperiodic"),
     "stars in a circle": (stars, "periodic"),
     "a state carried along": (carried, "chaotic"),
