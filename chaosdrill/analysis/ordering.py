@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from chaosdrill.analysis.frequencies import frequencies
+from chaosdrill.analysis.frequencies import frequencies, quickens
 from chaosdrill.analysis.gaps import full
 from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF
 
@@ -87,6 +87,8 @@ PARTS = 4
 def ordered(points: np.ndarray) -> tuple[bool, bool, bool]:
     """Whether points that are visited in turn lie on curves, in the order of one angle, or on a spiral, and with cuts.
 
+    Those of an angle whose rate changes evenly do not stay either.
+
     ``points``, shape (W, n): states at a strobe or section; those that move.
 
     Returns: whether on curves that stay where they are and are no cycle; on curves that move evenly; on curves with
@@ -98,6 +100,7 @@ def ordered(points: np.ndarray) -> tuple[bool, bool, bool]:
     moves = any(_moves_on(points[k::curves], turn, WAVES * parts) for k in range(curves))
     # by the extent of one curve, which may be small beside the way from one to the next
     path = points[::curves]
+    moves |= quickens(path[:, full(path).argmax()])
     back = comes_back(path[:, full(path)]) or (curves > 1 and _returns(points, len(points), 0.0, ROUND_OFF))
     return not moves and not back, moves, _cuts([points[k::curves] for k in range(curves)], turn) > 1
 

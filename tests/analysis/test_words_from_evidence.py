@@ -258,6 +258,14 @@ def test_a_focus_is_no_cycle(duration):
     assert words(cd.lyapunov_spectrum(focus, duration=duration))[0] in {"transient", "equilibrium"}
 
 
+@pytest.mark.parametrize("pace", [0.0, 4e-10, 1e-7])
+def test_an_angle_whose_rate_grows_evenly_is_on_no_torus(pace):
+    """From 2,048 points to the next the rate of the slowest grows by less than a millionth of a turn."""
+    k = np.arange(2048.0)
+    angle = 2 * np.pi * (np.sqrt(2) / 10 * k + pace * k**2 / 2)
+    assert ordered(np.column_stack([np.cos(angle), np.sin(angle)]))[0] == (pace == 0)
+
+
 @pytest.mark.parametrize("rate", [1e-8, 1e-6, -1e-7, -1e-5, None])
 @pytest.mark.parametrize("turn", [0.7, 2.3])
 def test_a_spiral_is_in_no_order(rate, turn):
