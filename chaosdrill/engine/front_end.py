@@ -93,6 +93,10 @@ class InMemory(types.Type):
         self.kind = self.key = kind
         super().__init__(f"{kind.name} {where}")
 
+    def __hash__(self) -> int:
+        # that of a tuple's type is made of those of all its parts, each time
+        return hash(self.name)
+
     def part(self, name: str) -> Any:
         """The type of a field."""
         part = self.kind.types[self.kind.fields.index(name)]

@@ -22,17 +22,25 @@ from numba.core.compiler_machinery import PassManager
 from numba.core.runtime import rtsys
 from numba.np import arrayobj
 
-_IDLE = {"WithLift", "InlineClosureLikes", "InlineInlinables", "InlineOverloads", "LiteralUnroll", "NopythonRewrites"}
-"""Passes of numba for what is not in the engine: closures, blocks with objects, expressions of whole arrays."""
+_IDLE = {
+    *("WithLifting", "MakeFunctionToJitFunction", "InlineClosureLikes", "InlineInlinables", "InlineOverloads"),
+    *("RewriteSemanticConstants", "DeadBranchPrune", "RewriteDynamicRaises", "FindLiterallyCalls", "LiteralUnroll"),
+    *("LiteralPropagationSubPipelinePass", "NopythonRewrites", "NoPythonSupportedFeatureValidation"),
+    *("IRProcessing", "AnnotateTypes", "DumpParforDiagnostics"),
+}
+"""Passes of numba for what is not in the engine, as closures, blocks with objects, branches for constants, expressions
+of whole arrays, for listings, and for what a later pass does again."""
 
 
 class Compiler(compiler.Compiler):  # type: ignore[misc]
-    """numba's own; for the target of this file without idle passes, which take a ninth of the time."""
+    """numba's own; for the target of this file without idle passes, which take a sixth of the time."""
 
     def define_pipelines(self) -> list[Any]:
         if not isinstance(self.state.targetctx, _Context):
             return list(super().define_pipelines())
         passes = PassManager("engine")
+        # else numba checks after each of them what it has made
+        passes._ENFORCING = False
         for one, told in compiler.DefaultPassBuilder.define_nopython_pipeline(self.state).passes:
             if one.__name__ not in _IDLE:
                 passes.add_pass(one, told)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.codegen import kernels_of
-from chaosdrill.codegen.kinds import float64, int64, void
+from chaosdrill.codegen.kinds import float64, int64
 from chaosdrill.codegen.signatures import event_places, integer_matrix, matrix, vector
 from chaosdrill.engine.events import saltate, saltation_jump
 from chaosdrill.engine.jit import compiled
@@ -53,17 +53,12 @@ def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
                     continue
                 columns = np.eye(n)
                 if not kernels.transition_table[transition, 1]:
-                    _map(columns, event, speed, sooner, jump, scratch)
+                    in_python(saltation_jump)(event, jump)
+                    in_python(saltate)(columns, n, event, speed, False, sooner, jump, scratch)
                 matrix = columns.T * sizes / sizes[:, np.newaxis]
                 if np.isfinite(matrix).all():
                     seen[transition] += 1
                     yield transition, matrix
-
-
-@compiled(void(matrix, vector, float64, vector, vector, vector))
-def _map(vectors, event, speed, sooner, jump, scratch):
-    saltation_jump(event, jump)
-    saltate(vectors, vectors.shape[0], event, speed, False, sooner, jump, scratch)
 
 
 def sizes_of(system: "HybridSystem") -> tuple[np.ndarray, float]:

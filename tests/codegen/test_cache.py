@@ -162,13 +162,30 @@ def test_what_compiles_ahead_imports_nothing_from_the_working_directory(folder, 
     assert not harm.exists()
 
 
-def test_what_is_called_seldom_is_compiled_as_long_as_a_part_is(monkeypatch):
+@pytest.fixture
+def turns():
+    end = ahead._turns.__wrapped__()
+    yield end
+    os.close(end)
+
+
+def test_what_is_called_seldom_is_compiled_as_long_as_a_part_is(monkeypatch, turns):
     done = []
     process = SimpleNamespace(poll=lambda: 0 if len(done) >= 2 else None)
     monkeypatch.setattr(ahead, "_started", {ahead.ONE_RUN: process})
+    monkeypatch.setattr(ahead, "_turns", lambda: turns)
     monkeypatch.setattr(ahead.Unit, "compile", lambda one: done.append(one))
     ahead.await_part(ahead.ONE_RUN)
     assert len(done) == 2
+
+
+def test_processes_share_what_is_called_seldom(monkeypatch, turns):
+    done = []
+    monkeypatch.setattr(ahead.Unit, "compile", lambda one: done.append(one.symbol))
+    ahead._take_turns(turns, lambda: len(done) < 3)
+    ahead._take_turns(turns, lambda: True)
+    assert done[0].endswith("settled")
+    assert len(done) == len(set(done)) > 3
 
 
 DAMAGES = {

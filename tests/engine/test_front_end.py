@@ -9,13 +9,14 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import llvmlite.binding as llvm
 import numba
 import numpy as np
 import pytest
 from numba import types
-from numba.core import codegen, cpu, registry
+from numba.core import codegen, compiler, cpu, registry
 from numba.np import arrayobj
 
 from chaosdrill.codegen.kinds import NamedTuple, Pointer, Tuple, float64, int64
@@ -53,6 +54,12 @@ def test_what_an_operator_makes_of_types_is_asked_of_numba_once(monkeypatch):
     put_real()
     front_end.llvm_module(many, "many", float64(float64).real, set())
     assert asked.count(operator.mul) == 1
+
+
+def test_passes_that_are_left_out_are_there():
+    state = SimpleNamespace(flags=compiler.Flags(), func_ir=None)
+    passes = compiler.DefaultPassBuilder.define_nopython_pipeline(state).passes
+    assert {one.__name__ for one, _ in passes} >= inner_parts._IDLE
 
 
 @pytest.mark.parametrize(
