@@ -54,7 +54,7 @@ def values_and_rates(ws, first, count, order, s, values, rates):
         i += 3
 
 
-@inner
+@inlined
 def first_row(ws, vectors, v):
     """Row from which the series of tangent v stand."""
     m, n = vectors.shape[0], vectors.shape[1]

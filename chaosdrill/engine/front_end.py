@@ -268,19 +268,20 @@ def state_of(typingctx: Any, states: Any, p: Any) -> Any:
     return InFrame(one)(states, types.int64), code
 
 
-def part(function: Callable[..., Any], options: dict[str, Any]) -> Any:
-    """A function that compiled functions call.
+def part(function: Callable[..., Any], options: dict[str, Any], *, framed: bool) -> Any:
+    """A function that compiled functions call; unless ``framed``, it is given records where they are, and not copies.
 
-    One that stays a call is given records where they are, and not copies in the frame of its caller.
+    Of a copy in the frame of a function whose words are to become values nothing may be known to what stays a call.
     """
-    made = numba.njit(**PLAIN, **options)(function)
+    # what is not said, numba takes from the function that happens to call this one first
+    made = numba.njit(**PLAIN, **{"fastmath": False, "forceinline": False} | options)(function)
     _parts.append(made)
     ask = made.get_call_template
 
     def template(arguments: Any, named: Any) -> Any:
         return ask(tuple(one.there if isinstance(one, InFrame) else one for one in arguments), named)
 
-    if not options.get("forceinline"):
+    if not framed:
         made.get_call_template = template
     return made
 

@@ -254,16 +254,16 @@ def unit(function: Any, signature: Signature) -> Any:
 class Part(Late):
     """A function that becomes a part of compiled ones; see `inlined` and those below it."""
 
-    def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
+    def __init__(self, function: Callable[..., Any], framed: bool, options: dict[str, Any]) -> None:
         self.py_func = _heard_of(function)
         self.__doc__ = function.__doc__
-        self._options = options
+        self._framed, self._options = framed, options
 
     @cached_property
     def real(self) -> Any:
         from chaosdrill.engine.front_end import part
 
-        return part(self.py_func, self._options)
+        return part(self.py_func, self._options, framed=self._framed)
 
 
 class _AtAddress(Late):
@@ -323,8 +323,8 @@ def put_real() -> None:
             cell.cell_contents = cell.cell_contents.real
 
 
-def _part(function: Any, **options: Any) -> Any:
-    return numbers_of_numpy(function) if UNCOMPILED else Part(function, options)
+def _part(function: Any, *, framed: bool = False, **options: Any) -> Any:
+    return numbers_of_numpy(function) if UNCOMPILED else Part(function, framed, options)
 
 
 def inlined(function: Any) -> Any:
@@ -332,20 +332,20 @@ def inlined(function: Any) -> Any:
 
     This one and those below belong to compiled functions, and are called by nothing else.
     """
-    return _part(function, forceinline=True)
+    return _part(function, framed=True, forceinline=True)
 
 
 def series(function: Any) -> Any:
     """A function of the engine that evaluates polynomials, where multiplications and additions may be fused."""
-    return _part(function, fastmath={"contract"})
+    return _part(function, fastmath={"contract"}, forceinline=True)
 
 
 def inner(function: Any) -> Any:
     """A function of the engine, compiled into its caller with strict rounding."""
-    return _part(function)
+    return _part(function, forceinline=True)
 
 
 def rare(function: Any) -> Any:
     """As ``inner``, for what happens seldom: it stays a call, so that the code of every step stays small."""
     _rare.add("".join(f"{len(part)}{part}" for part in (*function.__module__.split("."), function.__name__)))
-    return _part(function, forceinline=False)
+    return _part(function)

@@ -5,7 +5,7 @@ import math
 from chaosdrill.codegen.kinds import float64, uint64
 from chaosdrill.engine import scales
 from chaosdrill.engine.checked import first_row, look_along_series, proven, shows_all
-from chaosdrill.engine.jit import RECIPROCAL, inlined, inner, rare
+from chaosdrill.engine.jit import RECIPROCAL, inlined, rare
 from chaosdrill.engine.lanes import (
     as_wide,
     chosen,
@@ -303,14 +303,14 @@ def expand(functions, tables, settings, t, state, ws, scratch):
     return h
 
 
-@inner
+@inlined
 def evaluate(ws, count, s, out):
     """Polynomials of the first ``count`` rows at s."""
     for i in range(count):
         out[i] = value(ws, uint64(i), s)
 
 
-@inner
+@inlined
 def evaluate_vectors(ws, s, live, vectors):
     """Live tangents at s, in place."""
     n = vectors.shape[1]

@@ -23,7 +23,19 @@ from chaosdrill.codegen.kinds import NamedTuple, Pointer, Tuple, float64, int64
 from chaosdrill.codegen.machine import optimised_object
 from chaosdrill.codegen.signatures import LaneFunctions, matrix, vector
 from chaosdrill.engine import front_end, inner_parts, records
-from chaosdrill.engine.jit import Layout, Record, at_address, compiled, in_frame, inner, put_real, rare, unit
+from chaosdrill.engine.jit import (
+    Layout,
+    Record,
+    at_address,
+    compiled,
+    in_frame,
+    inlined,
+    inner,
+    put_real,
+    rare,
+    series,
+    unit,
+)
 
 # What the engine takes of numba's inner parts: a new numba that has changed one of them is named here.
 
@@ -340,3 +352,25 @@ def test_the_same_helper_after_another_caller():
     shared = inner(weigh)
     assert compiled(float64(MATRIX))(other_caller_of(shared)).code != first.code
     assert compiled(float64(MATRIX))(caller_of(shared)).code == first.code
+
+
+def product(a, b, c):
+    return a * b + c
+
+
+@pytest.mark.parametrize("decorated", [inner, rare, inlined], ids=["inner", "rare", "inlined"])
+def test_a_strict_helper_is_not_fused_because_a_series_calls_it_first(decorated):
+    """Of options that a function does not give numba takes those of its first caller."""
+    strict = decorated(product)
+
+    @series
+    def first(a, b, c):
+        return strict(a, b, c)
+
+    @compiled(Tuple((float64, float64))(float64, float64, float64))
+    def both(a, b, c):
+        one = first(a, b, c)
+        return one, strict(a, b, c)
+
+    # the exact result is -2**-60; the product alone is rounded to 1
+    assert both(1.0 + 2.0**-30, 1.0 - 2.0**-30, -1.0) == (0.0, 0.0)
