@@ -334,7 +334,9 @@ def settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch):
     for k in range(2, n + 1):
         power *= h
         unknown *= part
-        if abs(g[k]) * power > GUARDS.vanishing * total + (1.0 if affine else _POWER_NOISE[k]) * unknown:
+        # a series leaves out nothing, and may have more terms than what is interpolated
+        noise = _POWER_NOISE[k] if unknown > 0.0 and not affine else 1.0
+        if abs(g[k]) * power > GUARDS.vanishing * total + noise * unknown:
             reach = (off / abs(g[k])) ** (1.0 / k)
             if reach < nearest:
                 nearest = reach

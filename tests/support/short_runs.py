@@ -144,6 +144,14 @@ def touching():
     return cd.trajectory(clock, duration=1.5, samples=1)["event_time"].values.tolist()
 
 
+def unmoved():
+    """Guards that stay zero since one of their states does: no term of them leads out, up to the last."""
+    marks = [cd.Transition(f"mark{i}", "m", "m", guard, 0) for i, guard in enumerate(("y*x", "y*(1 + x)"))]
+    held = cd.HybridSystem(states="x y", modes={"m": {"x": "1", "y": "0"}}, transitions=marks)
+    found = cd.trajectory(held, duration=1.0, samples=1, tolerance=1e-9)
+    return [float(found.sizes["event"]), *found["states"].values[-1]]
+
+
 def unproved():
     """A period that no expression shows to be one."""
     system = cd.HybridSystem(
@@ -239,6 +247,7 @@ RUNS = {
         for run in (vector, orbit, section, steep, held, at_rest, emptied, facing, rebounds, touching, unproved)
     },
     "iterates": (iterates,),
+    "unmoved": (unmoved,),
     **{f"counted {method}": (counted, method) for method in ("taylor", "dop853")},
     "alone dop853": (alone, "dop853"),
     "eventless forced": (lambda: eventless("duffing", {"amplitude": 0.1}, transient=3),),
