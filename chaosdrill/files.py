@@ -77,15 +77,18 @@ def replacing(target: Path) -> Iterator[Path]:
 def followed(target: Path) -> Path:
     """The file that a target named by the user leads to, if it is a link.
 
-    Raises `OSError` for a link that another user has made in a folder where everyone may write, such as /tmp: it may be
-    newer than the name that the user gave. Linux refuses to open a file through such links.
+    Raises `OSError` for one that leads over a link that another user has made in a folder where everyone may write,
+    such as /tmp: it may be newer than the name that the user gave.
     """
-    if not os.path.islink(target):
-        return target
-    folder, maker = os.stat(target.parent), os.lstat(target).st_uid
-    if folder.st_mode & stat.S_ISVTX and folder.st_mode & stat.S_IWOTH and maker not in (os.geteuid(), folder.st_uid):
-        raise OSError(errno.EACCES, "another user has made this link in a folder where everyone may write")
-    return Path(os.path.realpath(target))
+    path = target
+    for _ in range(TUNING.most_links):
+        if not os.path.islink(path):
+            return target if path is target else Path(os.path.realpath(path))
+        folder, maker = os.stat(path.parent), os.lstat(path).st_uid
+        if folder.st_mode & stat.S_IWOTH and maker not in (os.geteuid(), folder.st_uid):
+            raise OSError(errno.EACCES, "another user has made this link in a folder where everyone may write")
+        path = path.parent / os.readlink(path)
+    raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
 
 
 def is_read_only(target: Path) -> bool:

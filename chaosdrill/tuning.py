@@ -36,6 +36,8 @@ class Tuning:
     # files
     old_s: float = 30 * 86400.0
     """Seconds after which an untouched draft counts as abandoned, on whichever machine it began."""
+    most_links: int = 40
+    """Links that lead one to the next, as many as Linux follows."""
     json_bytes: int = 2**26
     """Size of a file of JSON that a stranger may have written,"""
     json_depth: int = 64

@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 from hashlib import sha256
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -161,11 +162,12 @@ def test_a_link_is_followed_and_its_target_replaced(tree, tmp_path):
     assert os.listdir(tmp_path / "far") == ["real.nc"]
 
 
-@pytest.mark.parametrize("mode", [0o1777, 0o755], ids=oct)
+@pytest.mark.parametrize("mode", [0o1777, 0o777, 0o755], ids=oct)
 @pytest.mark.parametrize("other", [True, False])
 def test_a_link_of_another_user_in_a_folder_of_all_is_not_followed(tree, tmp_path, monkeypatch, mode, other):
-    real, link = tmp_path / "real.nc", tmp_path / "all" / "link.nc"
+    real, link, own = tmp_path / "real.nc", tmp_path / "all" / "link.nc", tmp_path / "own-link.nc"
     real.write_text("mine")
+    own.symlink_to("all/link.nc")
     link.parent.mkdir()
     link.parent.chmod(mode)
     link.symlink_to(real)
@@ -175,13 +177,13 @@ def test_a_link_of_another_user_in_a_folder_of_all_is_not_followed(tree, tmp_pat
         return os.stat_result((*found[:4], found.st_uid + (other and path == link), *found[5:]))
 
     monkeypatch.setattr(os, "lstat", lstat)
-    if other and mode == 0o1777:
-        for write in (check_writable, lambda path: save(tree, path)):
-            with pytest.raises(ArchiveError, match=r"link\.nc: .*another user has made this link"):
-                write(link)
+    if other and mode != 0o755:
+        for named, write in product((link, own), (check_writable, lambda path: save(tree, path))):
+            with pytest.raises(ArchiveError, match=r"link\.nc: .*another user has made"):
+                write(named)
         assert real.read_text() == "mine"
     else:
-        save(tree, link)
+        save(tree, own)
         assert real.stat().st_size > len("mine")
 
 
