@@ -14,6 +14,7 @@ from chaosdrill.analysis.section_points import Taken, section_points
 from chaosdrill.analysis.sections import Section, find_section
 from chaosdrill.dataset import Outcome, count_outcomes
 from chaosdrill.dataset.build import dataset
+from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.ahead import ONE_RUN, compile_ahead
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run, lost_sum
@@ -149,7 +150,7 @@ def over_records(system: HybridSystem, given: Any, job: Job, measure: Measure) -
         )
     parameter, values = over_values
     found, said = carry_out(RecordTask(system, given, job.numerics, parameter, values, where, measure), job)
-    lacking = values[found.pop("lacking") == 1]
+    lacking = values[(found.pop("lacking") == 1) | ~np.isin(found["outcome"], MEASURED)]
     over = {name: ((parameter, *measure.dims.get(name, ())), value) for name, value in found.items()}
     if len(lacking):
         words = f"{len(lacking)} of {len(values)} values lack a number, the first {parameter} = {lacking[0]:.6g}"
