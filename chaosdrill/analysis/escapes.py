@@ -20,7 +20,6 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.build import dataset
 from chaosdrill.model import HybridSystem
 from chaosdrill.model.surface import surface
-from chaosdrill.names import event_words
 
 if TYPE_CHECKING:
     from chaosdrill.analysis.base import Job
@@ -64,13 +63,13 @@ class Rate(NamedTuple):
 
 def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     """Lifetimes, escape rate and saddle; see `transient_chaos`."""
-    marked, ends = _marked(system, given.until)
+    marked, ends, at_surface = _marked(system, given.until)
     starts, modes = drawn_or_listed(system, given)
     period = system.forcing_period()
     forced = period is not None
     unit, count = (given.duration / PARTS, PARTS) if period is None else (period, given.periods)
     report = job.report(2 * len(starts))
-    runs = Runs(marked, ends, unit, job.numerics)
+    runs = Runs(marked, ends, at_surface, unit, job.numerics)
     lives = runs.watched(starts, modes, count, report)
     begun = lives.outcome != Outcome.INVALID_START
     median = int(np.median(lives.units[begun])) if begun.any() else 0
@@ -133,7 +132,7 @@ def _saddle(runs: Runs, starts: Walkers, lead: int, count: int, given: Any) -> S
     seed = (given.random or {}).get("seed", 0)
     if given.saddle == "stagger":
         return staggered(runs, starts, count, seed)
-    named = given.until in event_words(runs.system.transitions)
+    named = runs.ends and not runs.surface
     brief = given.saddle is None and not (runs.system.draws or named) and 0 < reached(starts.lives) < count
     found = sprinkled(runs, starts, lead, SHORT if brief else 1)
     if found is None and brief:
@@ -226,15 +225,13 @@ def drift_of_flow(lengths: np.ndarray, lead: float, longest: float) -> float:
     return _apart(early, late)
 
 
-def _marked(system: HybridSystem, until: str | None) -> tuple[HybridSystem, list[int]]:
-    """The system with the transitions that end a life, and their numbers."""
-    if until is None:
-        return system, []
+def _marked(system: HybridSystem, until: str | None) -> tuple[HybridSystem, list[int], bool]:
+    """The system with the transitions that end a life, their numbers, and whether they are a surface's of its own."""
     named = [i for i, t in enumerate(system.transitions) if until in (t.name, t.kind)]
-    if named:
-        return system, named
+    if until is None or named:
+        return system, named, False
     marked, marks = surface(system, until)
-    return marked, sorted(marks)
+    return marked, sorted(marks), True
 
 
 def dimension_of_saddle(rates: np.ndarray, moved: np.ndarray, rate: Rate, *, flows: bool) -> tuple[float, float]:

@@ -16,7 +16,6 @@ from chaosdrill.analysis.statistics import block_ends, standard_error
 from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.batch import Batch, Returns
-from chaosdrill.engine.run import Run
 from chaosdrill.engine.structure import examine
 from chaosdrill.model import HybridSystem
 from chaosdrill.model.noise import seeds_of_starts
@@ -83,11 +82,13 @@ class Saddle(NamedTuple):
 class Runs:
     """Runs of a system until they leave, by an escape from its bounds or by one of some transitions.
 
-    Ages are counted in whole units, forcing periods or parts of a duration.
+    Ages are counted in whole units, forcing periods or parts of a duration. Where a ``surface`` ends lives, which no
+    event of the system has, starts beyond it are invalid.
     """
 
     system: HybridSystem
     ends: list[int]
+    surface: bool
     unit: float
     numerics: "Numerics"
 
@@ -108,20 +109,23 @@ class Runs:
             stayed = np.isin(outcome, (Outcome.NO_RETURN, Outcome.EQUILIBRIUM))
             outcome = np.where(met, int(Outcome.ESCAPED), np.where(stayed, int(Outcome.OK), outcome))
             length = np.where(stayed, count * self.unit, length)
+        beyond = self._beyond(starts, modes)
+        length[beyond], outcome[beyond] = 0.0, int(Outcome.INVALID_START)
         units = np.minimum(np.floor(length / self.unit + 1e-9).astype(np.int64), count)
         # within a step of a map nothing happens
         return Lives(units * self.unit if self.system.discrete else length, units, outcome == Outcome.ESCAPED, outcome)
 
     def lives(self, starts: np.ndarray, modes: np.ndarray, count: int) -> np.ndarray:
-        """Whole units that runs stay, up to a number of them; none of those that begin beyond the surface of an end."""
-        units = self.watched(starts, modes, count).units
-        units[self.beyond(starts, modes)] = 0
-        return units
+        """Whole units that runs stay, up to a number of them."""
+        return self.watched(starts, modes, count).units
 
-    def beyond(self, starts: np.ndarray, modes: np.ndarray) -> np.ndarray:
-        """Which states are beyond a surface that ends lives, in modes that have it."""
-        kernels, found = kernels_of(self.system), np.zeros(len(starts), dtype=bool)
-        constants, gradient = Run(self.system, self.unit, self.numerics).c, np.empty(starts.shape[1] + 1)
+    def _beyond(self, starts: np.ndarray, modes: np.ndarray) -> np.ndarray:
+        """Which states are beyond the surface that ends lives."""
+        found = np.zeros(len(starts), dtype=bool)
+        if not self.surface:
+            return found
+        kernels, gradient = kernels_of(self.system), np.empty(starts.shape[1] + 1)
+        constants = kernels.constants(self.system.parameters)
         for mode, events in enumerate(kernels.events):
             for j in (j for j, event in enumerate(events) if not set(self.ends).isdisjoint(event.outcomes)):
                 for i in np.flatnonzero(modes == mode).tolist():
