@@ -49,8 +49,14 @@ APART = 4
 
 NO_FLOW = "no exponent of the saddle is 0, as that of a flow is, so that it is a rest, or runs stay too short"
 
+NO_NUMBER = "an exponent of the saddle is not a number"
+
 STEP = 1e-6
 """Step of a difference of dimensions, in parts of the largest exponent: they have kinks at whole numbers only."""
+
+ZERO = 1e-6
+"""Part of the largest exponent up to which one may be 0 however small its error: that of runs which are alike does not
+tell what their tolerance and a short life leave of it."""
 
 
 class Rate(NamedTuple):
@@ -83,18 +89,17 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     else:
         whole = lives.length[lives.left | (lives.outcome == Outcome.OK)]
         rate, changes = rate_of_flow(whole, lead * unit, count * unit), drift_of_flow(whole, lead * unit, count * unit)
-    dimension, rested = (math.nan, math.nan), False
+    dimension, dimension_error, unknown = math.nan, math.nan, ""
     saddle = _saddle(runs, Walkers(starts, modes, lives.units), lead, count, given)
     leaves = rate if math.isnan(saddle.rate[0]) else Rate(*saddle.rate, saddle.staggers)
     if len(saddle.rates) and math.isfinite(leaves.value + leaves.error):
         flows = system.autonomous and not system.discrete
-        dimension = dimension_of_saddle(saddle.rates, saddle.moved, leaves, flows=flows)
-        rested = flows and math.isnan(dimension[0])
+        dimension, dimension_error, unknown = dimension_of_saddle(saddle.rates, saddle.moved, leaves, flows=flows)
     if report:
         report(2 * len(starts))
     reasons = [AT_ONCE if rate.escapes else NONE_LEFT] if math.isnan(rate.value) else []
     reasons += [saddle.reason] if saddle.reason else []
-    reasons += [NO_FLOW] if rested else []
+    reasons += [unknown] if unknown else []
     alive = np.array([(lives.units[begun] >= age).sum() for age in range(count + 1)]) / max(begun.sum(), 1)
     return dataset(
         {
@@ -113,8 +118,8 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
             "saddle_rate_error": ((), saddle.rate[1]),
             "staggers": ((), np.int64(saddle.staggers)),
             "stagger_size": ((), saddle.size),
-            "saddle_dimension": ((), dimension[0]),
-            "saddle_dimension_error": ((), dimension[1]),
+            "saddle_dimension": ((), dimension),
+            "saddle_dimension_error": ((), dimension_error),
             "lyapunov_exponent": ("exponent", saddle.exponents),
             "lyapunov_error": ("exponent", saddle.errors),
             **({"forcing_period": ((), unit)} if forced else {}),
@@ -227,34 +232,36 @@ def drift_of_flow(lengths: np.ndarray, lead: float, longest: float) -> float:
 
 def _marked(system: HybridSystem, until: str | None) -> tuple[HybridSystem, list[int], bool]:
     """The system with the transitions that end a life, their numbers, and whether they are a surface's of its own."""
+    if until is None:
+        return system, [], False
     named = [i for i, t in enumerate(system.transitions) if until in (t.name, t.kind)]
-    if until is None or named:
+    if named:
         return system, named, False
     marked, marks = surface(system, until)
     return marked, sorted(marks), True
 
 
-def dimension_of_saddle(rates: np.ndarray, moved: np.ndarray, rate: Rate, *, flows: bool) -> tuple[float, float]:
-    """The information dimension of a saddle by its exponents and escape rate, and its standard error.
+def dimension_of_saddle(rates: np.ndarray, moved: np.ndarray, rate: Rate, *, flows: bool) -> tuple[float, float, str]:
+    """The information dimension of a saddle by its exponents and escape rate, its standard error, and why it is NaN.
 
     Parameters
     ----------
     rates, moved : ndarray, shapes (R, m), (m,)
         Exponents of single runs, and how far their means still move along the lives.
     flows : bool
-        Whether one direction is that of a flow, which adds 1. Where no exponent may be 0 it is a rest, or unknown: NaN.
+        Whether one direction is that of a flow, which adds 1. Where no exponent may be 0 it is a rest, or unknown.
     """
     exponents = rates.mean(axis=0)
+    if np.isnan(exponents).any():
+        return math.nan, math.nan, NO_NUMBER
     with np.errstate(invalid="ignore"):
         unknown = APART * np.hypot(rates.std(axis=0, ddof=1) / math.sqrt(len(rates)), moved)
     sizes = np.abs(exponents)
-    if flows and (sizes > np.fmax(unknown, STEP * sizes[np.isfinite(sizes)].max(initial=0.0))).all():
-        return math.nan, math.nan
+    if flows and (sizes > np.fmax(unknown, ZERO * sizes[np.isfinite(sizes)].max(initial=0.0))).all():
+        return math.nan, math.nan, NO_FLOW
     found = _information_dimension(exponents, rate.value, flows=flows)
     known = np.flatnonzero(np.isfinite(exponents))
     step = STEP * (max(float(np.abs(exponents[known]).max(initial=0.0)), rate.value) or 1.0)
-    if math.isnan(found):
-        return found, math.nan
 
     def slope(on: np.ndarray, on_rate: float) -> float:
         ends = [
@@ -264,9 +271,8 @@ def dimension_of_saddle(rates: np.ndarray, moved: np.ndarray, rate: Rate, *, flo
 
     weights = np.array([slope(np.eye(len(exponents))[k], 0.0) for k in known])
     by_chance = float((rates[:, known] @ weights).std(ddof=1)) / math.sqrt(len(rates))
-    return found, math.hypot(
-        by_chance, float(moved[known] @ weights), slope(np.zeros_like(exponents), 1.0) * rate.error
-    )
+    by_rate = slope(np.zeros_like(exponents), 1.0) * rate.error
+    return found, math.hypot(by_chance, float(moved[known] @ weights), by_rate), ""
 
 
 def _information_dimension(exponents: np.ndarray, rate: float, *, flows: bool) -> float:
@@ -275,8 +281,6 @@ def _information_dimension(exponents: np.ndarray, rate: float, *, flows: bool) -
     Those of the slowest growth and of the slowest decay are filled first (Hunt, Ott and Yorke 1996,
     doi:10.1103/PhysRevE.54.4819; of maps of the plane Kantz and Grassberger 1985).
     """
-    if np.isnan(exponents).any():
-        return math.nan
     if flows:
         exponents = np.delete(exponents, np.abs(exponents).argmin())
     entropy = max(float(exponents[exponents > 0].sum()) - rate, 0.0)

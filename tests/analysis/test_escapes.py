@@ -70,7 +70,7 @@ def test_the_dimension_of_a_saddle_fills_both_sides_by_its_entropy():
     entropy = -shares @ np.log(shares)
     rates, none = np.array([[above - 0.1, below], [above + 0.1, below]]), np.zeros(2)
     rate = Rate(above - entropy, 0.02, 400)
-    found, error = dimension_of_saddle(rates, none, rate, flows=False)
+    found, error, _ = dimension_of_saddle(rates, none, rate, flows=False)
     assert found == pytest.approx(entropy / above - entropy / below)
     by_rate, by_exponent = (1 / above - 1 / below) * 0.02, ((above - entropy) / above**2 - 1 / below) * 0.1
     assert error == pytest.approx(np.hypot(by_rate, by_exponent), rel=1e-6)
@@ -79,9 +79,13 @@ def test_the_dimension_of_a_saddle_fills_both_sides_by_its_entropy():
     lost = np.column_stack([rates, np.full(2, -np.inf)])
     assert dimension_of_saddle(lost, np.zeros(3), rate, flows=False)[0] == pytest.approx(found)
     point = dimension_of_saddle(np.full((2, 2), -np.inf), none, Rate(0.0, 0.0, 0), flows=False)
-    assert point == (0, 0)
+    assert point == (0, 0, "")
     closed = dimension_of_saddle(np.array([[0.5, 0.3, -1.0]] * 2), np.zeros(3), Rate(0.0, 0.0, 0), flows=False)
     assert closed[0] == pytest.approx(2.8)
+    for flows in (False, True):
+        *unknown, why = dimension_of_saddle(rates * [1, np.nan], none, rate, flows=flows)
+        assert np.isnan(unknown).all()
+        assert "not a number" in why
 
 
 def test_exponents_of_a_saddle_do_not_depend_on_units():
