@@ -142,4 +142,5 @@ def test_errors_of_short_records_stay_with_their_exponents():
     found = cd.basins(cd.build("buck-converter"), {"v": [11.8, 12.0], "i": [0.5, 0.6]}, **lengths)
     exponents, errors = (found[name].values for name in ("attractor_exponent", "attractor_error"))
     assert len(exponents) > 1
+    assert (errors < 1e-6).any()
     assert ((errors < 1e-6) == (abs(exponents) < 1e-6)).all()

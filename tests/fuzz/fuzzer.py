@@ -63,7 +63,7 @@ class Campaign:
         self.waiting = [*seeds[::SEEDS_TRIED_ONE_IN], *(path.read_bytes() for path in self.corpus)]
         self.given = len(self.waiting)
         self.pool = [seed for k, seed in enumerate(seeds) if k % SEEDS_TRIED_ONE_IN]
-        self.sound = []
+        self.sound = [*self.pool]
         self.lines = set()
         self.outcomes = Counter()
         self.faults = []

@@ -221,7 +221,7 @@ def once(branch, within=(0.0, np.inf)):
     return np.column_stack([branch["special_kind"].values, values])[inside][order]
 
 
-def test_a_walk_along_symmetric_orbits_is_the_same_from_everywhere(symmetric_walk):
+def test_a_walk_along_symmetric_orbits_is_the_same_from_either_end(symmetric_walk):
     """Where both walls are touched at once partners begin as well, which are no part of it."""
     walk = cd.continue_orbit(WALLS.with_parameters(omega=1.4, e=0.5, f=9.8), {"f": (2.0, 12.0)}, step=0.1)
     within = (2.2, 11.0)

@@ -15,7 +15,6 @@ class BeltCycle:
     """
 
     period: float
-    slip_time: float
     release: tuple[float, float]
     stick: tuple[float, float]
 
@@ -24,7 +23,7 @@ def belt(speed: float, static: float, kinetic: float) -> BeltCycle:
     """The cycle that sticks; states (x, v) at release and at the begin of stick."""
     drop = static - kinetic
     slip = 2 * pi - 2 * atan2(drop, speed)
-    return BeltCycle(2 * drop / speed + slip, slip, (static, speed), (kinetic - drop, speed))
+    return BeltCycle(2 * drop / speed + slip, (static, speed), (kinetic - drop, speed))
 
 
 @dataclass(frozen=True)
