@@ -365,19 +365,22 @@ def add_passages(e: Evidence, which: np.ndarray, passages: np.ndarray, known: np
     paths, sizes = aside(passages, shifts), shifts.sizes(known)
     e.exact[which] |= closes(paths, sizes) | closes(paths[:, paths.shape[1] // 2 :], sizes)
     # one that is drawn in follows it from then on, where all of it is known
-    whole, goes = paths.shape[1] < LENGTH, ~e.exact[which] & ~e.positive[which]
-    for begin, some in ((0, goes), (paths.shape[1] // 4, whole & e.drawn_in[which])):
-        left = np.flatnonzero(some & goes & ~e.ordered[which])
+    complete, may_turn = paths.shape[1] < LENGTH, ~e.exact[which] & ~e.positive[which]
+    for begin, some in ((0, may_turn), (paths.shape[1] // 4, complete & e.drawn_in[which])):
+        left = np.flatnonzero(some & may_turn & ~e.ordered[which])
         of = which[left]
         asked = e.may_be_torus[of], e.settled[of]
         seen = examine(passages[left, begin:], known[left], shifts, e.rounding[of], None, *asked)
-        goes[left] &= ~seen.returns
-        e.ordered[of] |= seen.ordered & ((begin == 0) | ~(seen.cut & e.unmoved[of]))
-        e.torus[of], e.converges[of] = e.torus[of] | seen.torus, e.converges[of] | seen.converges
+        may_turn[left] &= ~seen.returns
+        # walls with corners cut the tori of billiards, whose tangents do not move; a part alone may be of an exchange
+        whole = (begin == 0) | ~(seen.cut & e.unmoved[of])
+        e.ordered[of], e.torus[of] = e.ordered[of] | (seen.ordered & whole), e.torus[of] | (seen.torus & whole)
+        e.converges[of] |= seen.converges
     # earlier ones of a torus lie on its curve as well
-    if steps := early.shape[1]:
-        told, some = np.flatnonzero(e.ordered[which]), np.arange(steps // 8, steps, max(1, steps // PLAN.blocks))
-        goes, of = goes_on(passages[told], known[told], early[told][:, some], some - steps, shifts), which[told]
+    if count := early.shape[1]:
+        in_order, steps = np.flatnonzero(e.ordered[which]), np.arange(count // 8, count, max(1, count // PLAN.blocks))
+        others, of = early[in_order][:, steps], which[in_order]
+        goes = goes_on(passages[in_order], known[in_order], others, steps - count, shifts)
         e.ordered[of], e.torus[of] = goes, goes & e.torus[of]
 
 

@@ -98,7 +98,7 @@ class Evidence(Selectable):
     returns: np.ndarray  # bool: they return later than a part shows, or run along a spiral
     cycle_reached: np.ndarray  # bool: the later half comes back to round-off, or its instants lie on a closed curve
     torus_reached: np.ndarray  # bool: the later half is that of a torus by all opinions but that of the exponent
-    drawn_in: np.ndarray  # bool: nearby motions come closer in some direction, and do so in the first quarter
+    drawn_in: np.ndarray  # bool: some tangent shrinks in the first quarter of a record that is not ``steady``
     noisy: np.ndarray  # bool: what the motion is of is drawn at events, so that nothing ever repeats
 
     @classmethod
