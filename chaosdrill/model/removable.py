@@ -106,9 +106,7 @@ def _quotient(e: Any) -> Any:
         sympy.Mul(*(sympy.together(f) if f.is_Add and _divides(f) else f for f in sympy.Mul.make_args(e)))
     )
     found = {place: made for place in _places(parted) if (made := _divided(parted, *place)) is not None}
-    if len(found) > 1 and (terms := _in_parts(parted, list(found))):
-        return sympy.Add(*map(_quotient, terms))
-    return next(iter(found.values()), e)
+    return (_blended(parted, list(found)) or next(iter(found.values()))) if found else e
 
 
 def _factored(e: Any) -> Any:
@@ -118,30 +116,53 @@ def _factored(e: Any) -> Any:
         base, power = factor.as_base_exp()
         below = base.is_Add and power.is_Integer and power.is_negative and base.is_polynomial(*base.free_symbols)
         number, parts = sympy.S.One, []
-        if below and 1 < degree_bound(base) <= TUNING.zeros:
+        if below and degree_bound(base) <= TUNING.zeros:
             number, parts = sympy.factor_list(exact(base))
         factors = (number**power, *(part ** (times * power) for part, times in parts))
-        made += factors if len(parts) > 1 else [factor]
+        made += factors if parts else [factor]
     return sympy.Mul(*made)
 
 
-def _in_parts(e: Any, places: list[tuple[Any, Any]]) -> list[Any]:
-    """Terms of a product over what is zero at several places, each over what is zero at one; none if two may be one."""
-    symbol, rest, divisors = places[0][0], [], {}
+def _blended(e: Any, places: list[tuple[Any, Any]]) -> Any:
+    """The mean of a product's forms, each filled at one place or exact where a function is zero with its argument.
+
+    The weights are positive and fall to zero at the others' places: nothing cancels. None if there is one form, or two
+    places may be one.
+    """
+    symbol, most = places[0][0], 2
+    divisors: dict[Any, Any] = {}
     for factor in sympy.Mul.make_args(e):
         base, power = factor.as_base_exp()
-        slope = sympy.diff(base, symbol)
-        if power == -1 and slope != 0 and (symbol, sympy.expand(base / slope)) in places:
-            divisors[base] = slope
-        else:
-            rest.append(factor)
-    terms = []
+        if (symbol, base) in places and power.is_Integer:
+            divisors[base] = sympy.diff(base, symbol)
+            most = max(most, int(-power + power % 2))
+    if len(divisors) < len(places):
+        return None
+    if not all(_apart(*a, *b).is_number for a, b in permutations(divisors.items(), 2)):
+        return None
+    for factor in sympy.Mul.make_args(_turned(e)):
+        function = distance = base_and_power(factor)[0]
+        while isinstance(distance, _FUNCTIONS) and len(distance.args) == 1 and distance.func(0) == 0:
+            distance = distance.args[0].as_independent(sympy.Symbol, as_Add=False)[1]
+        slope = sympy.diff(distance, symbol)
+        if distance == function or slope == 0 or symbol in slope.free_symbols:
+            continue
+        if all((apart := _apart(distance, slope, *known)).is_number and apart != 0 for known in divisors.items()):
+            divisors[distance] = slope
+    if len(divisors) < 2:
+        return None
+    first, made, total = divisors[places[0][1]], [], []
     for base, slope in divisors.items():
-        others = [sympy.expand(b - sympy.cancel(s / slope) * base) for b, s in divisors.items() if b != base]
-        if not all(other.is_number and other != 0 for other in others):
-            return []
-        terms.append(sympy.Mul(*rest, 1 / (base * sympy.Mul(*others))))
-    return terms if len(terms) > 1 else []
+        weight = sympy.Mul(sympy.cancel(slope / first), *(other for other in divisors if other != base)) ** most
+        filled = _divided(e * weight, symbol, base)
+        made.append(e * weight if filled is None else filled)
+        total.append(weight)
+    return sympy.Add(*made) / sympy.Add(*total)
+
+
+def _apart(base: Any, slope: Any, other: Any, by: Any) -> Any:
+    """What one linear expression is where another one is zero."""
+    return sympy.expand(base - sympy.cancel(slope / by) * other)
 
 
 @lru_cache(maxsize=512)
@@ -187,7 +208,7 @@ def _places(e: Any) -> Iterator[tuple[Any, Any]]:
                 found = symbol, sympy.expand(distance / slope)
                 if found not in seen:
                     seen.add(found)
-                    yield found
+                    yield symbol, distance
                 break
 
 
@@ -219,7 +240,7 @@ def _order(e: Any, symbol: Any, distance: Any) -> int:
 
 def _near(e: Any, symbol: Any, distance: Any) -> Iterator[tuple[int, int, Any]]:
     """Factors of a product about a place: how often each is zero there, its power, and what it is over that."""
-    put = {symbol: symbol - distance + _U}
+    put = {symbol: (_U - distance.subs(symbol, 0)) / sympy.diff(distance, symbol)}
     for factor in sympy.Mul.make_args(_turned(e)):
         base, times = base_and_power(factor)
         if not times.is_Integer:
@@ -228,6 +249,9 @@ def _near(e: Any, symbol: Any, distance: Any) -> Iterator[tuple[int, int, Any]]:
             yield 0, int(times), base
             continue
         moved = _centred(exact(base).xreplace(put))
+        if _start(moved) not in (0, None):
+            yield 0, int(times), base
+            continue
         above, below = sympy.fraction(sympy.together(moved)) if _divides(moved) else (moved, sympy.S.One)
         for side, way in ((above, 1), (below, -1)):
             for one in sympy.Mul.make_args(side):

@@ -30,11 +30,17 @@ LAWS = {
     "(1/sqrt(1 - u**2) - 1)/u**2": lambda u: (1 / mpmath.sqrt(1 - u * u) - 1) / u**2 if u else mpmath.mpf(1) / 2,
     "log(cosh(u))/u**2": lambda u: mpmath.log(mpmath.cosh(u)) / u**2 if u else mpmath.mpf(1) / 2,
     "sin(2*pi*u)/(u - 4*u**3)": lambda u: mpmath.sinpi(2 * u) / (u - 4 * u**3) if u - 4 * u**3 else LIMITS[abs(u)],
-    "log(k*u + 2)/(k*u + 1)": lambda u: mpmath.log1p(SIZE * u + 1) / (SIZE * u + 1),
+    "log(k*u + 2)*exp(k*u)/(k*u + 1)": lambda u: mpmath.log1p(SIZE * u + 1) * mpmath.exp(SIZE * u) / (SIZE * u + 1),
     "cos(pi*k*u)/(1 - 4*k**2*u**2)": lambda u: mpmath.cospi(SIZE * u) / (1 - 4 * (SIZE * u) ** 2),
     "-log(1/(u + 1.5))/(2*u + 1)": lambda u: mpmath.log1p(u + 0.5) / (2 * u + 1) if u != -0.5 else mpmath.mpf(1) / 2,
     "cos(pi*u)*(1/(1 - 2*u) + 1/(1 + 2*u))": lambda u: (
         2 * mpmath.cospi(u) / (1 - 4 * u * u) if abs(u) != 0.5 else mpmath.pi / 2
+    ),
+    "sin(2*pi*u)*(1/(1 - 2*u) + 1/(1 + 2*u))": lambda u: (
+        2 * mpmath.sinpi(2 * u) / (1 - 4 * u * u) if abs(u) != 0.5 else 2 * u * mpmath.pi
+    ),
+    "sin(sin(2*pi*u))**2/(1 - 4*u**2)**2": lambda u: (
+        (mpmath.sin(mpmath.sinpi(2 * u)) / (1 - 4 * u * u)) ** 2 if abs(u) != 0.5 else mpmath.pi**2 / 4
     ),
     "2*atan(u/(1 + sqrt(1 + u**2)))/u": lambda u: mpmath.atan(u) / u if u else mpmath.mpf(1),
     "(u**2 - k**2*u**4)/(k*u**2 - u)": lambda u: -u * (1 + SIZE * u),
