@@ -176,7 +176,7 @@ def quotient(product: Any) -> Any:
         made = sympy.Mul(*changed, *rest, whole)
         if made != product:
             return made
-    return _multiplied(product)
+    return _multiplied(sympy.Mul(*factors))
 
 
 def _with_halves(product: Any) -> Any:
@@ -206,9 +206,12 @@ def _removed(base: Any, power: int, rest: list[Any]) -> Any:
         others = [f for f in others if not isinstance(f, sympy.exp)]
         terms = {sympy.S.Zero: sympy.S.One}
         for j, factor in enumerate(others):
-            if (parts := exponentials(factor)) and set(parts) != {sympy.S.Zero}:
+            above, times = base_and_power(factor)
+            several = times.is_Integer and times > 1 and (power > 1 or not exponentials(factor))
+            one = above if several else factor
+            if (parts := exponentials(one)) and set(parts) != {sympy.S.Zero}:
                 terms = parts
-                del others[j]
+                others[j] = factor / one
                 break
         alone = sympy.Add(*(f.args[0] for f in pure))
         made = [f * below.removable(zero, a + alone) for a, f in terms.items()]

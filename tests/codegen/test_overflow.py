@@ -103,6 +103,8 @@ LAWS = {
         "(a - u)/(b - b*exp((u - a)/b))/(1 + u**2)",
     ),
     lambda u: u / mpmath.sinh(u) if u else mpmath.mpf(1): ("u/sinh(u)", "2*u/(exp(u) - exp(-u))"),
+    lambda u: mpmath.mpf(2): ("sinh(2*u)/(sinh(u)*cosh(u))",),
+    lambda u: (channel(2 * u) + channel(-2 * u)) ** 4 / (16 + 16 * u**4): ("cosh(u)**4/sinh(u)**4*u**4/(1 + u**4)",),
     lambda u: channel(u) * channel(-u): ("u**2*exp(u)/(exp(u) - 1)**2", "(u/2/sinh(u/2))**2"),
     lambda u: mpmath.tanh(u) / u if u else mpmath.mpf(1): ("tanh(u)/u", "sinh(u)/(u*cosh(u))"),
     lambda u: (u / 2 / mpmath.sinh(u / 2)) ** 2 if u else mpmath.mpf(1): ("u**2/(2*cosh(u) - 2)",),
