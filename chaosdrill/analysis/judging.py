@@ -73,9 +73,10 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     points = np.full(len(which), ends[-1])
     if plan.section is not None:
         points = batch.counts[which][:, sorted(plan.section)].sum(axis=1)
-    averages = averages_of(plan, batch, which, points, begin, np.where(whole[:, np.newaxis], plain, np.nan))
+    errors = errors_of(plan, batch, which)
+    averages = averages_of(plan, batch, which, points, errors, begin, np.where(whole[:, np.newaxis], plain, np.nan))
     order = np.argsort(-plain, axis=1, kind="stable")
-    exponents, errors = (np.take_along_axis(one, order, 1) for one in (plain, _errors(plan, batch, which)))
+    exponents, errors = (np.take_along_axis(one, order, 1) for one in (plain, errors))
     full, known = undrawn(plan.system, batch.window[which]), batch.sizes[which]
     windows = last_rows(full, LENGTH) if full.shape[1] > LENGTH else full
     early = None if before is None else undrawn(plan.system, before[which])
@@ -138,10 +139,11 @@ def averages_of(
     batch: Batch,
     which: np.ndarray,
     points: np.ndarray | int,
+    errors: np.ndarray,
     begin: np.ndarray | int = 0,
     known: np.ndarray | float = np.nan,
 ) -> Averages:
-    """Exponents from the beginning of a block to the end, with errors from all blocks, of records of so many points.
+    """Exponents from the beginning of a block to the end, with their ``errors``, of records of so many points.
 
     They are of lengths that no unit changes, by which words are told, but for those that are ``known``, NaN for none:
     over whole cycles units change no length.
@@ -151,7 +153,6 @@ def averages_of(
     with np.errstate(invalid="ignore", divide="ignore"):
         exponents = np.where(np.isnan(known), _means(sums, begin, times), known)
         late = _means(sums, np.full(len(which), (times.shape[1] - 1) // 2), times)
-    errors = _errors(plan, batch, which)
     order = np.argsort(-exponents, axis=1, kind="stable")
     exponents, errors, late = (np.take_along_axis(one, order, 1) for one in (exponents, errors, late))
     neutral = np.full(len(which), plan.structure.most_neutral)
@@ -163,8 +164,8 @@ def averages_of(
     return Averages(exponents, errors, late, course, length, rounding, neutral, plan.computed == plan.system.free)
 
 
-def _errors(plan: "Plan", batch: Batch, which: np.ndarray) -> np.ndarray:
-    """Errors of the mean growth of each tangent, shape (P, m), by lengths that no unit changes."""
+def errors_of(plan: "Plan", batch: Batch, which: np.ndarray) -> np.ndarray:
+    """Errors of the mean growth of each tangent from all blocks, shape (P, m), by lengths that no unit changes."""
     sums, spans, length = batch.sums_by_size(which), np.diff(batch.times[which], axis=1), batch.length[which]
     with np.errstate(invalid="ignore", divide="ignore"):
         rates = np.diff(sums, axis=1) / spans[..., np.newaxis]

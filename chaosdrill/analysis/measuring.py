@@ -19,7 +19,7 @@ from chaosdrill.analysis.classification import (
     undrawn,
 )
 from chaosdrill.analysis.cycles import Begun, Cycles, at_points, continued, escapes, linearised, search, stands
-from chaosdrill.analysis.judging import Verdict, averages_of, judge, last_rows
+from chaosdrill.analysis.judging import Verdict, averages_of, errors_of, judge, last_rows
 from chaosdrill.analysis.matching import moments
 from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.recurrence import CLOSE, sizes
@@ -192,7 +192,8 @@ def _look_at_instants(group: _Group, begun: Begun, evidence: Evidence, left: np.
     runs.run(fine.transient, np.array([0]))
     first = runs.x[:, np.newaxis].copy()
     runs.proceed(which, 0, np.array([0, fine.periods]))
-    averages, known = averages_of(plan, group.batch, open_, fine.periods), runs.sizes
+    errors, known = errors_of(plan, group.batch, open_), runs.sizes
+    averages = averages_of(plan, group.batch, open_, fine.periods, errors)
     for p in which[runs.outcome == Outcome.OK].tolist():
         one, at = np.array([p]), open_[[p]]
         of = (averages.at(one), runs.window[one], known[one], first[one], 1.0, partial(runs.rates, p))

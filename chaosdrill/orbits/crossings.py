@@ -334,11 +334,13 @@ class _Step:
         kind, multiplicity = test.kind, test.multiplicity(free)
         if not multiplicity:
             return None
+        sharp = None
         if test.crossed and test.end is None and (kind == Special.FOLD or self.held):
-            kind = Special.BRANCH_POINT if self._crossing(part, value, rise) else Special.FOLD
+            crosses, sharp = self._crossing(part, value, rise)
+            kind = Special.BRANCH_POINT if crosses else Special.FOLD
         # on a curve of special points its root would be needed as well
-        singular = kind == Special.BRANCH_POINT or (test.end is not None and self.before.root is None)
-        sharp = self._sharp(part, value, rise) if singular else None
+        elif kind == Special.BRANCH_POINT or (test.end is not None and self.before.root is None):
+            sharp = self._sharp(part, value, rise)
         return self._marked(part, kind, there(part)[1], rise, multiplicity, sharp)
 
     def whole(self, one: Located) -> Located:
@@ -388,9 +390,13 @@ class _Step:
             rise = abs(size(1.0) - size(0.0)) / count
             noise += rise * (group[-1][0] - part)
             for kind, number in _kinds(free_of(self.pair.with_points([point]))[0], count):
-                if kind == Special.BRANCH_POINT and (turned or (self.held and not self._crossing(part, size, rise))):
+                crosses, sharp = not turned, None
+                if kind == Special.BRANCH_POINT and not turned and self.held:
+                    crosses, sharp = self._crossing(part, size, rise)
+                elif kind == Special.BRANCH_POINT and not turned:
+                    sharp = self._sharp(part, size, rise)
+                if kind == Special.BRANCH_POINT and not crosses:
                     kind = Special.FOLD
-                sharp = self._sharp(part, size, rise) if kind == Special.BRANCH_POINT else None
                 marks.append(self._marked(part, kind, noise, rise, number, sharp))
         return sorted(marks, key=lambda one: one.part)
 
@@ -399,15 +405,17 @@ class _Step:
         moduli = np.sort(np.abs(free_of(self.pair.with_points([self.point(part, True)]))[0]))[::-1]
         return float(np.log(np.maximum(moduli[first:last], 1e-300)).sum())
 
-    def _crossing(self, part: float, value: Callable[[float], float], rise: float) -> bool:
-        """Whether another branch crosses where a function vanishes.
+    def _crossing(self, part: float, value: Callable[[float], float], rise: float) -> "tuple[bool, Sharp | None]":
+        """Whether another branch crosses where a function vanishes, and the point there, as in `_sharp`.
 
         There an orbit is known to the root of its residual only, so that its equations may keep some rank.
         """
-        if self._loses(self.points[part]):
-            return True
-        sharp = self._sharp(part, value, rise) if self._loses(self.points[part], TUNING.hardly_singular) else None
-        return sharp is not None and self._loses(sharp.point)
+        loses = self._loses(self.points[part])
+        if not loses and not self._loses(self.points[part], TUNING.hardly_singular):
+            return False, None
+        sharp = self._sharp(part, value, rise)
+        crosses = loses or (sharp is not None and self._loses(sharp.point))
+        return crosses, sharp if crosses else None
 
     def _loses(self, there: "Point", rank: float = TUNING.singular) -> bool:
         """Whether the equations lose rank at a point, unlike at its neighbours, of which one may lie there as well."""
