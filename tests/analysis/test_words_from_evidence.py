@@ -9,7 +9,14 @@ import sympy
 from maps import map_system
 
 import chaosdrill as cd
-from chaosdrill.analysis.classification import Averages, add_ends, add_regularity, contracts, is_no_channel
+from chaosdrill.analysis.classification import (
+    Averages,
+    add_ends,
+    add_passages,
+    add_regularity,
+    contracts,
+    is_no_channel,
+)
 from chaosdrill.analysis.ordering import LAST, comes_back, goes_on, ordered
 from chaosdrill.analysis.predicting import predicted
 from chaosdrill.analysis.recurrence import recurrence
@@ -492,9 +499,13 @@ def test_a_part_of_an_exchange_of_intervals_is_no_torus(growth, word):
         one = np.searchsorted(begins, path[k], side="right") - 1
         path[k + 1] = path[k] + places[one] - begins[one]
     windows = np.stack([path[1:], path[:-1], np.zeros(1024)], axis=1)[np.newaxis]
-    found = Evidence.of(1, lead=np.array([growth]), margin=np.ones(1), length=np.array([1024.0]))
-    add_regularity(found, np.array([0]), windows, np.ones((1, 2)), Shifts.none(2))
-    assert cd.Outcome(int(words_of(found)[0])).meaning == word
+    # at events, after a quarter on the way
+    way = [9.0, 5.0, 0.0] + np.random.default_rng(1).random((1, 341, 3)) * [1.0, 1.0, 0.0]
+    for add, record in ((add_regularity, windows), (add_passages, np.concatenate([way, windows], axis=1))):
+        known = {"lead": np.array([growth]), "length": np.array([1024.0]), "drawn_in": np.array([True])}
+        found = Evidence.of(1, margin=np.ones(1), **known)
+        add(found, np.array([0]), record, np.ones((1, 2)), Shifts.none(2))
+        assert cd.Outcome(int(words_of(found)[0])).meaning == word
 
 
 @pytest.mark.parametrize("turn", [GOLDEN, 7 / 85 + 2e-6])
