@@ -138,7 +138,12 @@ class Divisor:
         if len(found) == 2 and sympy.expand(sympy.Add(*found.values())) == 0:
             # the difference, exact where it is small
             (a, f), (b, _) = found.items()
-            return f * sympy.tanh(multiplied_out(a - b) / 2) * (self.part(a) + self.part(b))
+            w = multiplied_out(a - b) / 2
+            zero = None if self.numbers else self.zero()
+            ratio = None if zero is None else sympy.cancel(w / zero)
+            if ratio is not None and ratio.is_number:
+                return f * ratio * (self.removable(zero, a) + self.removable(zero, b)) / _around(w)
+            return f * sympy.tanh(w) * (self.part(a) + self.part(b))
         return sympy.Add(*(f * self.part(a) for a, f in found.items()))
 
 
@@ -147,8 +152,7 @@ def quotient(product: Any) -> Any:
     factors = list(sympy.Mul.make_args(_with_halves(sympy.Mul(*map(squared, sympy.Mul.make_args(product))))))
     divisors = [(i, *f.as_base_exp()) for i, f in enumerate(factors)]
     divisors = [(i, base, power) for i, base, power in divisors if power.is_Integer and power.is_negative]
-    # what grows like an exponential first
-    for place, base, power in sorted(divisors, key=lambda found: not found[1].has(*EXPONENTIAL)):
+    for place, base, power in sorted(divisors, key=_last):
         rest = factors[:place] + factors[place + 1 :]
         if (made := _removed(base, int(-power), rest)) is not None:
             return made
@@ -179,14 +183,21 @@ def quotient(product: Any) -> Any:
     return _multiplied(sympy.Mul(*factors))
 
 
+def _last(divisor: tuple[int, Any, Any]) -> int:
+    """How late a divisor's turn is: what grows like an exponential is first, and of this what may be zero."""
+    base = divisor[1]
+    return 2 - int(base.has(*EXPONENTIAL)) - int(_with_zero(base) is not None)
+
+
 def _with_halves(product: Any) -> Any:
     """A product with ``2 sinh(u) cosh(u)`` for ``sinh(2 u)`` where it has one of these already."""
     bases = {factor.as_base_exp()[0] for factor in sympy.Mul.make_args(product)}
     angles = {multiplied_out(f.args[0]) for f in bases if isinstance(f, (sympy.sinh, sympy.cosh))}
     halves = {f: multiplied_out(f.args[0] / 2) for f in bases if isinstance(f, sympy.sinh)}
-    return product.xreplace(
+    made = product.xreplace(
         {f: 2 * sympy.sinh(u) * sympy.cosh(u) for f, u in halves.items() if {u, multiplied_out(-u)} & angles}
     )
+    return product if made == product else _with_halves(made)
 
 
 def _removed(base: Any, power: int, rest: list[Any]) -> Any:
