@@ -106,7 +106,13 @@ def _quotient(e: Any) -> Any:
         sympy.Mul(*(sympy.together(f) if f.is_Add and _divides(f) else f for f in sympy.Mul.make_args(e)))
     )
     found = {place: made for place in _places(parted) if (made := _divided(parted, *place)) is not None}
-    return (_blended(parted, list(found)) or next(iter(found.values()))) if found else e
+    if not found:
+        return e
+    first = next(iter(found))
+    made = _blended(parted, [place for place in found if place[0] == first[0]])
+    if made is not None:
+        return made
+    return found[first] if all(symbol == first[0] for symbol, _ in found) else _quotient(found[first])
 
 
 def _factored(e: Any) -> Any:
@@ -155,7 +161,7 @@ def _blended(e: Any, places: list[tuple[Any, Any]]) -> Any:
     for base, slope in divisors.items():
         weight = sympy.Mul(sympy.cancel(slope / first), *(other for other in divisors if other != base)) ** most
         filled = _divided(e * weight, symbol, base)
-        made.append(e * weight if filled is None else filled)
+        made.append(_quotient(e * weight if filled is None else filled))
         total.append(weight)
     return sympy.Add(*made) / sympy.Add(*total)
 

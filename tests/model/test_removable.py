@@ -89,6 +89,12 @@ def test_they_survive_being_written_and_derived(text):
     check_survival(text, {"u": U, "k": K})
 
 
+@pytest.mark.parametrize("u", [1, -1])
+def test_places_of_two_states(u):
+    expression = read_text("sin(pi*u)*log(k)/((1 - u**2)*(k - 1))", {"u": U, "k": K})
+    assert float(without_overflow(expression).subs({U: u, K: 1})) == pytest.approx(u * np.pi / 2, rel=1e-15)
+
+
 @pytest.mark.parametrize(
     "text", ["sin(u)/u**2", "exp(u)/u", "sin(u)/(1 + u)", "sin(u)/(1 - u**2)", "1/sin(u) + 1/u", "log(u)/u"]
 )
