@@ -141,8 +141,11 @@ class Divisor:
             w = multiplied_out(a - b) / 2
             zero = None if self.numbers else self.zero()
             ratio = None if zero is None else sympy.cancel(w / zero)
-            if ratio is not None and ratio.is_number:
-                return f * ratio * (self.removable(zero, a) + self.removable(zero, b)) / _around(w)
+            if ratio is not None and not ratio.free_symbols & zero.free_symbols:
+                # one over exp(zero) - 1 is 1/tanh(zero/2) over exp(zero) + 1
+                whole = Divisor(sympy.S.One, zero, sympy.S.One, sympy.S.Zero)
+                parts = whole.below(a - self.b, 1) + whole.below(b - self.b, 1)
+                return -2 * f / self.n * ratio * _around(zero / 2) / _around(w) * parts
             return f * sympy.tanh(w) * (self.part(a) + self.part(b))
         return sympy.Add(*(f * self.part(a) for a, f in found.items()))
 

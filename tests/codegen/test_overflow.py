@@ -105,6 +105,7 @@ LAWS = {
     lambda u: u / mpmath.sinh(u) if u else mpmath.mpf(1): ("u/sinh(u)", "2*u/(exp(u) - exp(-u))"),
     lambda u: mpmath.mpf(2): ("sinh(2*u)/(sinh(u)*cosh(u))", "sinh(4*u)/(2*sinh(u)*cosh(u)*cosh(2*u))"),
     lambda u: 2 + 1 / mpmath.cosh(2 * u): ("sinh(3*u)/(sinh(u)*cosh(2*u))",),
+    lambda u: mpmath.sinh(K * u) / mpmath.sinh(u) if u else mpmath.mpf(K): ("sinh(k*u)/sinh(u)",),
     lambda u: (channel(2 * u) + channel(-2 * u)) ** 4 / (16 + 16 * u**4): ("cosh(u)**4/sinh(u)**4*u**4/(1 + u**4)",),
     lambda u: channel(u) * channel(-u): ("u**2*exp(u)/(exp(u) - 1)**2", "(u/2/sinh(u/2))**2"),
     lambda u: mpmath.tanh(u) / u if u else mpmath.mpf(1): ("tanh(u)/u", "sinh(u)/(u*cosh(u))"),
