@@ -115,8 +115,8 @@ def _have_common_measure(points: np.ndarray, turns: np.ndarray, degree: int) -> 
     parts = [part - part.mean(axis=0) for part in (points, points[:fitted], points[-fitted:])]
     for one in (LOW, degree, _degree(len(turns), int(PER_ROW * fitted))):
         found = [_refined(part, turns, one) for part in parts]
-        error = np.maximum(np.ptp(found, axis=0), ROUND_OFF)
-        if not all(related(*found[0][[i, j]], *error[[i, j]], ORDER) for i, j in pairs):
+        whole, error = found[0], np.maximum(np.ptp(found, axis=0), ROUND_OFF)
+        if not all(related(whole[i], whole[j], error[i], error[j], ORDER) for i, j in pairs):
             return False
     return True
 

@@ -140,8 +140,7 @@ class Divisor:
             (a, f), (b, _) = found.items()
             w = multiplied_out(a - b) / 2
             zero = None if self.numbers else self.zero()
-            ratio = None if zero is None else sympy.cancel(w / zero)
-            if ratio is not None and not ratio.free_symbols & zero.free_symbols:
+            if zero is not None and not (ratio := sympy.cancel(w / zero)).free_symbols & zero.free_symbols:
                 # one over exp(zero) - 1 is 1/tanh(zero/2) over exp(zero) + 1
                 whole = Divisor(sympy.S.One, zero, sympy.S.One, sympy.S.Zero)
                 parts = whole.below(a - self.b, 1) + whole.below(b - self.b, 1)
