@@ -88,7 +88,7 @@ def followed(target: Path) -> Path:
         if folder.st_mode & stat.S_IWOTH and maker not in (os.geteuid(), folder.st_uid):
             raise OSError(errno.EACCES, "another user has made this link in a folder where everyone may write")
         path = path.parent / os.readlink(path)
-    raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
+    raise OSError(errno.ELOOP, f"the link leads in a circle, or over more than {TUNING.most_links} links")
 
 
 def is_read_only(target: Path) -> bool:

@@ -169,8 +169,6 @@ def check_writable(path: str | os.PathLike[str], ending: str = ".nc", *, named: 
         raise ArchiveError(f"{target}: cannot be written: {_reason(fault)}; name another file") from fault
     if is_read_only(place):
         raise ArchiveError(f"{target}: is read-only, and will not be replaced; chmod u+w would allow it")
-    if os.path.islink(place):
-        raise ArchiveError(f"{target}: a broken link; remove it, or name another file")
     if not os.path.isdir(place.parent):
         raise ArchiveError(f"{target}: the folder {place.parent} does not exist; create it first")
     try:
