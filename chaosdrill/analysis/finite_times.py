@@ -188,7 +188,7 @@ def cumulants(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
     ``values``, shape (N,): in order; four at least.
 
-    Returns: shape (4,).
+    Returns ``cumulants``, ``errors``, shape (4,).
     """
     count, mean = len(values), values.mean()
     off = values - mean

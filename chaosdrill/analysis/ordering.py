@@ -91,8 +91,8 @@ def ordered(points: np.ndarray) -> tuple[bool, bool, bool]:
 
     ``points``, shape (W, n): states at a strobe or section; those that move.
 
-    Returns: whether on curves that stay where they are and are no cycle; on curves that move evenly; on curves with
-    several jumps.
+    Returns ``on_curves`` that stay where they are and are no cycle, ``on_a_spiral``: on curves that move evenly, and
+    ``cut``: on curves with several jumps.
     """
     curves, turn, parts = _order(points)
     if not curves:
@@ -293,7 +293,8 @@ def _pace(
 ) -> tuple[float, float]:
     """How fast the curve along which points run moves between some of them and others, and what part that explains.
 
-    Returns: extents a point, and part of the squares of what is missed; of the state that shows it best.
+    Returns ``pace``, in extents a point, and ``explained``, part of the squares of what is missed; of the state that
+    shows it best.
     """
     misses, along, later, angle = _missed(points, turn, some, others, thin)
     phases = 2 * np.pi * np.outer(angle, np.arange(waves + 1))
@@ -315,8 +316,8 @@ def _missed(
     The others are at other times, so that they miss by what the curve has moved meanwhile, and, if the turn is not
     known, along the curve. Of the others every ``thin`` one by angle is taken; what lies at a jump is left out.
 
-    Returns, shapes (K, n), (K, n), (K,), (K,): what is missed, what an error of one in the turn would make of it, how
-    much later the others are, the angles.
+    Returns ``misses``, what is missed, ``along``, what an error of one in the turn would make of it, shapes (K, n);
+    ``later``, how much later the others are, and ``angle``, shapes (K,).
     """
     angle, times = _angles(len(points), turn), np.arange(len(points))
     order, most = np.argsort(angle[others], kind="stable")[::thin], NODES // 2

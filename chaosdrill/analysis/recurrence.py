@@ -84,9 +84,9 @@ def trend(
     ``windows``, ``known``, shapes (P, W, n + 1), (P, n): as in `recurrence`. ``points``, ``periods``, int, shape (K,):
     which window, and how many iterates.
 
-    Returns, bool, shape (K,): where distances do not shrink, no cycle of this many iterates is approached; where they
-    do not grow, none is left. Distances as small as those of a converged cycle always count as shrinking, since they
-    are round-off.
+    Returns ``shrinks``, ``grows``, bool, shape (K,): where distances do not shrink, no cycle of this many iterates is
+    approached; where they do not grow, none is left. Distances as small as those of a converged cycle always count as
+    shrinking, since they are round-off.
     """
     late, early = np.zeros(len(points)), np.zeros(len(points))
     floors = FLOOR * np.ascontiguousarray(known, dtype=float)

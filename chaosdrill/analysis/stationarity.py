@@ -50,7 +50,7 @@ def stationarity(
     shape (P, n): sizes that states have had on the way. ``parting``, bool, shape (P,): where nearby motions part
     evenly; what grows there is no error, however small it is.
 
-    Returns: bool, shape (P,).
+    Returns ``leaving``, ``settling``, bool, shape (P,).
     """
     leaving, settling = np.zeros((2, len(windows)), dtype=bool)
     parting = np.broadcast_to(parting, len(windows))

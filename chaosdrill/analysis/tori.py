@@ -183,7 +183,8 @@ def agreement(windows: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.nd
 
     ``windows``, ``known``, shapes (P, W, n), (P, n): section points, and sizes that states have had on the way.
 
-    Returns, bool, shape (P,): the last: whether they are further apart in longer parts, as along a spiral.
+    Returns ``smooth``, ``converging``, ``exact``, ``parting``, bool, shape (P,). The last: whether they are further
+    apart in longer parts, as along a spiral.
     """
     weight = _one_over_extent(windows, known)
     moves = (weight > 0).any(axis=1)
@@ -227,7 +228,7 @@ def smooth_means(sequences: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, 
 
     ``sequences``, ``known``, shapes (S, N), (S,): sequences that move, and sizes that they have had on the way.
 
-    Returns: shape (S,).
+    Returns ``means``, ``apart``, ``errors``, shape (S,).
     """
     columns = sequences[:, :, np.newaxis]
     weight = fading(sequences.shape[1])
@@ -357,7 +358,8 @@ def drift(
     after how many iterates they come back. ``rounding``, shape (P,): part of their sizes that errors of the run may add
     up to from point to point.
 
-    Returns, bool, shape (P,): ``closer`` is False, too, for those that come back to round-off and do not move on.
+    Returns ``moves_on``, ``closer``, ``rounded``, bool, shape (P,): ``closer`` is False, too, for those that
+    come back to round-off and do not move on.
     """
     scale, rounding = sizes(paths[:, :, :-1], known), np.broadcast_to(rounding, len(paths))
     moves_on, closer, rounded = np.zeros((3, len(paths)), dtype=bool)

@@ -219,6 +219,8 @@ def unexplained(segment: "BranchSegment", multiplicities: dict[int, int]) -> tup
     """The first two points between which the count changes more than special points between them explain.
 
     ``multiplicities``: of the special points, by their index.
+
+    Returns the two points and the counts at them, or None.
     """
     counts = _counts(segment)
     for k in multiplicities:
