@@ -10,7 +10,7 @@ import math
 
 from chaosdrill.codegen.layout import EPSILON
 from chaosdrill.codegen.signatures import event_places
-from chaosdrill.engine import guards
+from chaosdrill.engine import guard_errors, guards
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.jit import inlined, inner, rare
 from chaosdrill.engine.passages import normal_speed
@@ -39,7 +39,7 @@ def _is_low(functions, tables, settings, j, t, state, scratch):
     if settings.stepping == at.FIXED and 2.0 * speed <= STEPS.probe * run.fixed_step * force:
         return True
     noise = (
-        2.0 * guards.INTERPOLATION_NOISE
+        2.0 * guard_errors.INTERPOLATION_NOISE
         if interpolated(tables, settings, run.mode, j)
         else REBOUNDS.low * guards.ROUNDING
     )

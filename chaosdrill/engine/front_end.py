@@ -271,7 +271,7 @@ def state_of(typingctx: Any, states: Any, p: Any) -> Any:
 def part(function: Callable[..., Any], options: dict[str, Any], *, framed: bool) -> Any:
     """A function that compiled functions call; unless ``framed``, it is given records where they are, and not copies.
 
-    Of a copy in the frame of a function whose words are to become values nothing may be known to what stays a call.
+    The words of a copy in a frame become values only if no function that stays a call is given the copy.
     """
     # what is not said, numba takes from the function that happens to call this one first
     made = numba.njit(**PLAIN, **{"fastmath": False, "forceinline": False} | options)(function)

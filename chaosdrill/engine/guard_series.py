@@ -10,7 +10,8 @@ from typing import Any
 
 from chaosdrill.codegen.layout import ROUNDING
 from chaosdrill.engine.dop853_tables import GUARD_DEGREE, NODES, PLACE, STAGES, TO_CHEBYSHEV, TO_POWERS
-from chaosdrill.engine.guards import INTERPOLATION_NOISE, truncation, unit_of
+from chaosdrill.engine.guard_errors import INTERPOLATION_NOISE, truncation
+from chaosdrill.engine.guards import unit_of
 from chaosdrill.engine.jit import inlined, inner, series
 from chaosdrill.engine.layout import AFFINE, AFTER, TIMED
 from chaosdrill.engine.radau_tables import DEGREE

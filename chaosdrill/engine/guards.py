@@ -9,36 +9,26 @@ doi:10.1145/232807.232809). A value counts as zero within a bound of its own rou
 
 import math
 
-import numpy as np
-from numpy.polynomial.chebyshev import chebvander
-
 from chaosdrill.codegen.kinds import uint64
 from chaosdrill.codegen.layout import EPSILON, ROUNDING
 from chaosdrill.engine import layout as at
-from chaosdrill.engine.dop853_tables import GUARD_DEGREE, NODES, TO_CHEBYSHEV, TO_POWERS
+from chaosdrill.engine.guard_errors import (
+    POWER_NOISE,
+    is_told,
+    last_terms,
+    left_out,
+    root_error,
+    slope_and_bend,
+    state_at,
+    told_length,
+)
 from chaosdrill.engine.jit import inlined, inner, rare, series
-from chaosdrill.engine.lanes import exponent, magnitude, power_of_two
+from chaosdrill.engine.lanes import exponent, power_of_two
 from chaosdrill.engine.passages import marks_at
 from chaosdrill.engine.polynomial import derivative, keeps_side, size, value
 from chaosdrill.engine.radau_tables import DEGREE
 from chaosdrill.engine.roots import first_crossing, recrossing
-from chaosdrill.engine.tuning import GUARDS, STEPS
-
-INTERPOLATION_NOISE = 4 * EPSILON * float((np.abs(TO_CHEBYSHEV[-2:]) / NODES**2).sum())
-"""Rounding units by which the interpolation moves the last two coefficients of a polynomial."""
-
-_WEIGHTS = TO_CHEBYSHEV.T / NODES[:, np.newaxis] ** 2
-_PLACES = np.linspace(0.0, 1.0, 101)
-_VALUE_NOISE = 2.0 + float(
-    (np.abs(chebvander(2 * _PLACES - 1, GUARD_DEGREE - 2) @ _WEIGHTS.T).sum(axis=1) * _PLACES**2).max()
-)
-"""Errors of a guard's values by which it moves the polynomial: of those between, and of that at the start."""
-
-_POWER_NOISE = np.concatenate([(1.0, 1.0), np.abs(_WEIGHTS @ TO_POWERS).sum(axis=0) / _VALUE_NOISE])
-"""Of that, what the coefficients may be moved by, each times its power of the step."""
-
-_FROM_POWERS = np.linalg.inv(TO_POWERS[-2:, -2:])
-"""The last two coefficients in powers -> those in Chebyshev polynomials."""
+from chaosdrill.engine.tuning import GUARDS
 
 JUMPED, HELD, PUT_ACROSS, PLACED = 2, 3, 4, 5
 """A side times one of the first three says that the guard is about to fire: the last event's reset threw the state
@@ -233,38 +223,6 @@ def stand_at_rest(functions, tables, state, j, order, side, t, scratch):
     return stand(True, side, order, old, direction, run.fresh, fired, marks)
 
 
-@inner
-def _state_at(ws, n, s, place):
-    for i in range(n):
-        place[i] = value(ws, uint64(i), s)
-
-
-@inlined
-def truncation(settings, marks):
-    """Part of its size that the interpolated polynomial of a guard may leave out."""
-    return GUARDS.interpolated_in_time if marks & at.TIMED else max(settings.tolerance, GUARDS.interpolated)
-
-
-@rare
-def left_out(functions, tables, settings, state, ws, i, j, h, t, scratch):
-    """Truncation error of the interpolated polynomial of guard j over the step."""
-    mode = state.run[0].mode
-    marks = tables.marks[mode, j]
-    if settings.stepping == at.BY_SERIES:
-        return 0.0
-    place = scratch.before[: state.x.size]
-    noise = functions.guard_error(mode, j, t, state.c, state.x, scratch.none)
-    _state_at(ws, place.size, h, place)
-    noise = max(noise, functions.guard_error(mode, j, t + h, state.c, place, scratch.none))
-    if marks & at.AFFINE:
-        return settings.dense_noise * noise
-    g, whole = ws[i], state.run[0].tried
-    last = g[GUARD_DEGREE] * whole**GUARD_DEGREE
-    before = g[GUARD_DEGREE - 1] * whole ** (GUARD_DEGREE - 1)
-    rest = abs(_FROM_POWERS[0, 0] * before + _FROM_POWERS[1, 0] * last) + abs(_FROM_POWERS[1, 1] * last)
-    return 2.0 * rest + _VALUE_NOISE * ROUNDING * noise
-
-
 @inlined
 def out_first(term, order, off, total, h):
     """Whether the term of some order of a polynomial that vanishes leads out of its error before the later ones."""
@@ -335,7 +293,7 @@ def settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch):
         power *= h
         unknown *= part
         # a series leaves out nothing, and may have more terms than what is interpolated
-        noise = _POWER_NOISE[k] if unknown > 0.0 and not affine else 1.0
+        noise = POWER_NOISE[k] if unknown > 0.0 and not affine else 1.0
         if abs(g[k]) * power > GUARDS.vanishing * total + noise * unknown:
             reach = (off / abs(g[k])) ** (1.0 / k)
             if reach < nearest:
@@ -373,48 +331,6 @@ def unit_of(largest):
 
 
 @series
-def _slope_and_bend(g, n, s):
-    """First and second derivative of a polynomial at s."""
-    f = 0.0
-    d = 0.0
-    b = 0.0
-    for m in range(n + 1):
-        b = b * s + d
-        d = d * s + f
-        f = f * s + g[uint64(n - m)]
-    return d, 2.0 * b
-
-
-@inlined
-def is_told(last, before, way):
-    """Whether a polynomial tells where it has a root: its last two terms there are small beside the rate times the way.
-
-    Else they alone may make it, where the motion comes to rest on the guard.
-    """
-    return magnitude(last) + magnitude(before) <= GUARDS.told * magnitude(way)
-
-
-@series
-def _last_terms(g, n, s):
-    """The last two terms of a polynomial at s."""
-    power = 1.0
-    for _ in range(n - 1):
-        power *= s
-    return g[uint64(n)] * (power * s), g[uint64(n - 1)] * power
-
-
-@inlined
-def _told_length(ws, i, degree, h):
-    """Up to where the last two terms of a polynomial are small beside the others; beyond it tells of no side."""
-    for _ in range(STEPS.halvings):
-        last, before = _last_terms(ws[i], degree, h)
-        if is_told(last, before, size(ws, uint64(i), h)):
-            break
-        h *= 0.5
-    return h
-
-
-@series
 def _third(g, n, s):
     """Third derivative of a polynomial at s."""
     f = 0.0
@@ -422,23 +338,6 @@ def _third(g, n, s):
         k = uint64(n - m)
         f = f * s + g[k] * float(k * (k - 1) * (k - 2))
     return f
-
-
-@rare
-def root_error(functions, tables, settings, state, ws, i, j, s, t, scratch):
-    """How far a root at s may be from the exact one: by the guard's rounding, and by the tolerance of the states."""
-    run = state.run[0]
-    n = state.x.size
-    place = scratch.before[:n]
-    _state_at(ws, n, s, place)
-    off = ROUNDING * functions.guard_error(run.mode, j, t + s, state.c, place, scratch.none)
-    if tables.marks[run.mode, j] & at.TIMED == 0:
-        functions.guard(run.mode, j, t + s, state.c, place, scratch.gradient)
-        for a in range(n):
-            off += settings.tolerance * abs(scratch.gradient[a]) * state.scale[a]
-    slope, _ = _slope_and_bend(ws[i], settings.order, s)
-    # a time is rounded, too
-    return off / abs(slope) + 2.0 * EPSILON * abs(t + s) if slope != 0.0 else math.inf
 
 
 @rare
@@ -493,12 +392,12 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
     # no second derivative is larger than that of the last term, were it all of the guard
     if (derivative(ws, uint64(i), s) * unit * h) ** 2 > 2.0 * margin * n * (n - 1) * (whole * unit):
         return -1.0, s
-    steep, bend = _slope_and_bend(ws[i], n, s)
+    steep, bend = slope_and_bend(ws[i], n, s)
     steep, bend = steep * unit, bend * unit
     if steep * steep > 2.0 * margin * abs(bend):
         return -1.0, s
     place = scratch.before[: state.x.size]
-    _state_at(ws, place.size, s, place)
+    state_at(ws, place.size, s, place)
     off = max(off, ROUNDING * functions.guard_error(mode, j, t + s, state.c, place, scratch.none))
     slack = ROUNDING * functions.rate_error(mode, j, t + s, state.c, place, scratch.none) * unit
     doubt = (off + 2.0 * EPSILON * size(ws, uint64(i), s) + left) * unit
@@ -521,7 +420,7 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
         room = off
         if left > 0.0 or marks & at.TIMED:
             # what the interpolation leaves out may be far more than the guard there: a step would end across it
-            _state_at(ws, place.size, clear, place)
+            state_at(ws, place.size, clear, place)
             across = -side * functions.guard(mode, j, t + clear, state.c, place, scratch.gradient)
             for a in range(place.size):
                 room += settings.tolerance * abs(scratch.gradient[a]) * state.scale[a]
@@ -540,7 +439,7 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
         if third == 0.0:
             return clear, s
         inflection -= bend / third
-        _, bend = _slope_and_bend(ws[i], n, inflection)
+        _, bend = slope_and_bend(ws[i], n, inflection)
         third = _third(ws[i], n, inflection)
     # a motion that has just left the surface does not meet it before the root that is seen
     return clear, inflection if 0.0 < inflection < clear else s
@@ -608,7 +507,7 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
         degree = n if settings.stepping == at.BY_SERIES else DEGREE if tables.marks[mode, j] & at.AFFINE else 0
         if fresh != at.ONGOING or not is_on(side, g[0]):
             if degree > 0:
-                h = _told_length(ws, i, degree, h)
+                h = told_length(ws, i, degree, h)
             how, side, order = settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch)
             if how == at.INVALID:
                 return -2.0, j, 0, h
@@ -637,7 +536,7 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
                     root = -1.0
             side = -side
         if root > 0.0 and degree > 0:
-            last, before = _last_terms(g, degree, root)
+            last, before = last_terms(g, degree, root)
             if not is_told(last, before, root * derivative(ws, uint64(i), root)):
                 h = min(h, 0.5 * root)
                 root = -1.0

@@ -7,7 +7,7 @@ seen for all lanes at once. Whatever is less plain is left to ``engine.guards``,
 import math
 
 from chaosdrill.codegen.kinds import uint64
-from chaosdrill.engine import guards
+from chaosdrill.engine import guard_errors, guards
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.jit import inlined, inner, series
 from chaosdrill.engine.lane_step import copy_lane
@@ -324,7 +324,7 @@ def _search(count, order, block):
             power = u
             for _ in range(order - 2):
                 power = power * u
-            told = guards.is_told(a[order] * (power * u), a[order - 1] * power, u * slope)
+            told = guard_errors.is_told(a[order] * (power * u), a[order - 1] * power, u * slope)
             plain = (u >= 0.0) & (u <= bound) & told
             alone[0] = chosen(searched & (unsettled | ~plain), 1.0, alone[0])
             times[j] = chosen(searched, u * row_of(block.h)[0], times[j])
