@@ -75,20 +75,26 @@ def replacing(target: Path) -> Iterator[Path]:
 
 
 def followed(target: Path) -> Path:
-    """The file that a target named by the user leads to, if it is a link.
+    """The file that a target named by the user leads to, over the links in its name.
 
     Raises `OSError` for one that leads over a link that another user has made in a folder where everyone may write,
     such as /tmp: it may be newer than the name that the user gave.
     """
-    path = target
-    for _ in range(TUNING.most_links):
+    place, names, links = Path(target.anchor), [*target.relative_to(target.anchor).parts], 0
+    while names:
+        path = place / names.pop(0)
         if not os.path.islink(path):
-            return target if path is target else Path(os.path.realpath(path))
-        folder, maker = os.stat(path.parent), os.lstat(path).st_uid
+            place = path
+            continue
+        links += 1
+        if links > TUNING.most_links:
+            raise OSError(errno.ELOOP, f"the name leads in a circle, or over more than {TUNING.most_links} links")
+        folder, maker = os.stat(place), os.lstat(path).st_uid
         if folder.st_mode & stat.S_IWOTH and maker not in (os.geteuid(), folder.st_uid):
-            raise OSError(errno.EACCES, "another user has made this link in a folder where everyone may write")
-        path = path.parent / os.readlink(path)
-    raise OSError(errno.ELOOP, f"the link leads in a circle, or over more than {TUNING.most_links} links")
+            raise OSError(errno.EACCES, f"another user has made the link {path} in a folder where everyone may write")
+        goal = Path(os.readlink(path))
+        place, names = place / goal.anchor, [*goal.relative_to(goal.anchor).parts, *names]
+    return place
 
 
 def is_read_only(target: Path) -> bool:

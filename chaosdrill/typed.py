@@ -95,6 +95,9 @@ _SPELT = {
     "modes": ("equations", "rhs", "rates", "flow", "odes", "ode", "vector_field"),
     "transitions": ("events", "jumps", "impacts", "switches", "guards", "resets"),
     "reset": ("jump", "action", "map", "effect"),
+    "field": ("modes", "equations", "rhs", "rates", "flow", "odes", "ode", "vector_field"),
+    "above": ("positive", "plus", "upper"),
+    "below": ("negative", "minus", "lower"),
     "images": ("step", "map", "update", "image", "rule"),
 }
 """What other packages call an argument."""
@@ -111,6 +114,7 @@ _ELSEWHERE = {
     "parameters": ("system", "system.with_parameters(name=value) returns a copy with other parameters"),
     "initial": ("system", "system.with_initial(name=value) returns a copy that starts elsewhere"),
     "sweep": ("system", "bifurcation_diagram and parameter_chart sweep parameters"),
+    **dict.fromkeys(("mode", "initial_mode", "start_mode"), ("initial", "write initial={'mode': ...}")),
     "samples": ("system", "the method chooses its own steps, by tolerance"),
     **dict.fromkeys(_OF_LINES, ("ax", "change the axes that come back, as in axes.set(title='...')")),
     **dict.fromkeys(_OF_FIGURES, ("ax", f"pass axes of your own figure, or use {_SIZES}")),
@@ -156,6 +160,8 @@ def given_to(
         listed = f" ({', '.join(places)})" if places else ""
         takes = f"{len(places) or 'no'} argument{'s' * (len(places) != 1)} without a name{listed}"
         way = f"name {'the others' if places else 'them'}, as in {named[0]}=..." if named else "leave the others out"
+        if "sweep" in places and isinstance(swept := arguments[places.index("sweep")], str):
+            way = f"give sweep={{{swept!r}: [...]}}"
         raise TypeError(f"{function}() takes {takes}, received {len(arguments)}; {way}")
     try:
         return known.bind_partial(*arguments, **keywords)
@@ -176,7 +182,9 @@ def known_all(function: str, known: Signature, given: Mapping[str, Any]) -> None
     for name, one in known.parameters.items():
         single = one.kind not in (Parameter.VAR_POSITIONAL, Parameter.VAR_KEYWORD)
         if single and one.default is Parameter.empty and name not in given:
-            raise TypeError(f"{function}() missing a required argument: {name!r}; see help(chaosdrill.{function})")
+            instead = [key for key in given.get("more", ()) if key in _SPELT.get(name, ())]
+            way = f"{instead[0]!r} is none of its arguments; " if instead else ""
+            raise TypeError(f"{function}() missing a required argument: {name!r}; {way}see help(chaosdrill.{function})")
 
 
 def constructor(kind: type[C]) -> type[C]:

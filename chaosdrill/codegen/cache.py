@@ -16,6 +16,7 @@ import time
 import warnings
 from functools import cache
 from pathlib import Path
+from pwd import getpwuid
 
 from chaosdrill.codegen.tuning import TUNING
 from chaosdrill.package import modules, source
@@ -32,19 +33,27 @@ def lasting_folder() -> Path | None:
 
     What lies there is run, so that whoever can write there could have code of their own run.
     """
-    named = os.environ.get("CHAOSDRILL_CACHE_DIR")
-    base = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()) / "chaosdrill"
-    for folder in [Path(named)] if named else [base]:
-        try:
-            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            if others := _others_who_write(folder):
-                warnings.warn(f"{folder} is not used to keep compiled code: {others}", stacklevel=2)
-                continue
-            with tempfile.TemporaryFile(dir=folder):
-                return folder
-        except (OSError, RuntimeError):
-            continue
-    return None
+    try:
+        folder = _named_folder()
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if others := _others_who_write(folder):
+            warnings.warn(f"{folder} is not used to keep compiled code: {others}", stacklevel=2)
+            return None
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except (OSError, KeyError):
+        return None
+
+
+def _named_folder() -> Path:
+    """Where compiled code is kept; KeyError for a user without a home."""
+    if named := os.environ.get("CHAOSDRILL_CACHE_DIR"):
+        return Path(named)
+    caches = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    # a relative one, or an empty home, would be that of the working directory or of the root
+    if not caches.is_absolute():
+        caches = Path(os.environ.get("HOME") or getpwuid(os.getuid()).pw_dir) / ".cache"
+    return caches / "chaosdrill"
 
 
 def _others_who_write(folder: Path) -> str:

@@ -34,6 +34,9 @@ from chaosdrill.plots.sections import first_that_varies
 from chaosdrill.plots.tuning import TUNING
 
 _NO_BIFURCATION = "real multipliers of product 1: no bifurcation"
+_LOOKS: dict[bool, tuple[Any, str]] = {True: ("-", "stable"), False: ((0, (4, 2)), "unstable")}
+"""Dashes and word of a curve, by whether it is stable."""
+
 _DASHES = {
     "fold": "-",
     "period_doubling": (0, (5, 1.5)),
@@ -81,11 +84,11 @@ def branches(*datasets: Dataset, over: Dataset | None = None, ax: Axes | None = 
         panel.set_xlim(left, right)
         if over is not None:
             _attractors(panel, over, index)
-        for dataset in datasets:
-            _lines(panel, dataset, name, index, categories)
+        drawn = {stable for dataset in datasets for stable in _lines(panel, dataset, name, index, categories)}
         for category in dict.fromkeys(categories.values()):
             panel.plot([], [], color=category.colour, linewidth=1.8, label=category.name)
-        for dashes, text in (("-", "stable"), ((0, (4, 2)), "unstable")):
+        for stable in sorted(drawn, reverse=True):
+            dashes, text = _LOOKS[stable]
             panel.plot([], [], color="0.25", linestyle=dashes, linewidth=1.2, label=text)
         _fit(panel)
         _marks(panel, datasets, name, index)
@@ -115,7 +118,9 @@ def _attractors(axes: Axes, diagram: Dataset, index: int) -> None:
     axes.plot([], [], markersize=3, label="bifurcation diagram", **options)
 
 
-def _lines(axes: Axes, dataset: Dataset, name: str, index: int, categories: dict[int, Category]) -> None:
+def _lines(axes: Axes, dataset: Dataset, name: str, index: int, categories: dict[int, Category]) -> set[bool]:
+    """Draw the curves of a dataset; return whether they are stable, each answer once."""
+    drawn = set()
     x, section = dataset[name].values, dataset["section"].values
     for number in np.unique(dataset["branch"].values):
         points = np.flatnonzero(dataset["branch"].values == number)
@@ -130,15 +135,12 @@ def _lines(axes: Axes, dataset: Dataset, name: str, index: int, categories: dict
             if first in jumps:
                 continue
             part = points[first : last + 1]
-            width = 1.5 if stable[first] else 0.9
-            options: dict[str, Any] = {"linewidth": width * thin, "linestyle": "-" if stable[first] else (0, (4, 2))}
-            axes.plot(
-                x[part],
-                section[part][:, used, index],
-                color=categories[period].colour,
-                zorder=3 if stable[first] else 2,
-                **options,
-            )
+            here = bool(stable[first])
+            drawn.add(here)
+            options: dict[str, Any] = {"linestyle": _LOOKS[here][0], "color": categories[period].colour}
+            options |= {"linewidth": 1.5 * thin, "zorder": 3} if here else {"linewidth": 0.9 * thin, "zorder": 2}
+            axes.plot(x[part], section[part][:, used, index], **options)
+    return drawn
 
 
 def _stretches(stable: Truths, special: Truths) -> Truths:

@@ -19,6 +19,13 @@ from chaosdrill.plots.tuning import TUNING
 _SHAPES = {"node": "o", "focus": "D", "saddle": "X", "saddle_focus": "P", "centre": "s", "degenerate": "*"}
 """Shape of each type of equilibrium; filled where it is stable."""
 
+_LOOKS: dict[str, tuple[Any, float]] = {
+    "stable": ("-", 1.6),
+    "unstable": ((0, (4, 2)), 1.1),
+    "virtual": ((0, (1, 1.6)), 1.0),
+}
+"""Dashes and width of the curves of each kind."""
+
 
 @picture("equilibria", "branches", "branches of equilibria over the parameter with what happens on them", parameters=1)
 def branches(dataset: Dataset, ax: Axes | None = None, state: States = None) -> Figure:
@@ -39,25 +46,25 @@ def branches(dataset: Dataset, ax: Axes | None = None, state: States = None) -> 
     modes = flag_names(dataset["mode"])
     used = [int(code) for code in np.unique(dataset["mode"].values)]
     colours = {code: LINE_COLOURS[k % len(LINE_COLOURS)] for k, code in enumerate(used)}
+    drawn = set()
     for number in np.unique(dataset["branch"].values):
         points = np.flatnonzero(dataset["branch"].values == number)
         for first, last in _stretches(dataset, points):
             part = points[first : last + 1]
             inner = part[len(part) // 2] if len(part) > 2 else part[-1]
             virtual, stable = dataset["admissible"].values[inner] == 1, dataset["stable"].values[inner] != 0
-            options: dict[str, Any] = {"linewidth": 1.6 if stable else 1.1, "linestyle": "-" if stable else (0, (4, 2))}
-            if virtual:
-                options = {"linewidth": 1.0, "linestyle": (0, (1, 1.6))}
+            kind = "virtual" if virtual else "stable" if stable else "unstable"
+            drawn.add(kind)
+            dashes, width = _LOOKS[kind]
             colour = BACKGROUND if virtual else colours[int(dataset["mode"].values[inner])]
-            axes.plot(x[part], y[part], color=colour, zorder=2 if virtual else 3, **options)
+            axes.plot(x[part], y[part], color=colour, linestyle=dashes, linewidth=width, zorder=2 if virtual else 3)
     if len(used) > 1:
         for code in used:
             axes.plot([], [], color=colours[code], linewidth=1.8, label=f"mode {modes[code]}")
-    kinds: list[tuple[Any, str, str]] = [("-", "stable", "0.25"), ((0, (4, 2)), "unstable", "0.25")]
-    if (dataset["admissible"].values == 1).any():
-        kinds.append(((0, (1, 1.6)), "virtual", BACKGROUND))
-    for dashes, text, colour in kinds:
-        axes.plot([], [], color=colour, linestyle=dashes, linewidth=1.2, label=text)
+    for kind, (dashes, _) in _LOOKS.items():
+        if kind in drawn:
+            colour = BACKGROUND if kind == "virtual" else "0.25"
+            axes.plot([], [], color=colour, linestyle=dashes, linewidth=1.2, label=kind)
     _cycles(axes, dataset, index)
     for kind, off, points in soft_and_hard(dataset):
         mark(axes, x[points], y[points], kind, TUNING.special_mark, jumps=off)

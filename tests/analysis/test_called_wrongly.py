@@ -44,6 +44,8 @@ def test_limits_are_two(duffing):
         (lambda s: cd.save(s, pth="a.nc"), r"save\(\) got .*'pth'; did you mean 'path'"),
         (lambda s: cd.trajectory(), r"trajectory\(\) missing a required argument: 'system'"),
         (lambda s: cd.bifurcation_diagram(s, {"gamma": [0.1]}, periods=4), "missing a required argument: 'transient'"),
+        (lambda s: cd.HybridSystem(**OWN, initial_mode="free"), r"'initial_mode'; write initial=\{'mode': ...\}"),
+        (lambda s: cd.in_modes(states="x", rates={"x": "-x"}), "argument: 'field'; 'rates' is none of its arguments"),
     ],
 )
 def test_a_name_that_no_argument_has(duffing, call, told):
@@ -83,7 +85,7 @@ def _with_guard(guard):
         (lambda s: cd.simulate(s), "did you mean 'trajectory'"),
         (lambda s: cd.bifurcation(s), "did you mean 'bifurcation_diagram'"),
         (lambda s: cd.lyapunov_spectrum(s, 100), r"takes 1 argument .* \(system\), received 2; name the others"),
-        (lambda s: cd.bifurcation_diagram(s, "gamma", [1]), r"\(system, sweep\), received 3; name the others"),
+        (lambda s: cd.bifurcation_diagram(s, "gamma", [1]), r"sweep\), received 3; give sweep=\{'gamma': \[...\]\}"),
         (lambda s: cd.bifurcation_diagram(s, "gamma"), r"as in \{'name of the parameter': numpy.linspace"),
         (lambda s: cd.continue_orbit(s, "gamma"), r"as in \{'name of the parameter': \(0, 1\)\}"),
         (lambda s: cd.lyapunov_spectrum(s, periods=9, rtol=1e-9), "did you mean 'tolerance'"),

@@ -411,6 +411,6 @@ def test_the_folder_of_a_links_target_is_tried(tmp_path, motion):
         cd.save(motion, link)
     link.unlink()
     link.symlink_to(link)
-    with pytest.raises(cd.ArchiveError, match="the link leads in a circle"):
+    with pytest.raises(cd.ArchiveError, match="the name leads in a circle"):
         cd.save(motion, link)
     assert link.is_symlink()

@@ -9,6 +9,7 @@ import sys
 import tempfile
 import threading
 from pathlib import Path
+from pwd import struct_passwd
 from types import SimpleNamespace
 
 import numpy as np
@@ -96,6 +97,21 @@ def test_the_user_cache_is_the_default(tmp_path, monkeypatch):
         assert cache.cache_folder() == tmp_path / "chaosdrill"
     finally:
         cache.cache_folder.cache_clear()
+
+
+@pytest.mark.parametrize("home", ["", None])
+def test_without_a_home_in_the_environment_it_is_that_of_the_user(tmp_path, monkeypatch, home):
+    monkeypatch.delenv("CHAOSDRILL_CACHE_DIR", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", "not/absolute")
+    monkeypatch.delenv("HOME") if home is None else monkeypatch.setenv("HOME", home)
+    monkeypatch.setattr(cache, "getpwuid", lambda number: struct_passwd(("me", "", number, 0, "", str(tmp_path), "")))
+    assert cache.lasting_folder() == tmp_path / ".cache" / "chaosdrill"
+
+    def unknown(number):
+        raise KeyError(number)
+
+    monkeypatch.setattr(cache, "getpwuid", unknown)
+    assert cache.lasting_folder() is None
 
 
 @pytest.mark.parametrize("broken", ["a file", "below a file"])

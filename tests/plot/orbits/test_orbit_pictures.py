@@ -155,6 +155,15 @@ def test_what_is_there_is_named_and_nothing_else(continuation):
     assert _legend(figure) == names
 
 
+@pytest.mark.parametrize(("stable", "word"), [(1, "unstable"), (0, "stable")])
+def test_what_no_curve_is_stands_in_no_legend(continuation, stable, word):
+    """A special point at an end, of which round-off decides, makes no curve."""
+    values = np.where(continuation["special_point"] != 0, 1 - stable, stable)
+    figure = branches(continuation.assign(stable=continuation["stable"].copy(data=values)))
+    assert word not in _legend(figure)
+    assert not _lines(figure, dashed=bool(stable))
+
+
 def test_solid_is_stable(continuation):
     """Period 1 up to r = 3, both points of period 2 from there to 1 + sqrt 6."""
     figure = branches(continuation)
@@ -227,7 +236,7 @@ def test_any_number_of_states(continuation, states):
 def test_a_search_that_found_no_orbit_says_so(continuation):
     none = continuation.isel(point=slice(0), branch_number=slice(0), special=slice(0))
     none = none.assign(outcome=continuation["outcome"].copy(data=np.int8(Outcome.NO_ORBIT)))
-    title = branches(none.assign_attrs(message="none near the start")).legends[0].get_title().get_text()
+    title = branches(none.assign_attrs(message="none near the start")).get_suptitle()
     assert title == "no orbit; none near the start"
 
 
