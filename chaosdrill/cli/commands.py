@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from chaosdrill.cli.streams import answer, changes_option, given_text, json_option, tell
+from chaosdrill.errors import ArchiveError
 from chaosdrill.progress import Display
 from chaosdrill.scene import check as check_scene
 from chaosdrill.scene.names import TOPICS, new_scene
@@ -47,8 +48,17 @@ def warm(folder: str | None, as_json: bool) -> None:
 
     compiled = ("blocks", "covariant", "matching", "neighbours", "recurrence", "tori")
     elsewhere = tuple(f"chaosdrill.analysis.{one}" for one in compiled)
-    made = warm_engine(None if folder is None else Path(folder), (*elsewhere, "chaosdrill.orbits.event_changes"))
-    size = sum(file.stat().st_size for file in made if file.exists())
+    try:
+        made = warm_engine(None if folder is None else Path(folder), (*elsewhere, "chaosdrill.orbits.event_changes"))
+    except OSError as fault:
+        # a write names no file
+        raise OSError(fault.errno, fault.strerror, fault.filename or folder) from fault
+    if lost := [file for file in made if not file.exists()]:
+        raise ArchiveError(
+            f"{lost[0].parent}: {len(lost)} of {len(made)} functions cannot be kept there; make room, name another "
+            "folder in CHAOSDRILL_CACHE_DIR, or name a DIR"
+        )
+    size = sum(file.stat().st_size for file in made)
     where = sorted({str(file.parent) for file in made})
     text = f"{len(made)} functions, {size / 1e6:.1f} MB, in {', '.join(where)}"
     answer(as_json, {"folders": where, "functions": len(made), "bytes": size}, text)

@@ -1,5 +1,6 @@
 """The engine compiled beforehand is what a process finds that can write nothing."""
 
+import errno
 import os
 import subprocess
 import sys
@@ -9,6 +10,8 @@ from pathlib import Path
 import pytest
 
 import chaosdrill
+import chaosdrill.engine.warm as engine_warm
+from chaosdrill.cli import main
 from chaosdrill.codegen import cache, kept
 from chaosdrill.progress import COLD, tell_of_compilation
 
@@ -54,6 +57,19 @@ def test_compilation_is_told_once_in_one_line(named, capsys):
     assert capsys.readouterr().err == COLD + "\n"
     kept.engine_code(FLOW, "one", none)
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("folder", [None, "full"])
+def test_what_cannot_be_kept_is_said_with_its_folder(tmp_path, monkeypatch, capsys, folder):
+    def full(named, elsewhere):
+        if named is None:
+            return [tmp_path / "lost.code"]
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(engine_warm, "warm", full)
+    assert main(["warm", *filter(None, [folder])]) == 1
+    told = f"{folder}: No space left on device" if folder else f"{tmp_path}: 1 of 1 functions cannot be kept there"
+    assert capsys.readouterr().err.startswith(told)
 
 
 SPECTRUM = """
