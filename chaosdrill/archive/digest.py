@@ -17,6 +17,7 @@ from typing import Any, BinaryIO
 from chaosdrill.annotations import Dataset, DataTree, Variable
 from chaosdrill.archive.inside import FREE_BYTES, USUAL_COMPRESSION
 from chaosdrill.archive.tuning import TUNING
+from chaosdrill.dataset.references import mapping
 from chaosdrill.errors import ArchiveError, ChaosdrillError
 
 DIGESTS = "digests"
@@ -52,15 +53,11 @@ def altered(ds: Dataset) -> list[str] | None:
     other = isinstance(text, str) and known is not None and sha256(text.encode(errors="replace")).hexdigest() != known
     # archives of format 1 have that digest too
     scene = [":scene"] if other else []
-    try:
-        stored = json.loads(ds.attrs[DIGESTS])
-    except KeyError:
+    if DIGESTS not in ds.attrs:
         return scene or None
-    except (TypeError, ValueError, RecursionError):
+    stored, now = mapping(ds.attrs[DIGESTS]), digests(ds)
+    if not stored:
         return [f":{DIGESTS}", *scene]
-    if not isinstance(stored, dict):
-        return [f":{DIGESTS}", *scene]
-    now = digests(ds)
     names = sorted({*stored, *now})
     return [name or ":" for name in names if stored.get(name) != now.get(name)] + scene
 

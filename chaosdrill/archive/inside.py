@@ -19,65 +19,41 @@ from math import prod
 
 DEEPEST = 16
 """Levels of groups."""
-
 MOST_GROUPS = 10_000
-
 MOST_VARIABLES = 1_000
 """In one group."""
-
 MOST_ATTRIBUTES = 1_000
 """Of one group or variable."""
-
 MOST_DIMENSIONS = 32
 """Of one variable, as HDF5 has it."""
-
 FREE_BYTES = 2**26
 """What a file may declare however small it is; what it may declare and not hold; what its attributes may take."""
-
 COMPRESSION = 1100
 """Bytes that deflate can make of one, at most: 1032."""
-
 USUAL_BYTES = 2**29
 """What a file may declare that is compressed so far."""
-
 USUAL_COMPRESSION = 100
 """Beyond that, this multiple of its size: results of many runs are compressed to a half, long constants to a tenth."""
-
 LARGEST_CHUNK = 2**27
 """Bytes of a chunk, which is in memory as a whole; the NetCDF library makes them of up to 16 MB."""
-
 BLOCK = 2**27
 """Bytes that are read at once, and that are kept of chunks."""
-
 MEMORY = 3 * 2**28
 """Bytes that the process may take besides what its libraries do: with these it stays below a gigabyte."""
-
 TEXTS = 64
 """Texts that are read at once, before their length is known."""
-
 SHORT, MANY_TEXTS = 1000, 4096
 """Longest text in letters for which this number of texts is read at once."""
-
 LETTER = 4
 """Bytes of a letter in an array of texts, where each has the room of the longest."""
-
 AT_WORK_S = 20
 """Processor time for a file, and as much for every gigabyte that it declares: some damaged files have no end."""
-
 FILTERS = {1: "deflate", 2: "shuffle", 3: "fletcher32"}
 """By their numbers in HDF5; any other may be a program that the reader's machine would look for."""
-
-NUMBER, TEXT = "number", "text"
+TEXT = "text"
 _HIDDEN = {
-    b"CLASS",
-    b"NAME",
-    b"DIMENSION_LIST",
-    b"REFERENCE_LIST",
-    b"_Netcdf4Dimid",
-    b"_Netcdf4Coordinates",
-    b"_nc3_strict",
-    b"_NCProperties",
-    b"_NCCOPY",
+    *(b"CLASS", b"NAME", b"DIMENSION_LIST", b"REFERENCE_LIST", b"_Netcdf4Dimid", b"_Netcdf4Coordinates"),
+    *(b"_nc3_strict", b"_NCProperties", b"_NCCOPY"),
 }
 _NO_VARIABLE = b"This is a netCDF dimension but not a netCDF variable"
 _NOT_ITS_DIMENSION = "_nc4_non_coord_"

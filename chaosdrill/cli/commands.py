@@ -250,11 +250,9 @@ def info_text(described: dict[str, Any]) -> str:
     """The description of an archive for people."""
     lines = [f"{described['path']}  {described['bytes']} bytes"]
     for name, value in described.items():
-        if name in ("path", "bytes", "altered", "unsealed", "quantities", "groups"):
+        if name in ("path", "bytes", "altered", "unsealed", "quantities", "groups") or value == {}:
             continue
         if isinstance(value, dict):
-            if not value:
-                continue
             value = ", ".join(f"{key} {text}" for key, text in value.items())
         lines.append(f"  {name:<13} {_within(value, 16)}")
     lines += altered_line(described)

@@ -174,12 +174,9 @@ def seconds(value: Any) -> str:
     value = float(value)
     if not value < float("inf"):
         return MISSING
-    if value < 1e-3:
-        return f"{1e6 * value:.3g} µs"
-    if value < 1:
-        return f"{1000 * value:.3g} ms"
-    if value < 120:
-        return f"{value:.3g} s"
+    for end, factor, unit in ((1e-3, 1e6, "µs"), (1, 1000, "ms"), (120, 1, "s")):
+        if value < end:
+            return f"{factor * value:.3g} {unit}"
     minutes, left = divmod(round(value), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours} h {minutes} min" if hours else f"{minutes} min {left} s"

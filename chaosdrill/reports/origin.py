@@ -20,7 +20,7 @@ from chaosdrill.errors import ChaosdrillError
 from chaosdrill.files import name_text
 from chaosdrill.model import HybridSystem
 from chaosdrill.model.grammar import PLAIN_NAME
-from chaosdrill.reports.html import GREEK, NOTHING, Quantity, joined, number, part, render, shown, table
+from chaosdrill.reports.html import GREEK, NOTHING, Quantity, joined, known_columns, number, part, render, shown, table
 
 if TYPE_CHECKING:
     from chaosdrill.scene import Scene
@@ -93,17 +93,12 @@ def system_part(
     effects, each with a line of description. ``units``: a table of units.
     """
     labels = system.labels
-    states: list[tuple[object, ...]] = [
-        (name, part("formula", name), system.initial[name], *([labels.get(name, "")] if labels else []))
-        for name in system.state_names
+    states = [(name, part("formula", name), system.initial[name], labels.get(name, "")) for name in system.state_names]
+    source = {} if origin is None else {name: origin.get(name, "the run") for name in system.parameters}
+    parameters = [
+        (name, part("formula", name), Quantity(number(value, 12)), source.get(name, ""), labels.get(name, ""))
+        for name, value in system.parameters.items()
     ]
-    parameters: list[tuple[object, ...]] = []
-    meaning = ("meaning",) if labels else ()
-    for name, value in system.parameters.items():
-        source = () if origin is None else (origin.get(name, "the run"),)
-        told = [labels.get(name, "")] if labels else []
-        parameters.append((name, part("formula", name), Quantity(number(value, 12)), *source, *told))
-    source = () if origin is None else ("from",)
     same = {
         name: next(iter(rates.values())) for name, rates in system.quadratures.items() if len(set(rates.values())) == 1
     }
@@ -118,8 +113,8 @@ def system_part(
         simulated=simulated,
         left_out=left_out,
         noise=drawn(system.noise),
-        states=table("States", ("state", "symbol", "initial value", *meaning), states),
-        parameters=table("Parameters", ("parameter", "symbol", "value", *source, *meaning), parameters),
+        states=table("States", *known_columns(("state", "symbol", "initial value", "meaning"), states)),
+        parameters=table("Parameters", *known_columns(("parameter", "symbol", "value", "from", "meaning"), parameters)),
         units=units,
     )
 
@@ -173,10 +168,11 @@ def _with_numbers(groups: Mapping[str, Dataset]) -> Markup:
 
 def _known(tree: DataTree) -> Markup:
     """Parameters with which the groups were made."""
-    rows = []
-    for node in tree.subtree:
-        for name, value in mapping(node.attrs.get("parameters")).items():
-            rows.append((str(node.attrs.get("system", "")), node.path.strip("/"), str(name), str(value)))
+    rows = [
+        (str(node.attrs.get("system", "")), node.path.strip("/"), str(name), str(value))
+        for node in tree.subtree
+        for name, value in mapping(node.attrs.get("parameters")).items()
+    ]
     return table("Parameters", ("system", "group", "parameter", "value"), dict.fromkeys(rows))
 
 
@@ -214,11 +210,8 @@ def citations_section(tree: DataTree) -> Markup:
 
 def altered_parts(tree: DataTree) -> list[str]:
     """Attributes of the archive, and variables and attributes of its groups, altered after they were written."""
-    return [f"{group} {name}".strip() for group, names in _altered(tree).items() for name in names or ()]
-
-
-def _altered(tree: DataTree) -> dict[str, list[str] | None]:
-    return {path.strip("/"): altered(group) for path, group in groups_of(tree).items()}
+    groups = groups_of(tree).items()
+    return [f"{path.strip('/')} {name}".strip() for path, group in groups for name in altered(group) or ()]
 
 
 def _integrity(tree: DataTree) -> str:

@@ -53,8 +53,8 @@ def exponents(dataset: Dataset) -> Markup:
     """Exponents of one run, largest first, with their standard errors."""
     if "lyapunov_exponent" not in dataset or dataset["lyapunov_exponent"].dims != ("exponent",):
         return NOTHING
-    values, errors = dataset["lyapunov_exponent"].values, dataset["lyapunov_error"].values
-    rows = [(i, v, _error(e)) for i, (v, e) in enumerate(zip(values, errors, strict=True), 1)]
+    pairs = zip(dataset["lyapunov_exponent"].values, dataset["lyapunov_error"].values, strict=True)
+    rows = [(i, value, _error(error)) for i, (value, error) in enumerate(pairs, 1)]
     note = part("paragraph", "Per unit of model time. −∞ stands for a direction that is lost at events.", "note")
     return table("Lyapunov exponents", ("number", "exponent", "standard error"), rows) + note
 
@@ -75,15 +75,14 @@ def event_counts(dataset: Dataset) -> Markup:
     if dataset.attrs.get("kind") != "trajectory":
         return NOTHING
     kinds, speeds = dataset["event_kind"], abs(dataset["event_speed"].values)
-    several = "run" in dataset.dims
     rows = []
     for run, here in _runs(dataset).items():
         for code, name in flag_names(kinds).items():
             hit = kinds.values[here] == code
             if hit.any():
-                rows.append((*[run] * several, name, int(hit.sum()), float(speeds[here][hit].min())))
-    head = (*["run"] * several, "transition", "times", "smallest normal speed")
-    return table("Events on the way", head, rows)
+                rows.append((run, name, int(hit.sum()), float(speeds[here][hit].min())))
+    head = ("run", "transition", "times", "smallest normal speed")
+    return table("Events on the way", *known_columns(head, rows))
 
 
 def _runs(dataset: Dataset) -> dict[str, slice]:
@@ -194,25 +193,21 @@ def attractors(dataset: Dataset) -> Markup:
     if dim is None:
         return NOTHING
     names = flag_names(dataset["attractor_outcome"])
-    states = [str(name) for name in dataset["state"].values]
-    has_exponents, has_rate = "attractor_exponent" in dataset, "attractor_rate" in dataset
+    told = {
+        "part of the starts": ("fraction", "fraction_error"),
+        "largest exponent": ("attractor_exponent", "attractor_error"),
+        "progression rate": ("attractor_rate", "attractor_rate_error"),
+    }
+    told = {words: pair for words, pair in told.items() if pair[0] in dataset}
     rows = []
     for i, place in enumerate(dataset[dim].values):
-        one = dataset.isel({dim: i})
+        one = dataset.isel({dim: i, "exponent": 0}, missing_dims="ignore")
         period = int(one["attractor_period"])
-        row: list[Any] = [
-            int(place),
-            f"period {period}" if period else _words(names.get(int(one["attractor_outcome"]), "")),
-        ]
-        row.append(Quantity(uncertain(one["fraction"], one["fraction_error"])))
-        if has_exponents:
-            row.append(Quantity(uncertain(one["attractor_exponent"].values[0], one["attractor_error"].values[0])))
-        if has_rate:
-            row.append(Quantity(uncertain(one["attractor_rate"], one.get("attractor_rate_error", float("nan")))))
-        rows.append([*row, *one["attractor_state"].values])
-    head = ["attractor", "motion", "part of the starts", *(["largest exponent"] if has_exponents else [])]
-    head += [*(["progression rate"] if has_rate else []), *(f"{name} at a point of it" for name in states)]
-    return table("Attractors", head, rows)
+        motion = f"period {period}" if period else _words(names.get(int(one["attractor_outcome"]), ""))
+        numbers = [Quantity(uncertain(one[n], one.get(error, float("nan")))) for n, error in told.values()]
+        rows.append([int(place), motion, *numbers, *one["attractor_state"].values])
+    states = (f"{name} at a point of it" for name in dataset["state"].values)
+    return table("Attractors", ("attractor", "motion", *told, *states), rows)
 
 
 def _followed(dataset: Dataset) -> Markup:
@@ -223,9 +218,9 @@ def _followed(dataset: Dataset) -> Markup:
     for i, place in enumerate(dataset["attractor"].values):
         one = dataset.isel(attractor=i)
         most = one["fraction"].isel({parameter: int(one["fraction"].values.argmax())})
-        row: list[Any] = [int(place), *(float(one[f"{end}_value"]) for end in ("first", "last"))]
-        row.append(Quantity(uncertain(most, one["fraction_error"].sel({parameter: most[parameter]}))))
-        rows.append([*row, *(_words(names.get(int(one[f"end_{side}"]), "")) for side, names in ends.items())])
+        part_of = Quantity(uncertain(most, one["fraction_error"].sel({parameter: most[parameter]})))
+        words = (_words(names.get(int(one[f"end_{side}"]), "")) for side, names in ends.items())
+        rows.append((int(place), float(one["first_value"]), float(one["last_value"]), part_of, *words))
     head = ["attractor", f"from {parameter}", "to", "largest part of the starts", "end below", "end above"]
     return table(f"Attractors along {long_name(dataset, parameter)} {parameter}", head, rows, MOST_INTERVALS)
 
@@ -291,11 +286,9 @@ def derivatives(dataset: Dataset) -> Markup:
     if "period_time_derivative" not in dataset or dataset["period_time_derivative"].dims != ("parameter",):
         return NOTHING
     effects = elasticities(dataset)
-    columns = (dataset["parameter_value"].values, *effects.values())
-    rows = [
-        (str(parameter), *(Quantity(number(float(one[i]), 5)) for one in columns))
-        for i, parameter in enumerate(dataset["parameter"].values)
-    ]
+    columns = zip(dataset["parameter_value"].values, *effects.values(), strict=True)
+    named = zip(map(str, dataset["parameter"].values), columns, strict=True)
+    rows = [(parameter, *(Quantity(number(float(value), 5)) for value in values)) for parameter, values in named]
     titles = (f"{long_name(dataset, name)}, %" for name in effects if name != "lyapunov_exponent")
     head = ("parameter", "value", *titles, *["largest exponent"] * ("lyapunov_exponent" in effects))
     note = "By one percent more of each parameter, to first order: changes in percent, and of the exponent as it is. "
@@ -364,28 +357,25 @@ def _special(dataset: Dataset, parameters: list[str]) -> Markup:
         at = [_precise(column[i]) for column in values]
         error = _error(dataset["special_error"].values[i])
         kind, words = meaning(kinds.values[i], kinds), str(dataset["special_text"].values[i])
-        rows.append((kind, *at, error, int(owner[place]), *_coefficient(dataset, i), *_onset(dataset, i), words))
+        rows.append((kind, *at, error, int(owner[place]), _coefficient(dataset, i), _onset(dataset, i), words))
     coefficient = "first Lyapunov coefficient" if "special_frequency" in dataset else "cubic coefficient"
-    born = (coefficient,) if "special_coefficient" in dataset else ()
-    follows = ("after grazing",) if "special_onset" in dataset else ()
-    head = ("kind", *parameters, "error", "branch", *born, *follows, "what happens")
+    head = ("kind", *parameters, "error", "branch", coefficient, "after grazing", "what happens")
     return table("Special points", *known_columns(head, rows))
 
 
-def _onset(dataset: Dataset, i: int) -> tuple[Any, ...]:
-    """What follows where an orbit grazes; nothing for equilibria."""
-    if "special_onset" not in dataset:
-        return ()
-    codes = dataset["special_onset"]
-    return (meaning(codes.values[i], codes) if int(codes.values[i]) else "–",)
+def _onset(dataset: Dataset, i: int) -> str:
+    """What follows where an orbit grazes."""
+    if "special_onset" not in dataset or not (code := int(dataset["special_onset"].values[i])):
+        return MISSING
+    return meaning(code, dataset["special_onset"])
 
 
-def _coefficient(dataset: Dataset, i: int) -> tuple[Any, ...]:
-    """The normal form's coefficient at a special point with its error; nothing where there are only folds."""
+def _coefficient(dataset: Dataset, i: int) -> Quantity:
+    """The normal form's coefficient at a special point with its error."""
     if "special_coefficient" not in dataset:
-        return ()
+        return Quantity(MISSING)
     value, error = (float(dataset[f"special_coefficient{name}"].values[i]) for name in ("", "_error"))
-    return (Quantity(f"{number(value, 4)} ± {number(error, 2)}" if value == value else "–"),)
+    return Quantity(f"{number(value, 4)} ± {number(error, 2)}" if value == value else MISSING)
 
 
 def _cascade(dataset: Dataset) -> Markup:
@@ -426,13 +416,12 @@ def accuracy_section(groups: Mapping[str, Dataset]) -> Markup:
     for name, dataset in groups.items():
         wall, runs = dataset.attrs.get("wall_time_s"), dataset["outcome"].size if "outcome" in dataset else 1
         tolerance = number(dataset.attrs["tolerance"], 3) if "tolerance" in dataset.attrs else MISSING
-        row: list[Any] = [name, str(dataset.attrs.get("method", MISSING)), Quantity(tolerance)]
-        row += [runs, Quantity(MISSING if wall is None else seconds(wall))]
-        row.append(Quantity(MISSING if wall is None else seconds(float(wall) / max(runs, 1))))
+        row: list[Any] = [name, str(dataset.attrs.get("method", MISSING)), Quantity(tolerance), runs]
+        row += [Quantity(MISSING if wall is None else seconds(float(wall) / shared)) for shared in (1, max(runs, 1))]
         errors, speeds = _finite(dataset, "lyapunov_error"), _finite(dataset, "closest_grazing", "smallest_speed")
-        row.append(_error(errors.max() if errors.size else np.nan))
-        row.append(Quantity(number(speeds.min() if speeds.size else np.nan, 3)))
-        rows.append([*row, Quantity(_horizon(dataset))])
+        row += [_error(errors.max() if errors.size else np.nan)]
+        row += [Quantity(number(speeds.min() if speeds.size else np.nan, 3)), Quantity(_horizon(dataset))]
+        rows.append(row)
     head = ["analysis", "method", "tolerance", "runs", "wall time", "a run", "largest standard error of an exponent"]
     head += ["smallest normal speed", f"trajectory known to {TRUSTED:g} until"]
     note = (

@@ -124,13 +124,9 @@ def _into_lists(path: Path, document: Any, key: str) -> Path:
                 part = int(part)
             else:
                 named = ", ".join(name for name in names if isinstance(name, str))
-                numbers = (
-                    f"by its number, from 0 to {len(document) - 1}" if document else "in the file, since it is empty"
-                )
-                raise SettingsError(
-                    f"--set {key}: {'.'.join(map(str, found))} is a list; name an entry {numbers}"
-                    + (f", or by its name: {named:.200}" if named else "")
-                )
+                ways = f"by its number, from 0 to {len(document) - 1}" if document else "in the file, since it is empty"
+                ways += f", or by its name: {named:.200}" if named else ""
+                raise SettingsError(f"--set {key}: {'.'.join(map(str, found))} is a list; name an entry {ways}")
         found = (*found, part)
         if isinstance(document, dict):
             document = document.get(part)
@@ -144,9 +140,8 @@ def _put(table: Any, path: Path, key: str, value: Any) -> None:
     for depth, name in enumerate(tables, start=1):
         table = table[name] if isinstance(name, int) else table.setdefault(name, {})
         if not isinstance(table, dict | list):
-            raise SettingsError(
-                f"--set {key}: {'.'.join(map(str, path[:depth]))} is not a table but {shown(table):.60}"
-            )
+            place = ".".join(map(str, path[:depth]))
+            raise SettingsError(f"--set {key}: {place} is not a table but {shown(table):.60}")
     before = table[last] if isinstance(last, int) else table.get(last)
     if isinstance(before, dict) and not isinstance(value, dict):
         raise SettingsError(

@@ -94,7 +94,6 @@ def _texts(value: Any) -> Iterator[str]:
 
 def too_large(definition: Any) -> Faults:
     """Fields that would take too long to combine: those of many operations, and with powers of long sums."""
-
     from chaosdrill.model.definition import operations
 
     for mode, field in definition.modes.items():
@@ -114,11 +113,8 @@ def _expanded(path: Path, expression: Any) -> Faults:
         if power.base.is_Add and power.exp.is_Integer and power.exp > 1:
             nested = any(one.base.is_Add for one in power.base.atoms(sympy.Pow))
             if nested or power.exp > TUNING.sliding_power:
-                yield (
-                    path,
-                    f"takes a power of a sum beyond {TUNING.sliding_power}, or within another one, which would be "
-                    "expanded",
-                )
+                what = f"a power of a sum beyond {TUNING.sliding_power}, or within another one, which would be expanded"
+                yield path, f"takes {what}"
 
 
 def drive_faults(drive: Any, names: Mapping[str, Any], used: set[str]) -> Faults:
@@ -201,23 +197,16 @@ def noise_faults(noise: Mapping[str, Any], known: Mapping[str, Any]) -> Faults:
             told = "missing" if title is None else f"unknown distribution {title!r:.60}"
             yield (name, "distribution"), f"{told}; {remedy(str(title), DISTRIBUTIONS)}"
         else:
-            wanted = [field.name for field in fields(DISTRIBUTIONS[title])]
-            needed = [field.name for field in fields(DISTRIBUTIONS[title]) if field.default is MISSING]
-            for key in one:
-                if key not in (*wanted, "distribution", "at"):
-                    yield (name, key), f"unknown key; {remedy(key, [*wanted, 'distribution', 'at'])}"
-            for key in needed:
-                if key not in one:
-                    yield (name, key), f"missing; {title} has {', '.join(wanted)}"
-            if set(needed) <= one.keys():
-                yield from _distribution_faults(name, one)
-
-
-def _distribution_faults(name: str, table: Mapping[str, Any]) -> Faults:
-    try:
-        distribution_of(table)
-    except SettingsError as fault:
-        yield (name,), str(fault)
+            wanted = {field.name: field.default is MISSING for field in fields(DISTRIBUTIONS[title])}
+            keys = (*wanted, "distribution", "at")
+            yield from (((name, key), f"unknown key; {remedy(key, keys)}") for key in one if key not in keys)
+            missing = [key for key, needed in wanted.items() if needed and key not in one]
+            yield from (((name, key), f"missing; {title} has {', '.join(wanted)}") for key in missing)
+            if not missing:
+                try:
+                    distribution_of(one)
+                except SettingsError as fault:
+                    yield (name,), str(fault)
 
 
 def distribution_of(table: Mapping[str, Any]) -> Any:

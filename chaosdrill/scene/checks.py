@@ -113,9 +113,8 @@ def _check_equations(checked: CheckedSystem, raw: Mapping[str, Any]) -> None:
     problems = checked.problems
     ways = [key for key in ("model", "definition", "map", "filippov") if key in raw]
     if not ways:
-        neither = "missing; name a built-in system, or write one as [system.definition], [system.map] or "
-        neither += "[system.filippov]"
-        problems.append(Problem(("system", "model"), neither))
+        written = "[system.definition], [system.map] or [system.filippov]"
+        problems.append(Problem(("system", "model"), f"missing; name a built-in system, or write one as {written}"))
     elif len(ways) > 1:
         both, too_many = "both" if len(ways) == 2 else "all", ("one", "two", "three")[len(ways) - 2]
         text = f"{' and '.join(ways)} are {both} given; leave {too_many} of them out"
@@ -132,9 +131,8 @@ def _check_equations(checked: CheckedSystem, raw: Mapping[str, Any]) -> None:
         else:
             _check_written(checked, raw, ways[0])
         if table_in(raw, "effects"):
-            problems.append(
-                Problem(("system", "effects"), "a definition is not assembled from effects; leave them out")
-            )
+            told = "a definition is not assembled from effects; leave them out"
+            problems.append(Problem(("system", "effects"), told))
 
 
 def _check_names(checked: CheckedSystem, raw: Mapping[str, Any]) -> None:

@@ -52,6 +52,7 @@ def check(scene: str | os.PathLike[str] | Scene, changes: Mapping[str, Any] | No
 def describe_scene(scene: Scene) -> dict[str, Any]:
     """Description of a scene as plain values: equations as text, numbers, names."""
     system = scene.system
+    modes, transitions = ({}, ()) if system.discrete else (system.modes, system.transitions)
     labels, given = system.labels, {*scene.parameters, *noise_parameters(scene.noise)}
     return {
         "title": scene.title,
@@ -69,14 +70,8 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
             for name, value in system.parameters.items()
         },
         "map": {f"{state} next": str(image) for state, image in images(system).items()},
-        "modes": {}
-        if system.discrete
-        else {
-            mode: {f"d{state}/dt": str(rate) for state, rate in field.items()} for mode, field in system.modes.items()
-        },
-        "events": {}
-        if system.discrete
-        else {
+        "modes": {mode: {f"d{state}/dt": str(rate) for state, rate in field.items()} for mode, field in modes.items()},
+        "events": {
             transition.name: {
                 "from": list(transition.source),
                 "to": transition.target,
@@ -87,7 +82,7 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
                 "priority": transition.priority,
                 "kind": transition.kind,
             }
-            for transition in system.transitions
+            for transition in transitions
         },
         "quadratures": {name: _texts(rates) for name, rates in system.quadratures.items()},
         "period": None if not system.forced or system.discrete else str(system.period),
@@ -121,8 +116,5 @@ def _effects(scene: Scene, *, present: bool) -> dict[str, str]:
     chosen = {effect: option for effect, option in scene.effects.items() if option != ABSENT[effect]}
     if present:
         return {effect: f"{option}: {EFFECTS[effect][option]}" for effect, option in chosen.items()}
-    return {
-        effect: "choose from " + ", ".join(option for option in options if option != ABSENT[effect])
-        for effect, options in EFFECTS.items()
-        if effect not in chosen
-    }
+    others = {effect: [option for option in EFFECTS[effect] if option != ABSENT[effect]] for effect in EFFECTS}
+    return {effect: f"choose from {', '.join(known)}" for effect, known in others.items() if effect not in chosen}

@@ -68,10 +68,8 @@ def si_table(si: ReadSI, system: "HybridSystem") -> dict[str, Any]:
     table = {}
     for name, value in si.values.items():
         entry = QUANTITIES[name]
-        makes = [parameter for parameter in entry.makes if parameter in si.parameters]
-        comment = (
-            f"Makes the parameter {' and '.join(makes)}." if makes else "Makes the units of time, length and force."
-        )
+        makes = " and ".join(parameter for parameter in entry.makes if parameter in si.parameters)
+        comment = f"Makes the parameter {makes}." if makes else "Makes the units of time, length and force."
         table[f"si_{name}"] = _scalar(value, entry.label, entry.units, comment)
     for name, value in si.scales.items():
         units, what, formula = UNITS[name]

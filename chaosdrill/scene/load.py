@@ -96,11 +96,11 @@ def _read_pipe(handle: int) -> bytes:
             if not select.select([handle], [], [], TUNING.silence_s)[0]:
                 raise OSError(errno.ETIMEDOUT, _SILENT.format(TUNING.silence_s)) from None
             continue
-        if not piece and not data:
-            raise OSError(errno.EPIPE, _UNWRITTEN)
         if not piece:
             break
         data += piece
+    if not data:
+        raise OSError(errno.EPIPE, _UNWRITTEN)
     return data
 
 

@@ -110,7 +110,7 @@ class Scene:
             system = self._made(one)
             if listed and (key := one.key) is not None:
                 system = system.enlisted(key)
-        checks = (self._check_modes, self._check_reached, self._check_fit, self._check_halved)
+        checks = (self._check_modes, self._check_reached, self._check_fit)
         if problems := [one for check in checks for one in check(system)]:
             raise InvalidSceneError(self.name, problems, self.lines)
         return system
@@ -213,21 +213,13 @@ class Scene:
             if mode not in reached
         ]
 
-    def _check_halved(self, system: "HybridSystem") -> list[Problem]:
-        """Check that analyses name no parameter that is 0 by the symmetry."""
-        known = Known.of(system)
-        return [
-            problem
-            for group, asked in self.analyses.items()
-            if self.symmetry
-            for problem in problems_of(asked.entry.settings.faults(asked.table, known), ("analysis", group))
-        ]
-
     def _check_fit(self, system: "HybridSystem") -> list[Problem]:
-        """Check that sections exist in the system, and that it counts the lengths that are given."""
-        return [
-            problem
-            for group, asked in self.analyses.items()
-            for found in (asked.entry.settings.misfits(asked.table, system), asked.entry.settings.noise_faults(system))
-            for problem in problems_of(found, ("analysis", group))
-        ]
+        """Check that the system has the sections, counts the lengths, and has not lost a parameter to its symmetry."""
+        known = Known.of(system) if self.symmetry else None
+        problems: list[Problem] = []
+        for group, asked in self.analyses.items():
+            settings = asked.entry.settings
+            found = [*settings.misfits(asked.table, system), *settings.noise_faults(system)]
+            found += settings.faults(asked.table, known) if known else ()
+            problems += problems_of(found, ("analysis", group))
+        return problems

@@ -61,10 +61,11 @@ def _changes(before: Any, now: Any, path: str) -> Iterator[str]:
     if isinstance(before, dict) and isinstance(now, dict):
         for key in [*before, *(key for key in now if key not in before)]:
             place = f"{path}.{key}" if path else str(key)
-            if key not in now or key not in before:
-                yield f"{place}: {_text(before, key)} before, {_text(now, key)} now"
-            else:
+            if key in now and key in before:
                 yield from _changes(before[key], now[key], place)
+            else:
+                was, here = (_short(side[key]) if key in side else "absent" for side in (before, now))
+                yield f"{place}: {was} before, {here} now"
     elif isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
         for index, (one, other) in enumerate(zip(before, now, strict=True)):
             yield from _changes(one, other, f"{path}[{index}]")
@@ -73,10 +74,6 @@ def _changes(before: Any, now: Any, path: str) -> Iterator[str]:
     # as text NaN equals itself
     elif json.dumps(before) != json.dumps(now):
         yield f"{path}: {_short(before)} before, {_short(now)} now"
-
-
-def _text(mapping: dict[str, Any], key: str) -> str:
-    return _short(mapping[key]) if key in mapping else "absent"
 
 
 def _short(value: Any) -> str:

@@ -193,11 +193,10 @@ class Parts:
             {**scene, "analysis": {name: value for name, value in scene["analysis"].items() if name in kept}}
             for scene in (before, self.scene)
         )
-        if found := changes(was, now):
+        if found := "\n  ".join(changes(was, now)):
             raise SceneError(
                 f"{self.folder}: holds an unfinished run ({_listed(kept)}) of another scene. What has changed:\n  "
-                + "\n  ".join(found)
-                + "\nRestore it and continue with --resume, or remove the folder to start over"
+                f"{found}\nRestore it and continue with --resume, or remove the folder to start over"
             )
 
     def _refuse_link(self, folder: Path) -> None:

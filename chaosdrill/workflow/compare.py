@@ -19,16 +19,13 @@ from chaosdrill.workflow.tuning import TUNING
 
 PASSING = frozenset({"history", "date_created", "wall_time_s", "versions", "platform", "recommendation", DIGESTS})
 """Attributes that a second run on another day or machine may change."""
-
 DESCRIPTIVE = frozenset(
     {"Conventions", "format_version", "summary", "keywords", "processing_level", "source", "references"}
     | {"coverage_content_type", "long_name", "comment", "flag_values", "flag_meanings", "random_seed"}
     | {"definition", "definition_missing"}
 )
 """Attributes in words of the version that wrote them."""
-
 CLOCKED = "not compared: measured time"
-
 LEADERS = {"time": "states", "iterate": "section", "event": "event_state_before"}
 """Dimensions along which a run is recorded, and the variable that shows where two runs diverge."""
 
@@ -147,23 +144,17 @@ def _group(
 
 def _shared_events(first: Dataset, second: Dataset) -> tuple[Dataset, Dataset]:
     """Both datasets cut to the shorter list of events, since runs that have diverged may differ in number."""
-    if second.attrs.get("kind") != "trajectory":
-        return first, second
+    both = first, second
+    if second.attrs.get("kind") != "trajectory" or any("event" not in ds.dims for ds in both):
+        return both
+    events = [ds.sizes["event"] for ds in both]
+    # the events of joined runs follow each other
+    counts = [np.array([size]) for size in events]
     if "run" in second.dims:
-        return _shared_events_of_runs(first, second)
-    count = min(first.sizes.get("event", 0), second.sizes.get("event", 0))
-    return tuple(ds.isel(event=slice(count), missing_dims="ignore") for ds in (first, second))  # type: ignore[return-value]
-
-
-def _shared_events_of_runs(first: Dataset, second: Dataset) -> tuple[Dataset, Dataset]:
-    """The same run by run, where the events of all runs are concatenated."""
-    counts = [ds.get("event_count", ds["outcome"]).values for ds in (first, second)]
-    fitting = counts[0].shape == counts[1].shape and all(
-        (own >= 0).all() and own.sum() == ds.sizes.get("event", 0)
-        for ds, own in zip((first, second), counts, strict=True)
-    )
-    if not fitting:
-        return first, second
+        counts = [ds.get("event_count", ds["outcome"]).values for ds in both]
+        fitting = all((own >= 0).all() and own.sum() == size for own, size in zip(counts, events, strict=True))
+        if not fitting or counts[0].shape != counts[1].shape:
+            return both
     shared = np.minimum(*counts)
     kept = [
         np.concatenate([np.arange(common) + begin for common, begin in zip(shared, np.cumsum(own) - own, strict=True)])

@@ -18,15 +18,8 @@ from chaosdrill.typed import PATH, expecting
 from chaosdrill.workflow.run_scene import hindrance
 
 _ORIGIN = (
-    "title",
-    "history",
-    "platform",
-    "wall_time_s",
-    "scene_name",
-    "scene_sha256",
-    "si_time_s",
-    "si_length_m",
-    "si_force_N",
+    *("title", "history", "platform", "wall_time_s", "scene_name", "scene_sha256"),
+    *("si_time_s", "si_length_m", "si_force_N"),
 )
 
 
@@ -65,11 +58,7 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
         described["altered"] = changed
     described["unsealed"] = unsealed(tree)
     described["quantities"] = {
-        str(name): {
-            "value": _plain(variable.values),
-            "units": str(variable.attrs.get("units", "")),
-            "long_name": str(variable.attrs.get("long_name", "")),
-        }
+        str(name): {"value": _plain(variable.values), **_about(variable.attrs)}
         for name, variable in tree.to_dataset().data_vars.items()
         if variable.ndim == 0 and "kind" not in tree.attrs
     }
@@ -86,11 +75,10 @@ def stored_versions(attributes: Mapping[Any, Any]) -> dict[str, str]:
 
 def _versions_of_groups(tree: DataTree) -> dict[str, str]:
     """Versions named by the groups; several of a library if their origins differ."""
-    found: dict[str, list[str]] = {}
+    found: dict[str, dict[str, None]] = {}
     for node in tree.subtree:
         for name, version in stored_versions(node.attrs).items():
-            if version not in found.setdefault(name, []):
-                found[name].append(version)
+            found.setdefault(name, {})[version] = None
     return {name: " and ".join(versions) for name, versions in found.items()}
 
 
@@ -102,8 +90,7 @@ def _group(group: Dataset, scene: bool) -> dict[str, Any]:
         str(name): {
             "dimensions": [str(dim) for dim in variable.dims],
             "dtype": "text" if variable.dtype.kind in "OUT" else str(variable.dtype),
-            "units": str(variable.attrs.get("units", "")),
-            "long_name": str(variable.attrs.get("long_name", "")),
+            **_about(variable.attrs),
         }
         for name, variable in group.variables.items()
     }
@@ -121,6 +108,10 @@ def _group(group: Dataset, scene: bool) -> dict[str, Any]:
     if "special_kind" in group:
         described["special_points"] = count_special_points(group["special_kind"])
     return described
+
+
+def _about(attributes: Mapping[Any, Any]) -> dict[str, str]:
+    return {name: str(attributes.get(name, "")) for name in ("units", "long_name")}
 
 
 def _noise(group: Dataset) -> dict[str, str]:

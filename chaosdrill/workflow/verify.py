@@ -238,11 +238,9 @@ def _with_digests(
 
 def _notes(first: Mapping[Any, Any], second: Mapping[Any, Any]) -> list[str]:
     """Versions and platforms in which the two runs differ."""
-    notes = []
-    before = stored_versions(first)
-    for name, version in stored_versions(second).items():
-        if before.get(name) != version:
-            notes.append(f"made with {name} {before.get(name, 'unknown')}, now {version}")
+    before, now = stored_versions(first), stored_versions(second)
+    changed = [name for name in now if before.get(name) != now[name]]
+    notes = [f"made with {name} {before.get(name, 'unknown')}, now {now[name]}" for name in changed]
     if first.get("platform") != second["platform"]:
         notes.append(f"made on {first.get('platform', 'unknown')}, now on {second['platform']}")
     return notes
