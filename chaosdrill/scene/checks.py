@@ -83,7 +83,9 @@ class CheckedSystem(Known):
 
 def check_document(raw: Mapping[str, Any]) -> list[Problem]:
     """Check which tables the file has."""
-    return problems_of(Document.faults(raw, also=()), ())
+    inner = SystemTable.values().keys() - Document.values().keys()
+    misplaced: dict[Path, str] = {(key,): f"belongs in [system], as system.{key}" for key in raw if key in inner}
+    return [Problem(path, misplaced.get(path, told)) for path, told in Document.faults(raw, also=())]
 
 
 def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
@@ -372,8 +374,7 @@ def _look_up(checked: CheckedSystem, effects: Mapping[str, Any]) -> None:
         elif effect not in systems.EFFECTS:
             faults.append(Problem(place, f"unknown effect; {remedy(effect, systems.EFFECTS)}"))
         elif option not in systems.EFFECTS[effect]:
-            fault = f"unknown option {option!r:.60}; {remedy(option, systems.EFFECTS[effect])}"
-            faults.append(Problem(place, fault))
+            faults.append(Problem(place, f"unknown option {option!r:.60}; {remedy(option, systems.EFFECTS[effect])}"))
         else:
             checked.effects[effect] = option
     chosen = checked.effects if entry.effects else None

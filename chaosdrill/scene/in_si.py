@@ -75,8 +75,7 @@ def si_table(si: ReadSI, system: "HybridSystem") -> dict[str, Any]:
         units, what, formula = UNITS[name]
         table[f"si_unit_of_{what}"] = _scalar(value, f"one dimensionless unit of {what}", units, f"Is {formula}.")
     for name, value in si.parameters.items():
-        label = str(system.labels.get(name, name))
-        table[f"dimensionless_{name}"] = _scalar(value, label, "1", f"Is {MADE[name].formula}.")
+        table[f"dimensionless_{name}"] = _scalar(value, system.labels.get(name, name), "1", f"Is {MADE[name].formula}.")
     return table
 
 

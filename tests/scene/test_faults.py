@@ -20,6 +20,11 @@ from chaosdrill.scene import parse_scene
 # (what stands in the sound scene, what takes its place, the message)
 CASES = [
     ('title = "A sound scene"', "titel = 1", "1: titel: unknown key; did you mean 'title'?"),
+    (
+        'title = "A sound scene"',
+        "parameters.eta = 1",
+        "1: parameters: belongs in [system], as system.",
+    ),
     ('title = "A sound scene"', "title = 1", "1: title: expected text in quotes, received 1"),
     ('"percussive-drill"', '"percusive-drill"', "3: system.model: unknown model 'percusive-drill'; did you mean"),
     ('drive = "harmonic"', 'drivel = "none"', "5: system.effects.drivel: unknown effect; did you mean 'drive'?"),
