@@ -152,12 +152,6 @@ def _reference_errors(yardstick: Yardstick) -> dict[str, float]:
     return errors | {"exponent": apart, "flow_direction": 0.0}
 
 
-def _told_references(yardstick: Yardstick, names: list[str]) -> str:
-    """Which method each one is held against where there is no truth of more digits."""
-    found = {name: yardstick.reference(name) for name in names}
-    return "; ".join(f"{name}: {other or 'none'}" for name, other in found.items())
-
-
 def _dataset(
     system: HybridSystem,
     plan: Span,
@@ -214,6 +208,7 @@ def _dataset(
     if reason:
         ds.attrs["reference"] = f"none: {reason}"
     if yardstick:
-        ds.attrs["reference_methods"] = _told_references(yardstick, names)
+        # what each method is held against where there is no truth of more digits
+        ds.attrs["reference_methods"] = "; ".join(f"{name}: {yardstick.reference(name) or 'none'}" for name in names)
     ds.attrs["recommendation"] = recommend(ds)
     return ds

@@ -110,17 +110,13 @@ def _digits(ds: "xr.Dataset", quantity: str) -> str:
     method, tolerance, time = many
     base = few[2] if few else time
     cost = f"{time / base:.2g} times what {FEW} cost" if time > PRECISION.same * base else f"no more than {FEW}"
+    unit = "period" if "forcing_period" in ds.variables else "unit of time"
     further = f" ({MOST} digits {max(1.0, most[2] / base):.2g} times)" if most else ""
-    return f"cost {cost}{further}; use {method} at {tolerance:g} ({duration(time)} a {unit_name(ds)})"
+    return f"cost {cost}{further}; use {method} at {tolerance:g} ({duration(time)} a {unit})"
 
 
 def _listed(names: list[str]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-
-
-def unit_name(ds: "xr.Dataset") -> str:
-    """What times are given per."""
-    return "period" if "forcing_period" in ds.variables else "unit of time"
 
 
 def _statistics(ds: "xr.Dataset") -> Iterator[str]:
@@ -154,8 +150,6 @@ def _horizon(ds: "xr.Dataset") -> Iterator[str]:
 def duration(seconds: float) -> str:
     """A time for people: ``38 us``, ``1.2 ms``."""
     for factor, unit in ((1e6, "us"), (1e3, "ms")):
-        if seconds * factor < 999.5:
-            return (
-                f"{seconds * factor:.2g}" + f" {unit}" if seconds * factor < 100 else f"{seconds * factor:.0f} {unit}"
-            )
+        if (shown := seconds * factor) < 999.5:
+            return f"{shown:.2g} {unit}" if shown < 100 else f"{shown:.0f} {unit}"
     return f"{seconds:.2g} s"

@@ -134,7 +134,7 @@ def _against_truth(values: dict[str, float], place: Place, system: HybridSystem,
     goal, sizes = truth.start if place.period else truth.state, place.sizes
     values["strobe"] = _largest(state / sizes, goal)
     if truth.times:
-        same = tuple(mapped.found.transitions.tolist()) == truth.transitions
+        same = mapped.found.transitions.tolist() == truth.transitions
         values["event_time"] = _largest(mapped.found.times, truth.times) / place.unit if same else float("inf")
     entries = [truth.tangent[i, j] for i in range(len(goal)) for j in range(len(goal))]
     size = max(1.0, *(abs(float(entry)) for entry in entries))

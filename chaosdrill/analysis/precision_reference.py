@@ -35,24 +35,10 @@ DIGITS = 60
 
 
 def extrapolated_step(rate: Rate, t: Any, x: Point, h: Any, columns: int) -> tuple[Point, float]:
-    """One step of length ``h``.
+    """The state after one step of length ``h`` from the state ``x`` at ``t``, and its error.
 
-    Parameters
-    ----------
-    rate : callable
-        Time derivative (time, state) -> state; mpmath numbers throughout.
-    t, x : mpf, list of mpf
-        Where the step begins.
-    h : mpf
-        Its length.
-    columns : int
-        Columns of the extrapolation table; the step has the order 2 columns.
-
-    Returns
-    -------
-    state : list of mpf
-    error : float
-        Difference to the table with one column less, relative to max(1, abs(x)).
+    A table of ``columns`` columns has the order 2 ``columns``; the error is the difference to one with a column less,
+    relative to max(1, abs(x)). ``rate``: time derivative (time, state) -> state; mpmath numbers throughout.
     """
     first = rate(t, x)
     rows: list[list[Point]] = []
@@ -78,34 +64,14 @@ def extrapolated_step(rate: Rate, t: Any, x: Point, h: Any, columns: int) -> tup
 def integrate(
     rate: Rate, t: Any, x: Point, end: Any, columns: int, tolerance: float, first: Any, most: int
 ) -> tuple[list[Point], list[Any], Any]:
-    """Integrate to ``end``, choosing the steps.
+    """Integrate to the time ``end``, choosing the steps, whose local error is the ``tolerance``; others as before.
 
-    Parameters
-    ----------
-    rate, t, x, columns
-        As for `extrapolated_step`.
-    end : mpf
-        Time to reach.
-    tolerance : float
-        Local error of a step.
-    first : mpf
-        Length to try first.
-    most : int
-        Largest number of steps, those included that were too long.
+    ``first``: length to try first. ``most``: largest number of steps, those included that were too long.
 
-    Returns
-    -------
-    states : list of states
-        At the start and at the end of every step.
-    mesh : list of mpf
-        Lengths of the steps; `integrate_along` repeats them.
-    length : mpf
-        The length to try first on the next arc.
+    Returns: states at the start and at the end of every step; the lengths of the steps, which `integrate_along`
+    repeats; the length to try first on the next arc.
 
-    Raises
-    ------
-    ArithmeticError
-        More steps than ``most``, or a state without a value.
+    Raises `ArithmeticError` for more steps than ``most``, or a state without a value.
     """
     states: list[Point] = [x]
     mesh: list[Any] = []
@@ -269,13 +235,8 @@ class NoReferenceError(ArithmeticError):
     """The reference cannot be computed, with the reason."""
 
 
-@dataclass(frozen=True)
-class Itinerary:
-    """Events of a stretch in order: strobe count, time since that strobe, transition."""
-
-    strobes: tuple[int, ...]
-    times: tuple[float, ...]
-    transitions: tuple[int, ...]
+Itinerary = list[tuple[int, float, int]]
+"""Events of a stretch in order: strobe count, time since that strobe, transition."""
 
 
 @dataclass
@@ -297,7 +258,7 @@ class Truth:
     start: Point
     state: Point
     times: list[Any]  # event times since the start
-    transitions: tuple[int, ...]  # transitions taken at these times
+    transitions: list[int]  # transitions taken at these times
     tangent: Any  # (n, n)
     multipliers: np.ndarray  # (n,): eigenvalues of the tangent map
     errors: dict[str, float]
@@ -345,16 +306,15 @@ class Exact:
 
     def follow(self, x: Point, itinerary: Itinerary, count: int, columns: int, tolerance: float) -> "Followed":
         """Integrate over ``count`` units, choosing the steps; every guard is watched at their ends."""
-        for taken in (self.system.transitions[j] for j in itinerary.transitions):
+        for taken in (self.system.transitions[j] for *_, j in itinerary):
             if taken.completes is not None:
                 raise NoReferenceError(f"{taken.name} stands for infinitely many events; there is no reference for it")
         legs: list[Leg] = []
         times: list[Any] = []
         mode, length = str(self.system.initial["mode"]), self.unit / 16
-        rows = list(zip(itinerary.strobes, itinerary.times, itinerary.transitions, strict=True))
         for k in range(count):
             base, t = k * self.unit, mpmath.mpf(0)
-            for end, transition in [*((e, j) for s, e, j in rows if s == k), (self.unit, None)]:
+            for end, transition in [*((e, j) for s, e, j in itinerary if s == k), (self.unit, None)]:
                 at, stop = self._clock(base, t), max(end - t, mpmath.mpf(0))
                 states, mesh, length = integrate(
                     self.rate(mode), at, x, at + stop, columns, tolerance, length, PRECISION.most_steps
@@ -497,7 +457,7 @@ def find_truth(
             "multiplier": error * n * float(np.linalg.cond(basis)),
         }
         multipliers = np.array([complex(value) for value in values])
-        return Truth(start, base.state, base.times, itinerary.transitions, tangent, multipliers, errors)
+        return Truth(start, base.state, base.times, [j for *_, j in itinerary], tangent, multipliers, errors)
 
 
 def _difference(exact: Exact, start: Point, base: Followed, direction: Point, columns: int, apart: int) -> Point:

@@ -173,26 +173,19 @@ def run_map(system: HybridSystem, unit: float, count: int, numerics: Numerics) -
     return Mapped(found.outcome, run.x.copy(), run.vectors.T.copy(), found, run.mode, run.sizes)
 
 
-def newton_step(mapped: Mapped, system: HybridSystem) -> np.ndarray:
-    """Correction of the initial state towards the cycle: (I - M) d = map(x) - x."""
-    start = np.array(system.initial_values)
-    correction: np.ndarray = np.linalg.solve(np.eye(len(start)) - mapped.tangent, mapped.state - start)
-    return correction
-
-
 def find_cycle(
     system: HybridSystem, unit: float, period: int, numerics: Numerics, steps: int = PRECISION.start_newton
 ) -> tuple[HybridSystem, Mapped | None]:
-    """The cycle of one method near the initial state, by Newton's method; None if it leads nowhere."""
+    """The cycle of one method near the initial state, by Newton's method, (I - M) d = map(x) - x; None if it fails."""
     for _ in range(steps):
         mapped = run_map(system, unit, period, numerics)
         if mapped.outcome != Outcome.OK or mapped.mode != system.initial["mode"]:
             return system, None
+        x = np.array(system.initial_values)
         try:
-            correction = newton_step(mapped, system)
+            correction = np.linalg.solve(np.eye(len(x)) - mapped.tangent, mapped.state - x)
         except np.linalg.LinAlgError:
             return system, None
-        x = np.array(system.initial_values)
         size = np.maximum(np.abs(x), mapped.sizes)
         if not np.isfinite(correction).all() or (np.abs(correction) > 1e-2 * size).any():
             return system, None
@@ -267,4 +260,4 @@ def _onto_cycle(
 def itinerary(found: Record) -> Itinerary:
     """Which events a recorded stretch holds, and about when."""
     strobes, times = found.events[:, [at.EVENT_STROBES, at.EVENT_TIME]].T
-    return Itinerary(*(tuple(column.tolist()) for column in (strobes.astype(int), times, found.transitions)))
+    return list(zip(strobes.astype(int).tolist(), times.tolist(), found.transitions.tolist(), strict=True))

@@ -118,24 +118,12 @@ def record_returns(
     every: bool = False,
     report: Callable[[int], None] | None = None,
 ) -> Record:
-    """Run on to the ``count``-th event of some transitions, directly after it, and keep these events; no samples.
+    """Run on to the ``count``-th event of the ``chosen`` transitions, directly after it, and keep these; no samples.
 
-    Parameters
-    ----------
-    run : Run
-        The run; it is continued.
-    chosen : collection of int
-        The transitions.
-    count : int
-        How many of their events.
-    longest : float
-        A run that meets none in a whole multiple of this time, counted from its start, ends with
-        ``Outcome.NO_RETURN``, or ``Outcome.EQUILIBRIUM`` if nothing moves any more. No step depends
-        on where a record begins or ends.
-    every : bool
-        Whether all events are kept, not only those.
-    report : callable, optional
-        Called with the events of those transitions so far.
+    ``run``: it is continued. ``longest``: a run that meets none in a whole multiple of this time, counted from its
+    start, ends with ``Outcome.NO_RETURN``, or ``Outcome.EQUILIBRIUM`` if nothing moves any more; no step depends on
+    where a record begins or ends. ``every``: whether all events are kept, not only those. ``report``: called with the
+    events of the chosen transitions so far.
     """
     n, cell = len(run.system.state_names), max(1, math.ceil(longest / run.period))
     check_record(count, at.EVENT_COLUMNS + 2 * n, "periods")

@@ -54,16 +54,10 @@ class Recurrence:
 def recurrence(windows: np.ndarray, known: np.ndarray, most: int, depth: int | None = None) -> Recurrence:
     """Compare the section points of every run with those before.
 
-    Parameters
-    ----------
-    windows : ndarray, shape (P, W, n + 1)
-        Section points in order, the state and a code that must be the same (the mode); NaN behind the last.
-    known : ndarray, shape (P, n)
-        Sizes that states have had on the way, see `chaosdrill.engine.batch.Batch.sizes`.
-    most : int
-        Longest period looked for; the points must hold two periods.
-    depth : int, optional
-        How many of the last points are compared; default all.
+    ``windows``, shape (P, W, n + 1): section points in order, the state and a code that must be the same (the mode);
+    NaN behind the last. ``known``, shape (P, n): sizes that states have had on the way, see
+    `chaosdrill.engine.batch.Batch.sizes`. ``most``: longest period looked for; the points must hold two periods.
+    ``depth``: how many of the last points are compared; default all.
     """
     points = len(windows)
     depth = windows.shape[1] if depth is None else depth

@@ -203,24 +203,12 @@ def kaplan_yorke_error(exponents: np.ndarray, rates: np.ndarray, of_method: floa
 
     Measured over 400 records of 256 blocks: see tests/analysis/test_kaplan_yorke_error.py.
 
-    Parameters
-    ----------
-    exponents : ndarray, shape (m,)
-        Descending; -inf for those that are lost.
-    rates : ndarray, shape (blocks, m)
-        Exponents over blocks of equal length, in the same order; what stands in the columns of lost ones is not read.
-    of_method : float
-        Error of one exponent that the tolerance lets steps make.
-    length : float
-        Time over which the exponents were averaged.
-    states : int
-        Number of states.
+    ``exponents``, shape (m,): descending; -inf for those that are lost. ``rates``, shape (blocks, m): exponents over
+    blocks of equal length, in the same order; what stands in the columns of lost ones is not read. ``of_method``: error
+    of one exponent that the tolerance lets steps make. ``length``: time over which the exponents were averaged.
 
-    Returns
-    -------
-    float
-        0 where the first exponent is surely negative. NaN where the first exponent is not told from zero, as there the
-        dimension jumps between 0 and 1 or more, where the dimension itself is NaN, and with fewer than two blocks.
+    Returns: 0 where the first exponent is surely negative. NaN where the first exponent is not told from zero, as there
+    the dimension jumps between 0 and 1 or more, where the dimension itself is NaN, and with fewer than two blocks.
     """
     if len(rates) < 2 or np.isnan(kaplan_yorke(exponents, states)):
         return float("nan")
