@@ -118,7 +118,7 @@ def draft_of(target: Path) -> Path:
     except UnicodeEncodeError:
         letters = f"the name has letters that names of files do not have here ({sys.getfilesystemencoding()})"
         raise OSError(errno.EILSEQ, letters, ascii(str(target))) from None
-    owner = f"{_machine()}-{os.getpid()}-{_started(os.getpid())}"
+    owner = f"{_machine()}-{os.getpid()}-{_told(os.getpid())[1]}"
     return target.with_name(f"{_stem(target)}.{owner}-{uuid4().hex[:8]}.part")
 
 
@@ -150,7 +150,9 @@ def _is_left(draft: Path) -> bool:
             return True
         except (OSError, OverflowError):
             pass
-        if _has_ended(number) or (owner[1] != _started(number) and "" not in (owner[1], _started(number))):
+        state, started = _told(number)
+        # what has ended keeps its number until the process that started it asks how, and then others get it
+        if state in ("Z", "X") or (owner[1] != started and "" not in (owner[1], started)):
             return True
     return time.time() - draft.lstat().st_mtime > TUNING.old_s
 
@@ -164,21 +166,12 @@ def _machine() -> str:
     return sha256("\n".join(told).encode(errors="replace")).hexdigest()[:12]
 
 
-def _started(number: int) -> str:
-    """When a process has begun, as its system counts, since numbers are reused; empty where it is unknown."""
-    return "".join(_told(number)[19:20])
-
-
-def _has_ended(number: int) -> bool:
-    """Whether a process has ended and only keeps its number, until the one that started it asks how it ended."""
-    return _told(number)[:1] in (["Z"], ["X"])
-
-
-def _told(number: int) -> list[str]:
-    """What the system tells of a process, from its state on; nothing where it tells nothing."""
-    with suppress(OSError):
-        return Path(f"/proc/{number}/stat").read_text(errors="replace").rpartition(")")[2].split()
-    return []
+def _told(number: int) -> tuple[str, str]:
+    """State of a process, a letter, and when it has begun, as its system counts; empty where this tells nothing."""
+    with suppress(OSError, IndexError):
+        told = Path(f"/proc/{number}/stat").read_text(errors="replace").rpartition(")")[2].split()
+        return told[0], told[19]
+    return "", ""
 
 
 @contextmanager

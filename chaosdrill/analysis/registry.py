@@ -1,6 +1,5 @@
 """Names of kinds of analysis and of numerical methods. Imports nothing heavy."""
 
-from collections.abc import Iterable
 from importlib import import_module
 from typing import Any
 
@@ -16,11 +15,5 @@ def function(name: str) -> Any:
     return getattr(import_module(f"chaosdrill.analysis.kinds.{name}"), name)
 
 
-def _import_methods() -> Iterable[str]:
-    from chaosdrill.engine import methods
-
-    return methods.NAMES
-
-
 ANALYSES.completed_by(lambda: [function(name).analysis.kind for name in FUNCTIONS])
-METHODS.completed_by(_import_methods)
+METHODS.completed_by(lambda: import_module("chaosdrill.engine.methods").NAMES)

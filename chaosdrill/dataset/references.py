@@ -155,15 +155,10 @@ def references(attributes: Mapping[str, Any], variables: Iterable[str] = ()) -> 
     for name in (method, *(several if isinstance(several, list) else ())):
         keys += METHODS[str(name)].cites if str(name) in METHODS else ()
     keys += REGISTRY[system].cites if system in REGISTRY else ()
-    if _hits_as_hunt_and_crossley(attributes):
+    # of a drill only Hunt and Crossley's contact has an exponent and a stiffness
+    if system.startswith("percussive-drill") and {"n", "k"} <= mapping(attributes.get("parameters")).keys():
         keys.append("hunt1975")
     return tuple(REFERENCES[key] for key in dict.fromkeys(keys))
-
-
-def _hits_as_hunt_and_crossley(attributes: Mapping[str, Any]) -> bool:
-    """Whether the system is a drill with Hunt and Crossley's contact: only that has an exponent and a stiffness."""
-    parameters = mapping(attributes.get("parameters"))
-    return str(attributes.get("system", "")).startswith("percussive-drill") and {"n", "k"} <= parameters.keys()
 
 
 def mapping(text: Any) -> dict[str, Any]:

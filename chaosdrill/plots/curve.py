@@ -240,7 +240,13 @@ def last_parts(datasets: Sequence[Dataset], events: int) -> list[Dataset]:
     They start at a whole forcing period if there is one.
     """
     start = max(_start_of_last(dataset, events) for dataset in datasets)
-    return list(datasets) if start == -np.inf else [_from(dataset, start) for dataset in datasets]
+    if start == -np.inf:
+        return list(datasets)
+    starts = [start - 1e-9 * max(abs(float(dataset["time"].values[-1])), 1.0) for dataset in datasets]
+    return [
+        dataset.isel(time=dataset["time"].values >= first, event=dataset["event_time"].values >= first)
+        for dataset, first in zip(datasets, starts, strict=True)
+    ]
 
 
 def _start_of_last(dataset: Dataset, events: int) -> float:
@@ -253,12 +259,6 @@ def _start_of_last(dataset: Dataset, events: int) -> float:
         end, period = float(dataset["time"].values[-1]), float(dataset["forcing_period"])
         start = end - max(1, np.floor((end - start) / period)) * period
     return start
-
-
-def _from(dataset: Dataset, start: float) -> Dataset:
-    times = dataset["time"].values
-    tiny = 1e-9 * max(abs(float(times[-1])), 1.0)
-    return dataset.isel(time=times >= start - tiny, event=dataset["event_time"].values >= start - tiny)
 
 
 def strobe(dataset: Dataset) -> Floats:

@@ -385,32 +385,39 @@ def plot_archive(
     named = output is not None and files == [target]
     for file in files:
         check_writable(file, target.suffix, named=named)
-    shown, other = False, None
-    for (names, picture), file in zip(planned, files, strict=True):
-        has_states = picture.shows_states and set(_listed(state)) <= set(wanted[names[0]]["state"].values.tolist())
-        chosen = state if has_states else None
-        if animated:
-            with error_context(path, groups.values(), "drawn"):
-                animate(wanted[names[0]], file, chosen)
-            continue
-        with error_context(path, groups.values(), "drawn"), saved_alike():
-            drawn = partial(
-                picture.draw, *(wanted[name] for name in names), over=behind(picture, wanted[names[0]], groups)
-            )
-            try:
-                figure = drawn(state=chosen)
+    shown, unshown = False, list[OtherCountError]()
+    with error_context(path, groups.values(), "drawn"):
+        for (names, picture), file in zip(planned, files, strict=True):
+            first, *others = (wanted[name] for name in names)
+            has_states = picture.shows_states and set(_listed(state)) <= set(first["state"].values.tolist())
+            chosen = state if has_states else None
+            if animated:
+                animate(first, file, chosen)
+                continue
+            draw = partial(picture.draw, first, *others, over=behind(picture, first, groups))
+            if fault := _draw_into(file, draw, chosen, named):
+                unshown.append(fault)
+            else:
                 shown = shown or chosen is not None
-            except OtherCountError as fault:
-                other = fault
-                figure = drawn()
-            with writing(file, "picture", named=named) as draft:
-                ending = target.suffix.lstrip(".").lower()
-                figure.savefig(draft, format=ending, metadata=_UNDATED.get(ending))
-            # it holds itself in circles, and a million cells would wait for the collector
-            figure.clear()
-    if other is not None and not shown:
-        raise other
+    if unshown and not shown:
+        raise unshown[-1]
     return files
+
+
+def _draw_into(file: Path, draw: Callable[..., Figure], state: States, named: bool) -> OtherCountError | None:
+    """Write a picture; returns why it does not show the states, where it shows another number of them."""
+    unshown = None
+    with saved_alike():
+        try:
+            figure = draw(state=state)
+        except OtherCountError as fault:
+            unshown, figure = fault, draw()
+        ending = file.suffix.lstrip(".").lower()
+        with writing(file, "picture", named=named) as draft:
+            figure.savefig(draft, format=ending, metadata=_UNDATED.get(ending))
+        # it holds itself in circles, and a million cells would wait for the collector
+        figure.clear()
+    return unshown
 
 
 def _check_names(state: str | Sequence[str], datasets: list[Dataset]) -> None:

@@ -158,7 +158,7 @@ def _assemble(chosen: dict[str, str], name: str) -> "HybridSystem":
     modes = {mode: balance.apart(mode) for mode in balance.modes}
     transitions = stick_slip(balance, balance.spring(REST), "", balance.free, {})
     if contact.jumps(option):
-        modes |= hits.hit_modes(balance) | hits.held_modes(balance)
+        modes |= hits.hit_modes(balance) | {mode + hits.HELD: balance.together(mode) for mode in balance.modes}
         transitions += hits.hits(balance, option) + hits.held(balance)
     elif option != "none":
         modes |= hits.contact_modes(balance)

@@ -96,10 +96,6 @@ class Balance:
         """Reset that goes with every way into the mode: a rock at rest has no speed, so no tangent in it either."""
         return {self.w: 0} if mode == REST and self.moves else {}
 
-    def common_speed(self, mode: str) -> Any:
-        """Speed of both masses after a hit without rebound."""
-        return 0 if mode == REST else (self.eps * self.u + self.w) / (1 + self.eps)
-
     def varies(self, expression: Any) -> bool:
         """Whether the expression can cross zero: it names a state or time, not only parameters."""
         return bool(expression.free_symbols & {self.y, self.u, self.w, self.t, self.added})

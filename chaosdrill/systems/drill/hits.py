@@ -93,16 +93,12 @@ def _timed(balance: Balance, option: str, impact: Any, event: Any) -> list[Trans
     return found
 
 
-def held_modes(balance: Balance) -> dict[str, dict[Any, Any]]:
-    """Equations of the modes in which the masses move together, or both rest."""
-    return {mode + HELD: balance.together(mode) for mode in balance.modes}
-
-
 def hold(balance: Balance, option: str, mode: str, rebound: str, event: Any) -> list[Transition]:
     """The outcome of a hit in ``mode`` after which the masses stay together, in place of the one named ``rebound``."""
     import sympy
 
-    pressing, speed = balance.pressing(mode), balance.common_speed(mode)
+    pressing = balance.pressing(mode)
+    speed = 0 if mode == REST else (balance.eps * balance.u + balance.w) / (1 + balance.eps)
     tests = [pressing > 0]
     if mode != REST:
         # speeds that meet while the rock slides back but go forward together belong to another mode
