@@ -106,11 +106,8 @@ def test_tangents_are_the_derivative_of_the_step_and_not_of_the_flow(relaxing, s
 
     near, far = (np.subtract(ends(k * e), ends(-k * e)) / (2 * k * e) for k in (1, 2))
     differences = (4 * near - far) / 3
-    flow = Run(
-        system.with_initial(x=1.2, v=-1.0), length, Numerics("taylor", 1e-14), tangents=np.eye(2), orthonormalise=False
-    )
-    flow.advance(1)
-    off = np.abs(found - flow.vectors).max()
+    flow = cd.trajectory(system.with_initial(x=1.2, v=-1.0), duration=length, samples=1, tolerance=1e-14, tangents=True)
+    off = np.abs(found - flow["final_tangent"].values).max()
     assert np.abs(found - differences).max() < min(1e-6, 0.01 * off)
 
 
@@ -160,11 +157,8 @@ def test_multipliers_of_the_relaxation_are_one_and_nothing(relaxing, mu):
 def test_exponents_add_up_to_the_mean_trace(relaxing):
     system = relaxing.with_parameters(mu=30.0)
     run = cd.lyapunov_spectrum(system, transient=100.0, duration=200.0, blocks=2, method="radau", tolerance=1e-9)
-    total = Run(system, 100.0, Numerics("taylor", 1e-12))
-    total.advance(1)
-    before = total.integrals()[0]
-    total.advance(2)
-    mean = (total.integrals()[0] - before) / 200.0
+    trace = cd.trajectory(system, transient=100.0, duration=200.0, samples=1)["trace"].values
+    mean = (trace[-1] - trace[0]) / 200.0
     assert float(run["lyapunov_exponent"].sum()) == pytest.approx(mean, rel=1e-8)
 
 

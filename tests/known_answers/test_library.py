@@ -12,8 +12,6 @@ import sympy
 
 import chaosdrill as cd
 from chaosdrill import systems
-from chaosdrill.engine.numerics import Numerics
-from chaosdrill.engine.run import Run
 
 SPANS = {
     "adaptive-integrate-and-fire": 60.0,
@@ -122,22 +120,22 @@ def test_tangents_over_several_events(name):
     system, end = without_period(systems.build(name)), SPANS[name] / 4
     start = np.array([system.initial[state] for state in system.state_names], dtype=float)
 
-    def run(x, tangents=None):
+    def run(x, *, tangents=False):
         moved = system.with_initial(**dict(zip(system.state_names, x.tolist(), strict=True)))
-        found = Run(moved, end, Numerics(tolerance=1e-14), tangents=tangents, orthonormalise=False)
-        assert found.advance(1)[0] == cd.Outcome.OK
+        found = cd.trajectory(moved, duration=end, samples=1, tolerance=1e-14, tangents=tangents)
+        assert found["outcome"] == cd.Outcome.OK
         return found
 
-    whole = run(start, np.eye(len(start)))
-    held = [j for j in range(len(start)) if not whole.vectors[j].any()]
-    size = np.maximum(np.abs(start), 0.1)
+    whole = run(start, tangents=True)
+    vectors, size = whole["final_tangent"].values, np.maximum(np.abs(start), 0.1)
     checked = 0
-    for j in set(range(len(start))) - set(held):
+    for j in np.flatnonzero(vectors.any(axis=1)):
         step = 1e-5 * size[j] * np.eye(len(start))[j]
         ends = [run(start + side * step) for side in (1, -1)]
-        if all((one.counts == whole.counts).all() for one in ends):
-            expected = (ends[0].x - ends[1].x) / (2e-5 * size[j])
-            np.testing.assert_allclose(whole.vectors[j], expected, rtol=0, atol=2e-6 * max(1, np.abs(expected).max()))
+        if all(np.array_equal(one["event_kind"], whole["event_kind"]) for one in ends):
+            ahead, behind = (one["states"].values[-1] for one in ends)
+            expected = (ahead - behind) / (2e-5 * size[j])
+            np.testing.assert_allclose(vectors[j], expected, rtol=0, atol=2e-6 * max(1, np.abs(expected).max()))
             checked += 1
     assert checked
 

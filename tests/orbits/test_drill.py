@@ -10,11 +10,8 @@ from support.following import followed
 from support.motion import arc
 
 import chaosdrill as cd
-from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import Special
-from chaosdrill.engine.layout import EVENT_COLUMNS
 from chaosdrill.engine.numerics import Numerics
-from chaosdrill.engine.run import Run
 from chaosdrill.orbits.branches import branches
 
 # The drill in Taylor series: SciPy sees the same events.
@@ -221,10 +218,9 @@ def test_the_curves_start_where_independent_values_say(doubling, grazing):
 def test_a_multiplier_of_the_ordinary_engine_is_minus_one(two_parameters, doubling):
     for k in spread(doubling, 6):
         system = at_point(two_parameters, doubling, k)
-        run = Run(system, system.forcing_period(), Numerics(), tangents=np.eye(3), orthonormalise=False)
-        assert run.advance(1)[0] == Outcome.OK
-        assert np.abs(run.x - doubling.section[k, 0]).max() < 1e-10
-        assert np.abs(np.linalg.eigvals(run.vectors.T) + 1).min() < 1e-8
+        run = cd.trajectory(system, periods=1, samples=1, tangents=True)
+        assert np.abs(run["states"].values[-1] - doubling.section[k, 0]).max() < 1e-10
+        assert np.abs(np.linalg.eigvals(run["final_tangent"].values) + 1).min() < 1e-8
 
 
 def test_branches_at_other_loads_double_there(two_parameters, doubling):
@@ -240,10 +236,7 @@ def test_the_ordinary_engine_touches_the_stop(two_parameters, grazing):
     usual = np.flatnonzero(grazing.sequence == np.bincount(grazing.sequence).argmax())
     for k in usual[np.linspace(0, len(usual) - 1, 6)[1:-1].astype(int)].tolist():
         system = at_point(two_parameters, grazing, k)
-        run = Run(system, system.forcing_period(), Numerics(), samples=SAMPLES)
-        samples = np.zeros((2 * SAMPLES, 3 + len(system.quadratures) + 1))
-        assert run.advance(1, samples, np.zeros((64, EVENT_COLUMNS + 6))) == (Outcome.OK, False)
-        y = samples[: run.filled()[0], 0]
+        y = cd.trajectory(system, periods=1, samples=SAMPLES)["states"].values[:, 0]
         tops = np.flatnonzero((y[2:-2] > y[1:-3]) & (y[2:-2] >= y[3:-1])) + 2
         fits = [np.polyfit([-1, 0, 1], y[t - 1 : t + 2], 2) for t in tops]
         heights = np.array([np.polyval(fit, -fit[1] / (2 * fit[0])) for fit in fits])

@@ -8,55 +8,40 @@ model = "impact-oscillator"
 omega = 3.3
 """
 
-ANALYSES = {
-    "motion": """\
+_TABLES = """\
 [analysis.motion]
 kind = "trajectory"
 periods = 3
 samples = 10
-""",
-    "section": """\
 [analysis.section]
 kind = "poincare-section"
 transient = 100
 periods = 8
-""",
-    "spectrum": """\
 [analysis.spectrum]
 kind = "lyapunov-spectrum"
 transient = 50
 periods = 128
 blocks = 16
-""",
-    "test": """\
 [analysis.test]
 kind = "zero-one-test"
 transient = 50
 periods = 64
-""",
-    "regular": """\
 [analysis.regular]
 kind = "regularity"
 transient = 50
 periods = 64
 plane = ["v", "x"]
-""",
-    "dimensions": """\
 [analysis.dimensions]
 kind = "dimensions"
 transient = 50
 periods = 64
 orders = [2]
-""",
-    "windows": """\
 [analysis.windows]
 kind = "finite-time-exponents"
 transient = 50
 periods = 64
 windows = [1, 8]
 bins = 4
-""",
-    "vectors": """\
 [analysis.vectors]
 kind = "covariant-vectors"
 transient = 50
@@ -65,23 +50,17 @@ interval = 0.5
 forward = 20
 backward = 20
 bins = 4
-""",
-    "transients": """\
 [analysis.transients]
 kind = "transient-chaos"
 periods = 20
 random = { count = 5, seed = 1, x = [-0.3, 0.2] }
 until = "impact"
-""",
-    "diagram": """\
 [analysis.diagram]
 kind = "bifurcation-diagram"
 sweep.omega = { start = 3.3, stop = 3.4, num = 4 }
 transient = 50
 periods = 32
 max_period = 8
-""",
-    "chart": """\
 [analysis.chart]
 kind = "parameter-chart"
 sweep.omega = { start = 3.3, stop = 3.4, num = 3 }
@@ -89,8 +68,6 @@ sweep.e = { start = 0.7, stop = 0.8, num = 2 }
 transient = 50
 periods = 32
 max_period = 8
-""",
-    "basins": """\
 [analysis.basins]
 kind = "basins"
 grid.x = { start = -0.3, stop = 0.2, num = 3 }
@@ -98,8 +75,6 @@ grid.v = { start = -0.5, stop = 0.5, num = 3 }
 transient = 50
 periods = 32
 max_period = 8
-""",
-    "attractors": """\
 [analysis.attractors]
 kind = "attractors"
 sweep.omega = { start = 3.3, stop = 3.4, num = 3 }
@@ -107,8 +82,6 @@ random = { count = 6, seed = 1, x = [-0.3, 0.2], v = [-0.5, 0.5] }
 transient = 50
 periods = 32
 max_period = 8
-""",
-    "measures": """\
 [analysis.measures]
 kind = "basin-measures"
 grid.x = { start = -0.3, stop = 0.2, num = 8 }
@@ -117,8 +90,6 @@ box = 2
 transient = 50
 periods = 32
 max_period = 8
-""",
-    "edges": """\
 [analysis.edges]
 kind = "edge-states"
 random = { count = 4, seed = 1, x = [-0.3, 0.2] }
@@ -126,21 +97,15 @@ transient = 50
 periods = 32
 max_period = 8
 rounds = 3
-""",
-    "orbit": """\
 [analysis.orbit]
 kind = "periodic-orbit"
 start = "search"
 max_period = 1
-""",
-    "branch": """\
 [analysis.branch]
 kind = "continuation"
 sweep.omega = { start = 3.3, stop = 3.4 }
 doublings = 0
 transient = 300
-""",
-    "curves": """\
 [analysis.curves]
 kind = "manifolds"
 period = 2
@@ -149,16 +114,15 @@ region.x = [-1.0, 0.3]
 region.v = [-1.0, 1.0]
 length = 0.3
 spacing = 0.05
-""",
-    "precision": """\
 [analysis.precision]
 kind = "work-precision"
 methods = ["taylor", "dop853"]
 tolerances = [1e-6, 1e-10]
 periods = 20
 repeats = 2
-""",
-}
+"""
+
+ANALYSES = {one.partition("]")[0]: f"[analysis.{one}" for one in _TABLES.split("[analysis.")[1:]}
 
 
 def small_scene(*names):
