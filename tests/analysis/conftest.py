@@ -1,17 +1,11 @@
 """Systems that several analyses are tried on."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 import sympy
+from support.discrete import clocked
 
 import chaosdrill as cd
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from maps import map_system
 
 
 @pytest.fixture(scope="session")
@@ -63,14 +57,14 @@ def bouncer():
 def logistic():
     """x -> r x (1 - x)."""
     x, r = sympy.symbols("x r", real=True)
-    return map_system("logistic", (x,), {"r": 3.2}, {x: r * x * (1 - x)}, {x: 0.3})
+    return clocked("logistic", (x,), {"r": 3.2}, {x: r * x * (1 - x)}, {x: 0.3})
 
 
 @pytest.fixture(scope="session")
 def delayed_logistic():
     """x -> r x (1 - y), y -> x: the fixed point sheds an invariant circle at r = 2."""
     x, y, r = sympy.symbols("x y r", real=True)
-    return map_system("delayed", (x, y), {"r": 2.1}, {x: r * x * (1 - y), y: x}, {x: 0.4, y: 0.5})
+    return clocked("delayed", (x, y), {"r": 2.1}, {x: r * x * (1 - y), y: x}, {x: 0.4, y: 0.5})
 
 
 @pytest.fixture(scope="session")
@@ -84,3 +78,15 @@ def bistable():
         period=1,
         initial={"x": -1.0, "y": 0.1},
     )
+
+
+@pytest.fixture(scope="session")
+def equilibria():
+    """Stable equilibria of that by a, lowest and highest."""
+
+    def roots(a):
+        found = np.roots([-1.0, 0.0, 1.0, a])
+        real = np.sort(found[np.abs(found.imag) < 1e-9].real)
+        return real[0], real[-1]
+
+    return roots

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import sympy
-from maps import map_system
+from support.discrete import clocked
 
 import chaosdrill as cd
 from chaosdrill.analysis.starts import share_of
@@ -30,7 +30,7 @@ def wells():
 @pytest.fixture(scope="module")
 def cubic():
     """x -> r x (1 - x**2): two attractors that mirror each other merge at r = 3 sqrt(3)/2 = 2.598."""
-    return map_system("cubic", (x,), {"r": 2.1}, {x: r * x * (1 - x**2)}, {x: 0.3})
+    return clocked("cubic", (x,), {"r": 2.1}, {x: r * x * (1 - x**2)}, {x: 0.3})
 
 
 @pytest.fixture(scope="module")

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 import sympy
-from maps import map_system
 from scipy.stats import binom
+from support.discrete import clocked
 
 import chaosdrill as cd
 from chaosdrill.analysis.boundaries import merged_distances, mixing, share_error_of_grid, smallest_kicks, uncertainty
@@ -217,7 +217,7 @@ def found():
     x, y = sympy.symbols("x y", real=True)
     size = 3 * (x**2 + y**2) ** 2
     images = {x: 2 * x / 3 + (x**2 - y**2) / size, y: 2 * y / 3 - 2 * x * y / size}
-    system = map_system("newton", (x, y), {}, images, {x: 0.1, y: 0.2})
+    system = clocked("newton", (x, y), {}, images, {x: 0.1, y: 0.2})
     along = np.linspace(-1.5, 1.5, 64)
     lengths = {"transient": 40, "periods": 16, "max_period": 2, "exponents": 0}
     return system, lengths, cd.basin_measures(system, {"y": along, "x": along}, box=4, **lengths)

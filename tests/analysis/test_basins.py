@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import sympy
-from maps import map_system
+from support.discrete import clocked
 
 import chaosdrill as cd
 from chaosdrill.analysis.matching import moments, number_attractors
@@ -61,7 +61,7 @@ GRID = {"x": np.linspace(0.03, 0.97, 40), "y": [-1.0, 0.0, 1.0]}
 def twofold():
     """x -> r x (1 - x**2) on either side of zero, which it does not cross for r < 2.598; y -> y/2."""
     x, y, r = sympy.symbols("x y r", real=True)
-    return map_system("cubic", (x, y), {"r": 2.1}, {x: r * x * (1 - x**2), y: y / 2}, {x: 0.3})
+    return clocked("cubic", (x, y), {"r": 2.1}, {x: r * x * (1 - x**2), y: y / 2}, {x: 0.3})
 
 
 def test_a_cycle_is_one_attractor_whatever_its_phase(twofold):

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy
-from maps import map_system
+from support.discrete import clocked
 
 import chaosdrill as cd
 from chaosdrill.analysis import points, sweeps
@@ -49,7 +49,7 @@ def test_points_without_a_forcing_period_fail_alone(duffing):
     assert np.isnan(chart["lyapunov_exponent"].values[:2]).all()
 
 
-def test_attractors_among_the_seeds_are_counted_once(bistable):
+def test_attractors_among_the_seeds_are_counted_once(bistable, equilibria):
     """Two equilibria between the folds, one outside; the decay of y takes no part."""
     a = np.array([-0.5, -0.3, 0.0, 0.3, 0.5])
     chart = cd.parameter_chart(
@@ -65,12 +65,6 @@ def test_attractors_among_the_seeds_are_counted_once(bistable):
     slope = np.array([[1 - 3 * r**2 for r in (low, high, high, low)] for low, high in map(equilibria, a)])
     slowest = np.maximum(slope[:, np.newaxis], -np.array([0.25, 0.5])[:, np.newaxis])
     np.testing.assert_allclose(chart["lyapunov_exponent"].values[..., 0], slowest, rtol=1e-6)
-
-
-def equilibria(a):
-    roots = np.roots([-1.0, 0.0, 1.0, a])
-    real = np.sort(roots[np.abs(roots.imag) < 1e-9].real)
-    return real[0], real[-1]
 
 
 def test_the_chart_is_its_points_whatever_the_chunks(bistable, monkeypatch):
@@ -128,7 +122,7 @@ def test_one_attractor_is_counted_once_in_short_records():
 def test_attractors_that_are_apart_stay_apart():
     """r x (1 - s |x|) has an interval of chaos on either side of zero, and so has it s times smaller."""
     x, r, s = sympy.symbols("x r s", real=True)
-    both = map_system("both sides", (x,), {"r": 3.97, "s": 1.0}, {x: r * x * (1 - s * sympy.Abs(x))}, {x: 0.3})
+    both = clocked("both sides", (x,), {"r": 3.97, "s": 1.0}, {x: r * x * (1 - s * sympy.Abs(x))}, {x: 0.3})
     starts = {"count": 12, "seed": 1, "x": (-1, 1)}
     chart = cd.parameter_chart(both, {"r": [3.97, 3.99], "s": [1.0, 0.9]}, periods=64, transient=100, random=starts)
     assert (chart["attractor_count"] == 2).all()

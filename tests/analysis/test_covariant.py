@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy
-from maps import map_system
 from scipy.linalg import expm, subspace_angles
+from support.discrete import clocked
 
 import chaosdrill as cd
 from chaosdrill.analysis import covariant
@@ -151,7 +151,7 @@ def test_vectors_and_their_errors_do_not_depend_on_units(powers):
 
 def test_of_a_map_of_the_torus_they_are_eigenvectors_of_its_matrix():
     x, y = sympy.symbols("x y", real=True)
-    cat = map_system("cat", (x, y), {}, {x: sympy.Mod(3 * x + 2 * y, 1), y: sympy.Mod(x + y, 1)}, {x: 0.1, y: 0.37})
+    cat = clocked("cat", (x, y), {}, {x: sympy.Mod(3 * x + 2 * y, 1), y: sympy.Mod(x + y, 1)}, {x: 0.1, y: 0.37})
     found = cd.covariant_vectors(cat, periods=50, bins=8)
     root = np.sqrt(3.0)
     np.testing.assert_allclose(found["lyapunov_exponent"], [np.log(2 + root), 0, np.log(2 - root)], rtol=0, atol=1e-11)
@@ -168,7 +168,7 @@ def test_of_a_map_of_the_torus_they_are_eigenvectors_of_its_matrix():
 def test_of_henons_map_they_come_from_the_past_and_from_the_future():
     """The first is what the past makes of any tangent; the second what the inverse map makes of any in the future."""
     x, y = sympy.symbols("x y", real=True)
-    henon = map_system("henon", (x, y), {}, {x: 1 - 1.4 * x**2 + y, y: 0.3 * x}, {x: 0.1, y: 0.1})
+    henon = clocked("henon", (x, y), {}, {x: 1 - 1.4 * x**2 + y, y: 0.3 * x}, {x: 0.1, y: 0.1})
     found = cd.covariant_vectors(henon, transient=50, forward=60, periods=300, backward=60)
     states, vectors = found["states"].values[:, :2], found["vector"].values[:, :2]
     maps = [np.array([[-2.8 * at[0], 1.0], [0.3, 0.0]]) for at in states]

@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import brentq
 from scipy.spatial import cKDTree
 from scipy.special import digamma
+from support import discrete
 
 import chaosdrill as cd
 from chaosdrill.analysis.neighbours import NEAREST, SCALES, neighbours, picked, shares
@@ -34,9 +35,7 @@ BAKER = cd.Map(
     {"x": "piecewise(l*x, y < s, 1/2 + r*x)", "y": "piecewise(y/s, y < s, (y - s)/(1 - s))"},
     initial={"x": 0.2, "y": 0.37},
 )
-HENON = cd.Map(
-    "x y", {"a": 1.4, "b": 0.3}, {"x": "1 - a*x**2 + y", "y": "b*x"}, initial={"x": 0.1, "y": 0.05}
-)  # fmt: skip
+HENON = cd.Map(**discrete.HENON)
 TURN = 2 * np.pi * (np.sqrt(5) - 1) / 2
 
 

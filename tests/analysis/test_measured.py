@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+from support.discrete import HENON
 
 import chaosdrill as cd
 from chaosdrill.analysis.measured import package, parting
@@ -79,9 +80,7 @@ def test_errors_of_the_others_know_how_far_neighbours_are():
 
 @pytest.mark.usefixtures("nolds")
 def test_one_state_of_a_section_has_the_exponents_of_the_motion():
-    henon = cd.Map(
-        "x y", {"a": 1.4, "b": 0.3}, {"x": "1 - a*x**2 + y", "y": "b*x"}, initial={"x": 0.1, "y": 0.05}
-    )  # fmt: skip
+    henon = cd.Map(**HENON)
     section = cd.poincare_section(henon, transient=100, periods=2000)
     spectrum = cd.lyapunov_spectrum(henon, transient=100, periods=2000)
     found = cd.series_measures(section["section"].sel(state="x"), embedding=2, followed=6)

@@ -10,14 +10,7 @@ FOLD = 2 / np.sqrt(27)
 SHORT = {"transient": 60, "periods": 32, "max_period": 8}
 
 
-def equilibria(a):
-    """Stable roots of a + x - x**3, lowest and highest."""
-    roots = np.roots([-1.0, 0.0, 1.0, a])
-    real = np.sort(roots[np.abs(roots.imag) < 1e-9].real)
-    return real[0], real[-1]
-
-
-def test_hysteresis_between_the_folds(bistable):
+def test_hysteresis_between_the_folds(bistable, equilibria):
     """Forward the lower equilibrium is left at the upper fold, backward the upper one at the lower fold."""
     a = np.array([-0.6, -0.3845, -0.2, 0.0, 0.2, 0.3845, 0.3855, 0.6])
     found = cd.bifurcation_diagram(bistable, {"a": a}, follow="both", **SHORT)

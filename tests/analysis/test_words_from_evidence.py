@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy
-from maps import map_system
+from support.discrete import clocked
 
 import chaosdrill as cd
 from chaosdrill.analysis.classification import (
@@ -51,7 +51,7 @@ def van_der_pol():
 @pytest.fixture(scope="module")
 def pitchfork():
     """x -> (1 + m) x - x**3: x = 0 loses its stability to +-sqrt(m) at m = 0."""
-    return map_system("pitchfork", (X,), {"m": 0.02}, {X: X + M * X - X**3}, {X: 1e-8})
+    return clocked("pitchfork", (X,), {"m": 0.02}, {X: X + M * X - X**3}, {X: 1e-8})
 
 
 def test_a_slow_departure_is_no_chaos(van_der_pol):
@@ -119,7 +119,7 @@ def test_words_of_a_duration_do_not_depend_on_the_section(van_der_pol, at):
 
 @pytest.mark.parametrize("unit", [1e-9, 1.0, 1e9])
 def test_a_departure_ends_on_its_cycle(unit):
-    leaving = map_system("pf", (X,), {"m": 0.02}, {X: X + M * X - X**3 / unit**2}, {X: 1e-8 * unit})
+    leaving = clocked("pf", (X,), {"m": 0.02}, {X: X + M * X - X**3 / unit**2}, {X: 1e-8 * unit})
     assert words(cd.lyapunov_spectrum(leaving, periods=500, transient=100)) == ["transient"]
     found = cd.bifurcation_diagram(leaving, {"m": [0.01, 0.02, 0.05]}, transient=100, periods=256)
     assert words(found) == ["periodic"] * 3
@@ -129,21 +129,21 @@ def test_a_departure_ends_on_its_cycle(unit):
 @pytest.mark.parametrize("side", [1, -1])
 def test_a_departure_that_is_over_leaves_a_cycle(side):
     """In the earlier half of a record of a spectrum; the error of the exponent is as large as the departure."""
-    leaving = map_system("over", (X,), {"m": 0.08}, {X: side * (X + M * X - X**3)}, {X: 1e-11})
+    leaving = clocked("over", (X,), {"m": 0.08}, {X: side * (X + M * X - X**3)}, {X: 1e-11})
     assert words(cd.lyapunov_spectrum(leaving, periods=1024)) == ["periodic"]
 
 
 @pytest.mark.parametrize("below", [1e-8, 2e-8])
 def test_a_passage_of_a_channel_is_no_cycle(below):
     """Points a turn apart are the same within 1e-6, and go on in one direction."""
-    logistic = map_system("channel", (X,), {"r": 1 + 8**0.5 - below}, {X: R * X * (1 - X)}, {X: CHANNEL})
+    logistic = clocked("channel", (X,), {"r": 1 + 8**0.5 - below}, {X: R * X * (1 - X)}, {X: CHANNEL})
     assert words(cd.lyapunov_spectrum(logistic, periods=64))[0] in {"undecided", "transient"}
 
 
 @pytest.mark.parametrize("start", [-0.95, -0.965])
 def test_a_stay_at_a_neutral_point_is_not_open(start):
     """On the cusp map, 1 - 2 sqrt|x|, a point leaves -1 ever faster: that would be over in a finite time."""
-    cusp = map_system("cusp", (X,), {}, {X: 1 - 2 * sympy.sqrt(sympy.Abs(X))}, {X: start})
+    cusp = clocked("cusp", (X,), {}, {X: 1 - 2 * sympy.sqrt(sympy.Abs(X))}, {X: start})
     assert words(cd.lyapunov_spectrum(cusp, periods=64))[0] in {"undecided", "transient", "chaotic"}
 
 
@@ -178,7 +178,7 @@ def test_a_followed_pitchfork_has_no_hysteresis(pitchfork, count):
 
 
 def test_a_followed_flip_doubles_at_once():
-    flip = map_system("flip", (X,), {"m": 0.0}, {X: -(1 + M) * X + X**3}, {X: 0.1})
+    flip = clocked("flip", (X,), {"m": 0.0}, {X: -(1 + M) * X + X**3}, {X: 0.1})
     m = np.linspace(-0.05, 0.06, 23)
     found = cd.bifurcation_diagram(flip, {"m": m}, follow="forward", transient=100, periods=128)
     away = np.abs(m) > 1e-12
@@ -191,7 +191,7 @@ def test_a_followed_fixed_point_sheds_its_circle_at_once():
         X: shrink * (sympy.cos(turn) * X - sympy.sin(turn) * Y),
         Y: shrink * (sympy.sin(turn) * X + sympy.cos(turn) * Y),
     }
-    shed = map_system("shed", (X, Y), {"m": 0.0}, images, {X: 0.1, Y: 0.0})
+    shed = clocked("shed", (X, Y), {"m": 0.0}, images, {X: 0.1, Y: 0.0})
     found = cd.bifurcation_diagram(shed, {"m": [-0.01, 0.01, 0.03]}, follow="forward", transient=100, periods=128)
     assert words(found) == ["periodic", "quasiperiodic", "quasiperiodic"]
 
@@ -353,7 +353,7 @@ def test_a_wheel_that_is_no_rotation_is_on_no_torus(slope):
 def test_a_slow_focus_of_a_map_is_no_torus():
     """Multipliers of modulus 1 - 1e-7: it fades by 1e-4 in the record. At 1 it goes round on its circle."""
     turn = {X: "a*(cos(r)*x - sin(r)*y)", Y: "a*(sin(r)*x + cos(r)*y)"}
-    focus = map_system("focus", (X, Y), {"a": 1 - 1e-7, "r": 0.7}, turn, {X: 1.0, Y: 0.0})
+    focus = clocked("focus", (X, Y), {"a": 1 - 1e-7, "r": 0.7}, turn, {X: 1.0, Y: 0.0})
     assert words(cd.lyapunov_spectrum(focus, periods=1024))[0] in {"undecided", "transient", "periodic"}
     assert words(cd.lyapunov_spectrum(focus.with_parameters(a=1.0), periods=1024)) == ["quasiperiodic"]
 
@@ -580,7 +580,7 @@ def test_no_word_needs_a_torus_that_is_not_asked_for():
 @pytest.mark.parametrize("rate", [2.1e-3, 3.2e-3, 8e-3])
 def test_narrow_bands_are_no_cycle(rate):
     """A tent of slope exp(rate) is chaotic on bands narrower than 1e-6, with this exponent."""
-    tent = map_system("tent", (X,), {"a": np.exp(rate)}, {X: "1 - a*Abs(x)"}, {X: 0.31})
+    tent = clocked("tent", (X,), {"a": np.exp(rate)}, {X: "1 - a*Abs(x)"}, {X: 0.31})
     assert words(cd.lyapunov_spectrum(tent, periods=64, transient=2000))[0] in {"undecided", "transient", "chaotic"}
 
 

@@ -84,6 +84,9 @@ def test_a_changed_scene_is_not_gone_on_with(call, scene, tmp_path, monkeypatch)
         ("a..b=1", "--set 'a..b=1': expected KEY=VALUE"),
         ("title=", "is not a TOML value"),
         ("title='a", "is not a TOML value"),
+        ("title=[1", "is not a TOML value"),
+        ("title={a", "is not a TOML value"),
+        ("title=a\x1bb", "is not a TOML value"),
         ("title=1\nother=2", "contains more than one value"),
     ],
 )

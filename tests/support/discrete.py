@@ -42,15 +42,15 @@ def timed(states: Any, parameters: Any, images: Any, initial: Any) -> cd.HybridS
     )
 
 
-def clocked(states: Any, parameters: Any, images: Any, initial: Any) -> cd.HybridSystem:
-    """A map as a system whose last state is a clock."""
+def clocked(name: str, states: Any, parameters: Any, images: Any, initial: Any) -> cd.HybridSystem:
+    """A map as a system whose last state is a clock: it strikes once a period, half a period off the strobe."""
     clock = sympy.Symbol("clock", real=True)
     return cd.HybridSystem(
-        name="clocked",
+        name=name,
         states=(*states, clock),
         parameters=parameters,
         modes={"wait": {**dict.fromkeys(states, 0), clock: 1}},
         transitions=[cd.Transition("step", "wait", "wait", guard=clock - 1, direction=+1, reset={**images, clock: 0})],
         period=sympy.Integer(1),
-        initial={**initial, "clock": 0.5},
+        initial={**initial, clock: 0.5},
     )

@@ -5,6 +5,7 @@ import math
 import pickle
 import subprocess
 import sys
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ MAPS = {"henon": HENON, "logistic": LOGISTIC}
 def test_section_and_exponents_equal_the_clock_to_the_bit(name: str) -> None:
     given = MAPS[name]
     n, lengths = len(given["states"]), {"transient": 50, "periods": 600}
-    own, other = cd.Map(**given), clocked(**given)
+    own, other = cd.Map(**given), clocked("clocked", **given)
     points = cd.poincare_section(own, **lengths)["section"].values
     assert np.array_equal(points, cd.poincare_section(other, **lengths)["section"].values[:, :n])
     # its clock has an exponent of its own, 0, with which tangents are made orthogonal at other times
@@ -35,7 +36,7 @@ def test_section_and_exponents_equal_the_clock_to_the_bit(name: str) -> None:
 
 
 def test_sweeps_equal_the_clock_to_the_bit() -> None:
-    own, other = cd.Map(**LOGISTIC), clocked(**LOGISTIC)
+    own, other = cd.Map(**LOGISTIC), clocked("clocked", **LOGISTIC)
     sweep = {"a": [2.8, 3.2, 3.5, 3.6, 3.83, 3.9, 4.2]}
     here, there = (cd.bifurcation_diagram(one, sweep, transient=200, periods=64) for one in (own, other))
     assert np.array_equal(here["period"], there["period"])
@@ -355,7 +356,7 @@ RUNS: dict[str, tuple[Any, tuple[str, ...]]] = {
 @pytest.mark.parametrize("name", RUNS)
 def test_other_analyses_equal_the_clock_to_the_bit(name: str) -> None:
     run, variables = RUNS[name]
-    own, other = (run(make(**HENON)) for make in (cd.Map, clocked))
+    own, other = (run(make(**HENON)) for make in (cd.Map, partial(clocked, "clocked")))
     for variable in variables:
         there = other[variable]
         there = there.sel(state=["x", "y"]) if "state" in there.dims else there
