@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from itertools import groupby
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -173,6 +174,39 @@ def _integrals(system: HybridSystem, orbit: FoundOrbit, numerics: Numerics) -> n
     return run.integrals()
 
 
+_OF_BRANCHES: dict[str, tuple[str, Any]] = {
+    "branch_parent": ("parent", np.int32),
+    "branch_period": ("period", np.int32),
+    "branch_start": ("start", str),
+    "branch_end": ("end_code", np.int8),
+    "branch_end_text": ("end", str),
+}
+_OF_SPECIAL_POINTS: dict[str, tuple[str, Any]] = {
+    "special_index": ("point", np.int32),
+    "special_kind": ("code", np.int8),
+    "special_error": ("error", float),
+    "special_multiplicity": ("multiplicity", np.int32),
+    "special_criticality": ("form.criticality", np.int8),
+    "special_coefficient": ("form.coefficient", float),
+    "special_coefficient_error": ("form.error", float),
+    "special_onset": ("grazing.onset", np.int8),
+    "special_power": ("grazing.power", float),
+    "grazing_coefficient": ("grazing.coefficient", float),
+    "grazing_coefficient_error": ("grazing.error", float),
+    "special_return": ("grazing.decisive", np.int32),
+    "special_text": ("text", str),
+}
+"""Where each variable stands in the record of a branch, or of a special point, and its type."""
+
+
+def _columns(table: dict[str, tuple[str, Any]], dim: str, records: Sequence[Any]) -> dict[str, Any]:
+    """The variables of a table, one entry a record."""
+    return {
+        name: (dim, np.array([attrgetter(place)(one) for one in records], dtype=dtype))
+        for name, (place, dtype) in table.items()
+    }
+
+
 def branches_dataset(system: HybridSystem, result: BranchResult) -> xr.Dataset:
     """The raw dataset of ``continuation``.
 
@@ -181,6 +215,7 @@ def branches_dataset(system: HybridSystem, result: BranchResult) -> xr.Dataset:
     n = len(system.state_names)
     branches, special = result.branches, result.events
     values = np.array([point.values for point in special]).reshape(len(special), len(result.parameters))
+    lengths = [result.arclength[result.branch == number].max(initial=0.0) for number in range(len(branches))]
     variables: dict[str, Any] = {
         **{name: ("point", result.values[:, i]) for i, name in enumerate(result.parameters)},
         "branch": ("point", result.branch),
@@ -198,28 +233,9 @@ def branches_dataset(system: HybridSystem, result: BranchResult) -> xr.Dataset:
         "event_sequence": ("sequence_number", np.array(result.sequences, dtype=str)),
         "smallest_speed": ("point", result.smallest_speed),
         "residual": ("point", result.residual),
-        "branch_parent": ("branch_number", np.array([branch.parent for branch in branches], dtype=np.int32)),
-        "branch_period": ("branch_number", np.array([branch.period for branch in branches], dtype=np.int32)),
-        "branch_start": ("branch_number", np.array([branch.start for branch in branches], dtype=str)),
-        "branch_end": ("branch_number", np.array([branch.end_code for branch in branches], dtype=np.int8)),
-        "branch_end_text": ("branch_number", np.array([branch.end for branch in branches], dtype=str)),
-        "branch_length": (
-            "branch_number",
-            np.array([result.arclength[result.branch == number].max(initial=0.0) for number in range(len(branches))]),
-        ),
-        "special_index": ("special", np.array([point.point for point in special], dtype=np.int32)),
-        "special_kind": ("special", np.array([point.code for point in special], dtype=np.int8)),
-        "special_error": ("special", np.array([point.error for point in special], dtype=float)),
-        "special_multiplicity": ("special", np.array([point.multiplicity for point in special], dtype=np.int32)),
-        "special_criticality": ("special", np.array([point.form.criticality for point in special], dtype=np.int8)),
-        "special_coefficient": ("special", np.array([point.form.coefficient for point in special], dtype=float)),
-        "special_coefficient_error": ("special", np.array([point.form.error for point in special], dtype=float)),
-        "special_onset": ("special", np.array([point.grazing.onset for point in special], dtype=np.int8)),
-        "special_power": ("special", np.array([point.grazing.power for point in special], dtype=float)),
-        "grazing_coefficient": ("special", np.array([point.grazing.coefficient for point in special], dtype=float)),
-        "grazing_coefficient_error": ("special", np.array([point.grazing.error for point in special], dtype=float)),
-        "special_return": ("special", np.array([point.grazing.decisive for point in special], dtype=np.int32)),
-        "special_text": ("special", np.array([point.text for point in special], dtype=str)),
+        **_columns(_OF_BRANCHES, "branch_number", branches),
+        "branch_length": ("branch_number", np.array(lengths)),
+        **_columns(_OF_SPECIAL_POINTS, "special", special),
         "neutral": ((), np.int32(result.neutral)),
         "outcome": ((), np.int8(result.outcome)),
     }

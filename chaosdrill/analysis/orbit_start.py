@@ -68,17 +68,8 @@ def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitSt
         return OrbitStart(system, 1, "attractor", 0)
     problem = Problem(system, (), numerics)
     problem.set_unit(where.unit)
-    spread = np.maximum(np.ptp(states, axis=0), CLOSE * np.maximum(np.abs(states).max(axis=0), problem.sizes))
-    last = len(states) - period
     modes = found.modes_after(where.system)
-
-    def away(steps: int) -> np.ndarray:
-        missed = (np.abs(states[steps : steps + last] - states[:last]) / spread).max(axis=1)
-        return np.where(modes[steps : steps + last] == modes[:last], missed, np.inf)
-
-    # what is back sooner leads to an orbit of a shorter period
-    sooner = np.array([away(q) for q in range(1, period) if period % q == 0]).min(axis=0, initial=np.inf)
-    nearest = int(np.lexsort((away(period), sooner < SECTIONS.sooner * away(period)))[0])
+    nearest, back = _nearest(states, modes, problem.sizes, period)
     record_returns(run, where.transitions, nearest + 1, where.longest)
     first, last_time = times[nearest], times[nearest + period]
     instants = passed.times[(passed.times >= first) & (passed.times <= last_time)]
@@ -100,11 +91,26 @@ def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitSt
         if Run(begun, where.unit, numerics).advance(1)[0] != Outcome.INVALID_START:
             break
     remark = ""
-    if np.isinf(away(period)).all():
+    if not back:
         more = record_returns(ahead, where.transitions, SECTIONS.looked_at, where.longest)
         remark = _in_another_mode(np.concatenate([modes, more.modes_after(where.system)]), period)
     marks = Marks(where.system.limited({}), where.transitions)
     return OrbitStart(begun, 1, float(last_time - first), 0, marks, remark)
+
+
+def _nearest(states: np.ndarray, modes: np.ndarray, sizes: np.ndarray, period: int) -> tuple[int, bool]:
+    """The point to which ``period`` returns come back most closely, and whether any is in its mode again by then."""
+    spread = np.maximum(np.ptp(states, axis=0), CLOSE * np.maximum(np.abs(states).max(axis=0), sizes))
+    last = len(states) - period
+
+    def away(steps: int) -> np.ndarray:
+        missed = (np.abs(states[steps : steps + last] - states[:last]) / spread).max(axis=1)
+        return np.where(modes[steps : steps + last] == modes[:last], missed, np.inf)
+
+    after = away(period)
+    # what is back sooner leads to an orbit of a shorter period
+    sooner = np.array([away(q) for q in range(1, period) if period % q == 0]).min(axis=0, initial=np.inf)
+    return int(np.lexsort((after, sooner < SECTIONS.sooner * after))[0]), bool(np.isfinite(after).any())
 
 
 def _in_another_mode(modes: np.ndarray, period: int) -> str:
