@@ -176,6 +176,7 @@ class ListOf(Value):
     distinct: bool = False
     least: int = 1
     most: int = 1_000_000
+    hint: str = ""
 
     @property
     def type_name(self) -> str:
@@ -188,13 +189,17 @@ class ListOf(Value):
 
     def faults(self, value: Any) -> Faults:
         if not isinstance(value, list):
-            yield (), told(too_long(value) or "expected a list", value)
+            yield (), told(too_long(value) or f"expected a list{self.hint}", value)
             return
         yield from long(value, self.least, self.most)
         found = [((index, *path), text) for index, one in enumerate(value) for path, text in self.item.faults(one)]
         yield from found
         if self.distinct and not found and len(set(value)) < len(value):
             yield (), told("contains a value twice; each may occur only once", value)
+
+    def misfits(self, value: Any, known: Known) -> Faults:
+        for index, one in enumerate(value if isinstance(value, list) else ()):
+            yield from within((index,), self.item.misfits(one, known))
 
     def argument(self, value: Any) -> list[Any]:
         return [self.item.argument(one) for one in value]

@@ -1,12 +1,11 @@
 """Arguments that name states to begin from: initial values, seeds, boxes from which they are drawn."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from chaosdrill.analysis.arguments import LIMITS
-from chaosdrill.errors import SettingsError
-from chaosdrill.names import remedy, shown
-from chaosdrill.settings import Faults, Known, ListOf, Number, Text, Value, Whole, entries, told, within
+from chaosdrill.names import key_text, remedy, shown
+from chaosdrill.settings import Faults, Known, ListOf, Number, Text, Value, Whole, told, within
 
 MOST_SEEDS = 10_000
 
@@ -16,9 +15,14 @@ class Start(Value):
 
     type_name = "mapping"
 
+    def plain(self, value: Any) -> Any:
+        if not isinstance(value, Mapping):
+            return value
+        return {key_text(key): one if isinstance(one, str) else Number().plain(one) for key, one in value.items()}
+
     def faults(self, value: Any) -> Faults:
         if not isinstance(value, Mapping):
-            yield (), told("expected a table", value)
+            yield (), told("expected a table of initial values, as in {'x': 0.1}", value)
             return
         for name, one in value.items():
             if name == "mode" and not isinstance(one, str):
@@ -39,27 +43,7 @@ class Start(Value):
         return {name: one if isinstance(one, str) else float(one) for name, one in value.items()}
 
 
-class Seeds(ListOf):
-    """Initial states, as a list of tables."""
-
-    type_name = "sequence of mappings"
-
-    def read(self, name: str, value: Any, system: Any) -> list[dict[str, Any]]:
-        listed = entries(value)
-        if not listed and isinstance(value, Sequence) and not isinstance(value, str):
-            raise SettingsError(f"{name} is empty; give at least one initial state, or leave {name} out")
-        if not listed or not all(isinstance(seed, Mapping) for seed in listed):
-            raise SettingsError(
-                f"{name} is {shown(value):.60}; it must be a list of initial values, as in [{{'x': 0.1}}]"
-            )
-        return [{str(key): one for key, one in seed.items()} for seed in listed]
-
-    def misfits(self, value: Any, known: Known) -> Faults:
-        for index, seed in enumerate(value if isinstance(value, list) else ()):
-            yield from within((index,), Start().misfits(seed, known))
-
-
-SEEDS = Seeds(Start())
+SEEDS = ListOf(Start(), hint=" of initial values, as in [{'x': 0.1}]")
 
 
 class Region(Value):

@@ -95,7 +95,9 @@ def test_a_sweep_without_values(duffing, values):
 
 @pytest.mark.parametrize("seeds", [{"x": 0.1}, 3, "x", [0.1, 0.2], [{"x": 0.1}, 3], [["x", 0.1]]], ids=str)
 def test_seeds_that_are_no_list_of_initial_values(duffing, seeds):
-    with pytest.raises(cd.SettingsError, match=r"seeds is .*; it must be a list of initial values, as in \[{'x': 0.1}"):
+    with pytest.raises(
+        cd.SettingsError, match=r"seeds.* expected a (list|table) of initial values, as in .*{'x': 0.1}"
+    ):
         cd.bifurcation_diagram(duffing, {"gamma": [0.4]}, transient=1, periods=2, seeds=seeds)
 
 
