@@ -69,7 +69,7 @@ class Value:
         plain = self.plain(value)
         for path, text in (*self.faults(plain), *self.misfits(plain, Known.of(system))):
             raise SettingsError(_of_an_argument(name, plain, path, text))
-        return plain
+        return self.argument(plain)
 
     def plain(self, value: Any) -> Any:
         """An argument as a scene has it: numbers of other packages are Python's, and sequences lists."""

@@ -183,9 +183,6 @@ class Times(Value):
 
     type_name = "list of float"
 
-    def read(self, name: str, value: Any, system: Any) -> list[float]:
-        return self.argument(super().read(name, value, system))
-
     def plain(self, value: Any) -> Any:
         return _LIST.plain(value)
 
@@ -259,9 +256,6 @@ class Axes(Value):
         return f"mapping of {count} {self.of}{'s' * (self.most > 1)} to {self._values_name}"
 
     _values_name: ClassVar[str] = "values"
-
-    def read(self, name: str, value: Any, system: Any) -> dict[str, Any]:
-        return self.argument(super().read(name, value, system))
 
     def plain(self, value: Any) -> Any:
         return {key_text(key): self._plain(one) for key, one in value.items()} if isinstance(value, Mapping) else value

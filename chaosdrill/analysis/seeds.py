@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chaosdrill.analysis.starting_states import RANDOM
 from chaosdrill.model.regions import own_mode
 
 if TYPE_CHECKING:
@@ -32,7 +31,7 @@ def make_seeds(system: "HybridSystem", seeds: Any, random: Any, *, needed: bool 
     Raises `SettingsError` for a seed that cannot be used.
     """
     fixed = [] if seeds is None and (random is not None or not needed) else [{}] if seeds is None else seeds
-    drawn = [] if random is None else draw(system, RANDOM.read("random", random, system))
+    drawn = [] if random is None else draw(system, random)
     systems = [system.with_initial(**values) for values in (*fixed, *drawn)]
     names = [f"{kind} {k}" for kind, some in (("fixed", fixed), ("random", drawn)) for k in range(1, len(some) + 1)]
     starts = np.array([s.initial_values for s in systems])

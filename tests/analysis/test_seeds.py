@@ -113,7 +113,7 @@ def test_the_box_of_a_state_leaves_the_others_alone(bistable):
 )
 def test_random_seeds_that_cannot_be_drawn(bistable, random, words):
     with pytest.raises(cd.SettingsError) as caught:
-        make_seeds(bistable, None, random)
+        cd.bifurcation_diagram(bistable, {"a": [0.0]}, random=random, **SHORT)
     assert words in str(caught.value)
 
 
