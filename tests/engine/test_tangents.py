@@ -81,11 +81,6 @@ def test_a_curved_flow_against_two_trajectories(system, method):
         np.testing.assert_allclose(here.vectors[j], (4 * differences[1] - differences[0]) / 3, rtol=0, atol=1e-10)
 
 
-def test_taylor_and_runge_kutta_agree(system):
-    first, second = (run_of(system, "curved", method=m, tangents=np.eye(3)) for m in ("taylor", "rk4"))
-    np.testing.assert_allclose(first.vectors, second.vectors, rtol=0, atol=1e-11)
-
-
 def test_logarithms_of_orthonormalised_tangents_add_up_to_the_determinant(system):
     """Liouville: the sum of the logarithms is the trace times the time, for a linear flow."""
     run = Run(system.with_initial(mode="linear"), 3.0, Numerics(tolerance=1e-14), tangents=np.eye(3))
