@@ -242,8 +242,11 @@ def _divided(plan: Span, given: Any) -> _Blocks:
     Raises `SettingsError` for an interval that does not divide the record.
     """
     if plan.periodic:
-        wanted = 1.0 if given.interval is None else given.interval
+        wanted = given.interval or math.ceil(plan.count / COVARIANT.most)
         parts, strobes = max(1, round(1 / wanted)), max(1, round(wanted))
+        if given.interval is None:
+            rest = plan.count % strobes
+            plan = replace(plan, transient=plan.transient + rest, count=plan.count - rest)
         if plan.count % strobes:
             raise SettingsError(
                 f"interval is {wanted:g}, which does not divide the record of {plan.count} forcing periods; "

@@ -157,6 +157,8 @@ class Covariant:
 
     parts: int = 1024
     """Vectors in a record without forcing, unless an interval is given."""
+    most: int = 32_768
+    """Vectors in a forced record at most, unless an interval is given: 5 MB of results in three states."""
     lead: float = 0.25
     leads: tuple[int, ...] = (100, 1000)
     """Part of the record that leads into it and out of it, unless told otherwise, and forcing periods at least and

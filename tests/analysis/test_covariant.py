@@ -363,6 +363,21 @@ def test_memory_is_that_of_the_results_and_of_what_is_kept():
     assert peak < 3 * found.nbytes
 
 
+def test_memory_does_not_grow_with_the_length(monkeypatch):
+    """With a vector each period, four times the periods took four times the memory."""
+    monkeypatch.setattr(covariant, "COVARIANT", replace(covariant.COVARIANT, most=500))
+    oscillator, peaks = cd.build("impact-oscillator"), []
+    for periods, between in ((2000, 4), (8003, 17)):
+        tracemalloc.start()
+        found = cd.covariant_vectors(oscillator, periods=periods, transient=10)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+        time = found["time"].values / float(found["forcing_period"])
+        np.testing.assert_allclose(np.diff(time), between, rtol=1e-9)
+        assert len(time) == periods // between
+    assert peaks[1] < 1.3 * peaks[0]
+
+
 def test_a_run_that_leaves_has_no_modes():
     """All of its samples were said to be in the first mode."""
     leaving = cd.Map("x", {}, {"x": "1 - 5*x**2"}, initial={"x": 0.9}, bounds={"x": (-9, 9)})

@@ -57,8 +57,9 @@ class CovariantVectors(Record):
     interval: float | None = setting(
         Number(above=0, most=LONGEST),
         None,
-        doc="Time between two vectors: in forcing periods, a whole number or one over a whole number, default "
-        "1; without forcing in units of time, rounded to a part of the record, default 1/1024 of it.",
+        doc="Time between two vectors: in forcing periods, a whole number or one over a whole number, by default 1, "
+        "or of records longer than 32,768 periods as many as leave at most so many vectors; without forcing in units "
+        "of time, rounded to a part of the record, default 1/1024 of it.",
     )
     forward: float | None = setting(
         Amount(least=0, most=LONGEST),
@@ -109,8 +110,8 @@ def covariant_vectors(system: HybridSystem, given: CovariantVectors, job: Job) -
     states as they are declared: scaled states give the same directions, but other local growth and other angles, unless
     these are 0.
 
-    Memory grows with the number of vectors, not of periods: take a longer interval for a long record. Beyond results it
-    is bounded, since the forward pass of many vectors is repeated in chunks.
+    Memory grows with the number of vectors, not of periods, so that without an ``interval`` it is bounded. Beyond
+    results it always is, since the forward pass of many vectors is repeated in chunks.
 
     Returns
     -------
