@@ -45,7 +45,8 @@ def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
                 if min(seen.values()) >= STRUCTURE.samples:
                     break
                 x, t = sizes * rng.normal(size=n) * 10.0 ** rng.uniform(-4, 0.5), unit * rng.uniform(0, 7)
-                if not _onto_guard(functions, mode, j, t, c, sizes, x, gradient):
+                # a guard of time alone is met in any state, and its matrix tells nothing of the time
+                if not events[j].timed and not _onto_guard(functions, mode, j, t, c, sizes, x, gradient):
                     continue
                 transition = functions.event_map(mode, j, t, c, x, 1, np.ones(n), 0.0, event)
                 speed = in_python(normal_speed)(event, n)

@@ -35,6 +35,12 @@ def test_section_and_exponents_equal_the_clock_to_the_bit(name: str) -> None:
     assert np.array_equal(by_time["lyapunov_exponent"].values, exponents[0])
 
 
+def test_rank_is_lost_where_the_derivative_has_no_inverse() -> None:
+    # no state is moved onto a guard that depends on time alone: without a matrix every map counted as deficient
+    assert examine(cd.Map(**HENON)).deficient == examine(timed(**HENON)).deficient == frozenset()
+    assert examine(cd.Map("x y", {}, ["2*x + y", "4*x + 2*y"])).deficient == {0}
+
+
 def test_sweeps_equal_the_clock_to_the_bit() -> None:
     own, other = cd.Map(**LOGISTIC), clocked("clocked", **LOGISTIC)
     sweep = {"a": [2.8, 3.2, 3.5, 3.6, 3.83, 3.9, 4.2]}
