@@ -43,16 +43,15 @@ def make_seeds(system: "HybridSystem", seeds: Any, random: Any, *, needed: bool 
 
 
 def draw(system: "HybridSystem", box: dict[str, Any]) -> list[dict[str, Any]]:
-    """Random initial values by name, each state drawn with a stream of its own."""
+    """Random initial values by name, each set from a stream of its own, in the order of the box's names."""
     mode = {"mode": box["mode"]} if "mode" in box else {}
+    ranges = {name: ends for name, ends in box.items() if name in system.state_names}
     values = []
     for seed in range(box["count"]):
         generator = np.random.Generator(np.random.Philox(np.random.SeedSequence(box["seed"], spawn_key=(seed,))))
-        drawn = generator.random(len(system.state_names))
+        drawn = generator.random(len(ranges))
         inside = {
-            name: float(box[name][0] + u * (box[name][1] - box[name][0]))
-            for name, u in zip(system.state_names, drawn, strict=True)
-            if name in box
+            name: float(low + u * (high - low)) for (name, (low, high)), u in zip(ranges.items(), drawn, strict=True)
         }
         values.append(mode | inside)
     return values

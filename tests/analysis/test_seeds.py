@@ -95,6 +95,18 @@ def test_the_box_of_a_state_leaves_the_others_alone(bistable):
     np.testing.assert_array_equal(x_alone[:, 1], 0.1)
 
 
+def test_the_order_of_states_does_not_choose_what_is_drawn():
+    """The same box in a system whose states were declared in another order, beside others, gave other starts."""
+    box = {"count": 3, "seed": 7, "x": (-2.0, 1.0), "y": (5.0, 6.0)}
+    drawn = []
+    for names in ("x y", "y x", "z y w x"):
+        system = cd.Map(names, {}, {name: f"{name}/2" for name in names.split()})
+        starts = dict(zip(system.state_names, make_seeds(system, None, box).starts.T, strict=True))
+        drawn.append((starts["x"], starts["y"]))
+    np.testing.assert_array_equal(drawn[0], drawn[1])
+    np.testing.assert_array_equal(drawn[0], drawn[2])
+
+
 @pytest.mark.parametrize(
     ("random", "words"),
     [
