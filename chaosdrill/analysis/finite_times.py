@@ -142,7 +142,7 @@ def _divided(plan: Span, wanted: Any) -> _Windows:
     """
     length = plan.length / (plan.unit if plan.periodic else 1.0)
     longest = length / WINDOWS.fewest
-    if wild := [one for one in wanted or () if one > longest * (1 + 1e-9)]:
+    if wild := [one for one in wanted or (1,) * plan.periodic if one > longest * (1 + 1e-9)]:
         raise SettingsError(
             f"windows holds {wild[0]:g}, but a record of {length:.6g} holds fewer than {WINDOWS.fewest} of them; "
             "take a longer record or shorter windows"
@@ -151,7 +151,7 @@ def _divided(plan: Span, wanted: Any) -> _Windows:
         count = WINDOWS.parts if wanted is None else max(round(length / min(wanted)), WINDOWS.fewest)
         plan = replace(plan, unit=plan.length / count, count=count)
     if wanted is None:
-        counts = [units for units in WINDOWS.windows if units * WINDOWS.fewest <= plan.count] or [1]
+        counts = [units for units in WINDOWS.windows if units * WINDOWS.fewest <= plan.count]
     else:
         unit = 1.0 if plan.periodic else plan.unit
         counts = sorted({max(1, round(one / unit)) for one in wanted})

@@ -450,6 +450,8 @@ def test_windows_that_do_not_fit(skew_tent):
         cd.finite_time_exponents(skew_tent, periods=1000, windows=[1, 300])
     with pytest.raises(cd.SettingsError, match="expected whole forcing periods"):
         cd.finite_time_exponents(skew_tent, periods=1000, windows=[1.5])
+    with pytest.raises(cd.SettingsError, match="windows holds 1, but a record of 3 holds fewer than 4 of them"):
+        cd.finite_time_exponents(cd.build("impact-oscillator"), periods=3)
 
 
 def test_a_plane_of_states_that_there_are(pendulum):
