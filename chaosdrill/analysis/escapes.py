@@ -47,6 +47,12 @@ NONE_LEFT = "no run is watched beyond the least age, so that no rate is told: ta
 APART = 4
 """Errors by which an exponent differs from zero."""
 
+SLOWER = 3
+"""Standard errors by which runs leave more slowly later on, as where some come to an attractor: beyond, those that stay
+longest tell of it, and not of the saddle. By chance one record of 700 is beyond."""
+
+STAYING = "runs stay where none leaves, as at an attractor, and tell of no saddle: end lives there by until"
+
 NO_FLOW = "no exponent of the saddle is 0, as that of a flow is, so that it is a rest, or runs stay too short"
 
 NO_NUMBER = "an exponent of the saddle is not a number"
@@ -90,7 +96,7 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
         whole = lives.length[lives.left | (lives.outcome == Outcome.OK)]
         rate, changes = rate_of_flow(whole, lead * unit, count * unit), drift_of_flow(whole, lead * unit, count * unit)
     dimension, dimension_error, unknown = math.nan, math.nan, ""
-    saddle = _saddle(runs, Walkers(starts, modes, lives.units), lead, count, given)
+    saddle = _saddle(runs, Walkers(starts, modes, lives.units), lead, count, given, slower=changes < -SLOWER)
     leaves = rate if math.isnan(saddle.rate[0]) else Rate(*saddle.rate, saddle.staggers)
     if len(saddle.rates) and math.isfinite(leaves.value + leaves.error):
         flows = system.autonomous and not system.discrete
@@ -132,8 +138,11 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     )
 
 
-def _saddle(runs: Runs, starts: Walkers, lead: int, count: int, given: Any) -> Saddle:
-    """The saddle by the method that is asked for; by default by stagger-and-step where runs do not stay for long."""
+def _saddle(runs: Runs, starts: Walkers, lead: int, count: int, given: Any, *, slower: bool) -> Saddle:
+    """The saddle by the method that is asked for; by default by stagger-and-step where runs do not stay for long.
+
+    Where those that stay leave ``slower`` than others, or their deviations shrink, the sprinkler tells of an attractor.
+    """
     seed = (given.random or {}).get("seed", 0)
     if given.saddle == "stagger":
         return staggered(runs, starts, count, seed)
@@ -143,6 +152,8 @@ def _saddle(runs: Runs, starts: Walkers, lead: int, count: int, given: Any) -> S
     if found is None and brief:
         walked = staggered(runs, starts, count, seed)
         found = (sprinkled(runs, starts, lead, 1) or walked) if walked.reason else walked
+    if found and not found.staggers and (slower or found.exponents[0] < -APART * found.errors[0]):
+        return unknown_saddle(runs.system, STAYING)
     return found or unknown_saddle(runs.system)
 
 

@@ -335,6 +335,17 @@ def test_staggers_end_at_a_comparison(monkeypatch):
     np.testing.assert_allclose(found["lyapunov_exponent"], [1, -1], rtol=0, atol=1e-9)
 
 
+def test_runs_that_come_to_a_cycle_tell_of_no_saddle():
+    """A sixth of the starts come to a cycle, whose exponents, -0.157 and -1.047, were those of the saddle."""
+    images = {"x": "1 - 1.45*x**2 + y", "y": "0.3*x"}
+    system = cd.Map("x y", {}, images, initial={"x": 0.1}, bounds={"x": (-5, 5)})
+    starts = {"count": 1000, "seed": 1, "x": (-1, 1), "y": (-0.3, 0.3)}
+    found = cd.transient_chaos(system, periods=400, random=starts)
+    assert found["drift"] < -3
+    assert np.isnan(found["lyapunov_exponent"]).all()
+    assert "as at an attractor" in found.attrs["reason"]
+
+
 def test_staggers_refuse_walkers_that_an_attractor_keeps(monkeypatch):
     """In the hole of a tent a point attracts what comes within 0.001: walkers ended there, with exponent -ln 2."""
     monkeypatch.setattr(staggers, "WALKERS", 64)

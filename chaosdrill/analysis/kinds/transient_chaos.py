@@ -151,6 +151,7 @@ def transient_chaos(system: HybridSystem, given: TransientChaos, job: Job) -> Da
     enough. Beyond a comparison ``until`` none stays. The share of walkers that could stay gives the rate at which the
     saddle is left, ``saddle_rate``, and the dimension. Errors are those of 16 pictures. Walkers find an attractor
     within the bounds, however few starts lead to it: where ever more stay, or none leave, there is a ``reason`` alone.
+    So there is of the sprinkler where runs leave more slowly later on, as where some of them come to an attractor.
 
     The entropy of the saddle, the sum of its positive exponents less the escape rate, fills its directions, those of
     slowest growth and of slowest decay first: together this is its information dimension (Hunt, Ott and Yorke 1996,
