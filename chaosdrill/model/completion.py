@@ -64,6 +64,13 @@ def never_completed(found: Definition, parameters: Mapping[str, Any], rebound: T
             f"where {guard} is; {_REMEDY}"
         )
     image = image_of(system, rebound)
+    for t in (rebound, *back):
+        lifted = guard.xreplace(image_of(system, t))
+        if zero(t.guard, surface) and not opaque(lifted) and not trial.somewhere_zero(lifted, surface):
+            return (
+                f"the reset of {t.name!r} takes {guard} from zero to {lifted}, while a series of rebounds is summed up "
+                "on one surface; let it leave the guard at zero, or leave completes out"
+            )
     leaves = rate(system, target, guard)
     pull = rate(system, target, leaves).xreplace(image)
     if zero(pull, surface):
@@ -75,15 +82,17 @@ def never_completed(found: Definition, parameters: Mapping[str, Any], rebound: T
         )
     after = leaves.xreplace(image)
     before = [rate(system, mode, guard) for mode in rebound.source]
-    if target in rebound.source:
-        if all(zero(after - one, surface) for one in before):
-            return f"{rebound.name!r} leaves the rate of {guard} as it is, so that it throws nothing back; {_REMEDY}"
-        if all(zero(after + one, surface) for one in before):
-            return (
-                f"{rebound.name!r} loses no speed, so that rebounds never come faster; let its reset lose some, as in "
-                "v = -e*v with e < 1, or leave completes out"
-            )
-    if _leaves_for_good(trial, rebound, before, after, pull):
+    if target in rebound.source and all(zero(after - one, surface) for one in before):
+        return f"{rebound.name!r} leaves the rate of {guard} as it is, so that it throws nothing back; {_REMEDY}"
+    if any(opaque(e) for e in (guard, *before, after, pull)):
+        return None
+    met, lost, returned = _met(trial, rebound, before, after, pull)
+    if met and target in rebound.source and not lost:
+        return (
+            f"{rebound.name!r} loses no speed, so that rebounds never come faster; let its reset lose some, as in "
+            "v = -e*v with e < 1, or leave completes out"
+        )
+    if met and not returned:
         return (
             f"after {rebound.name!r} the guard {guard} leaves zero with a speed and an acceleration of one sign in "
             f"{target!r}, so that the motion does not come back; let the reset turn the speed, as in v = -e*v, or "
@@ -92,19 +101,20 @@ def never_completed(found: Definition, parameters: Mapping[str, Any], rebound: T
     return None
 
 
-def _leaves_for_good(trial: Trial, rebound: Transition, before: list[Any], after: Any, pull: Any) -> bool:
-    """Whether every motion that is met at the guard leaves it afterwards ever faster, for any signs of parameters."""
+def _met(trial: Trial, rebound: Transition, before: list[Any], after: Any, pull: Any) -> tuple[bool, bool, bool]:
+    """Whether motions are met at the guard, some of them lose speed there, and some come back to it, for any signs of
+    parameters.
+    """
     import numpy as np
 
-    if any(opaque(e) for e in (rebound.guard, *before, after, pull)):
-        return False
-    _, on = trial.points((rebound.guard,))
-    n = len(trial.states)
+    n, on = len(trial.states), trial.points((rebound.guard,))[1].copy()
     on[n + 1 :] *= np.random.default_rng(20261128).choice([-1.0, 1.0], on[n + 1 :].shape)
     speed, force = trial.values(after, on), trial.values(pull, on)
-    met = np.any([trial.values(e, on) * rebound.direction > 0.0 for e in before], axis=0)
-    met &= np.isfinite(speed) & np.isfinite(force)
-    return met.sum() >= TUNING.fewest_samples and bool((np.sign(speed) * np.sign(force) > 0.0)[met].all())
+    speeds = np.array([trial.values(e, on) for e in before]) * rebound.direction
+    known = np.isfinite(speed) & np.isfinite(force)
+    met, lost = (speeds > 0.0) & known, np.abs(speed) < (1.0 - TUNING.vanishing) * speeds
+    coming = np.sign(speed) * np.sign(force) <= 0.0
+    return met.any(axis=0).sum() >= TUNING.fewest_samples, bool((met & lost).any()), bool((met & coming).any())
 
 
 def _way_back(found: Definition, rebound: Transition, zero: Any) -> list[Transition] | None:

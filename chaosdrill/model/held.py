@@ -136,36 +136,48 @@ class Trial:
             return _rows(sympy.lambdify(self.symbols, [expression], modules="numpy", dummify=True), points)[0]
 
     def _zero(self, expression: Any, surfaces: tuple[Any, ...]) -> bool:
-        import numpy as np
-
         if expression == 0 or any(expression in (surface, -surface) for surface in surfaces):
             return True
+        found = self._vanishing(expression, surfaces, whole=True)
+        return found.size >= TUNING.fewest_samples and bool(found.all())
+
+    def somewhere_zero(self, expression: Any, surfaces: tuple[Any, ...]) -> bool:
+        """Whether an expression vanishes on one of the sheets of surfaces at least, or that is not known."""
+        found = self._vanishing(expression, surfaces)
+        return found.size < TUNING.fewest_samples or bool(found.any())
+
+    def _vanishing(self, expression: Any, surfaces: tuple[Any, ...], whole: bool = False) -> "np.ndarray":
+        """At which of the points on surfaces an expression vanishes, of those where it is a number.
+
+        As a ``whole`` it is not looked at further if it does not at the first.
+        """
+        import numpy as np
+
         surfaces = tuple(surface for surface in surfaces if surface.free_symbols & self.moving)
         if any(opaque(surface) for surface in surfaces):
-            return False
+            return np.zeros(0, bool)
         off, on = self.points(surfaces)
         if on.shape[1] < TUNING.fewest_samples:
-            return False
+            return np.zeros(0, bool)
         unknown = {e: sympy.Dummy(real=True) for e in opaque(expression)}
         symbols = [*self.symbols, *unknown.values()]
         more = np.random.default_rng(20260108).uniform(*TUNING.drawn, (len(unknown), on.shape[1]))
         off, on = np.vstack([off, more]), np.vstack([on, more])
         terms = [term.xreplace(unknown) for term in sympy.Add.make_args(expression)]
         here, there = (np.array([_numbers(terms, symbols, values[:, 0])]).T for values in (on, off))
-        if _parts(here, there)[0] > TUNING.plainly_none:
-            return False
+        if whole and _parts(here, there)[0] > TUNING.plainly_none:
+            return np.zeros(0, bool)
         function = sympy.lambdify(symbols, terms, modules="numpy", dummify=True)
         with np.errstate(all="ignore"):
             here, there = _rows(function, on), _rows(function, off)
             parts = _parts(here, there)
             good = np.isfinite(parts)
-            if good.sum() < TUNING.fewest_samples:
-                return False
             small = parts <= TUNING.vanishing
             # what is left may be the rounding of parts that cancel each other
             if not small[good].all():
                 small |= np.abs(here.sum(axis=0)) <= TUNING.clear * _spread(symbols, terms, on).sum(axis=0)
-        return bool(small[good].all())
+        found: np.ndarray = small[good]
+        return found
 
     def _points(self, surfaces: tuple[Any, ...]) -> "tuple[np.ndarray, np.ndarray]":
         """Values of the symbols, one column a point: off all surfaces, and where all of them are zero.

@@ -225,14 +225,15 @@ def order(one: Written, rng: np.random.Generator) -> Written:
 
 
 def doubled(one: Written, rng: np.random.Generator) -> Written:
-    """A mode that events leave for its copy, and the copy for it."""
+    """A mode that events leave for its copy, and the copy for it; one may lead in beyond the guard of `more`."""
     mode = list(one.modes)[rng.integers(len(one.modes))]
     copy, found = f"{mode}_2", []
     for name, source, target, guard, direction, reset in one.transitions:
         found.append((name, source, copy if source == (mode,) and target == mode else target, guard, direction, reset))
         if mode in source:
             found.append((f"{name}__2", (copy,), target, guard, direction, reset))
-    return replace(one, modes={**one.modes, copy: one.modes[mode]}, transitions=tuple(found))
+    thrown = one.thrown or any(name == "zz_mark" for name, *_ in found)
+    return replace(one, modes={**one.modes, copy: one.modes[mode]}, transitions=tuple(found), thrown=thrown)
 
 
 def more(one: Written, rng: np.random.Generator) -> Written:

@@ -9,9 +9,9 @@ HELD = {"x": "0", "v": "0"}
 FLIGHT = {"x": "v", "v": "-g"}
 
 
-def ball(*more, reset="-e*v", rate="-g", guard="x", target="fly", parameters=None, **modes):
+def ball(*more, reset="-e*v", lift=None, rate="-g", guard="x", target="fly", parameters=None, **modes):
     transitions = [
-        cd.Transition("hit", "fly", target, guard, -1, {"v": reset}),
+        cd.Transition("hit", "fly", target, guard, -1, {"v": reset, **({"x": lift} if lift else {})}),
         cd.Transition("rest", "fly", "held", guard, -1, HELD, completes="hit"),
         *more,
     ]
@@ -83,6 +83,15 @@ def test_two_tanks_end_by_the_guard_that_is_advised():
 REFUSED = {
     "lossless": (lambda: ball(reset="-v"), "loses no speed, .*e < 1"),
     "lossless on a lift": (lambda: ball(reset="-v - 2*g", guard="x + g*t"), "loses no speed"),
+    "faster": (lambda: ball(reset="-v*(1 + v**2)"), "loses no speed"),
+    "lifted": (lambda: ball(lift="v**2/20"), "takes x from zero to v\\*\\*2/20"),
+    "put back": (lambda: ball(lift="1"), "takes x from zero to 1"),
+    "lifted in another mode": (
+        lambda: ball(
+            cd.Transition("again", "other", "fly", "2*x", -1, {"x": "v**2", "v": "-e*v"}), target="other", other=FLIGHT
+        ),
+        "reset of 'again' takes x from zero",
+    ),
     "passed": (lambda: ball(reset="v"), "throws nothing back"),
     "passed slower": (lambda: ball(reset="v**3/(1 + v**2)", rate="-1"), "does not come back"),
     "thrown away": (lambda: ball(reset="-v/2", rate="1 + v**2"), "does not come back"),
@@ -113,6 +122,10 @@ ACCEPTED = {
     "less than the speed": lambda: ball(reset="-v*(1 - v**2/2)"),
     "drag": lambda: ball(rate="-g - v*sqrt(1 + v**2)"),
     "drive": lambda: ball(rate="-x - cos(w*t)"),
+    "put onto the floor": lambda: ball(lift="sin(x)*v"),
+    "put onto a moving floor": lambda: ball(
+        guard="x - cos(w*t)", lift="cos(w*t)", reset="-w*sin(w*t) - e*(v + w*sin(w*t))"
+    ),
     "at rest for some values": lambda: ball(parameters={"g": 0.0}),
     "mode of its own for the way up": lambda: ball(
         cd.Transition("top", "up", "fly", "v", -1), target="up", rate="-g + v**2", up=RISE
