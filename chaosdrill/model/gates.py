@@ -30,43 +30,38 @@ from chaosdrill.model.tuning import TUNING
 
 
 def without_overflow(expression: Any) -> Any:
-    """An expression without quotients of exponentials that overflow, and without sums that leave a tail to rounding.
-
-    One in which each quotient leads to another stays as it is.
-    """
-    try:
-        made = _once(expression)
-    except RecursionError:
-        return expression
+    """An expression without quotients of exponentials that overflow, and without sums that leave a tail to rounding."""
+    made = _once(expression, TUNING.rewritten)
     # what has been made may be what more can be made of
     for _ in range(TUNING.passes):
-        if made is expression or (more := _once(made)) == made:
+        if made is expression or (more := _once(made, TUNING.rewritten)) == made:
             break
         made = more
     return without_removable(_bounded(made, {}) if made.has(*EXPONENTIAL) else made)
 
 
-def _once(expression: Any) -> Any:
-    return _rewritten(expression, {}) if expression.has(*EXPONENTIAL, sympy.tanh) else expression
+def _once(expression: Any, again: int) -> Any:
+    """An expression rewritten; what comes of a part is rewritten itself, so many times again."""
+    return _rewritten(expression, {}, again) if expression.has(*EXPONENTIAL, sympy.tanh) else expression
 
 
-def _rewritten(e: Any, known: dict[Any, Any]) -> Any:
-    if not e.args:
+def _rewritten(e: Any, known: dict[Any, Any], again: int) -> Any:
+    if not (e.args and e.free_symbols):
         return e
     if e not in known:
-        made = with_parts(e, [_divisor_or_part(e, a, known) for a in e.args])
+        made = with_parts(e, [_divisor_or_part(e, a, known, again) for a in e.args])
         if made.is_Pow:
             made = power(made)
-        if made.is_Mul or made.is_Pow:
+        if again and (made.is_Mul or made.is_Pow):
             divided = quotient(made)
-            made = made if divided == made else _once(divided)
+            made = made if divided == made else _once(divided, again - 1)
         elif isinstance(made, sympy.log):
             made = logarithm(made)
         elif isinstance(made, sympy.asinh):
             made = area_sine(made)
         elif made.is_Relational:
             made = comparison(made)
-        known[e] = _tail(made) if made.is_Add else made
+        known[e] = _tail(made, again - 1) if again and made.is_Add else made
     return known[e]
 
 
@@ -101,14 +96,14 @@ def _ended(f: Any) -> Any:
     return (up + down) / 2 if isinstance(f, sympy.cosh) else sympy.tanh(a) * (up + down) / 2
 
 
-def _divisor_or_part(whole: Any, part: Any, known: dict[Any, Any]) -> Any:
+def _divisor_or_part(whole: Any, part: Any, known: dict[Any, Any], again: int) -> Any:
     """A part, of which a divisor is left to the product that it divides."""
     if whole.is_Mul and part.is_Pow and part.exp.is_Integer and part.exp.is_negative:
-        return with_parts(part, [_rewritten(part.base, known), part.exp])
-    return _rewritten(part, known)
+        return with_parts(part, [_rewritten(part.base, known, again), part.exp])
+    return _rewritten(part, known, again)
 
 
-def _tail(total: Any) -> Any:
+def _tail(total: Any, again: int) -> Any:
     """A sum with each term that another one nearly cancels far out joined with that."""
     left, joined = dict.fromkeys(total.args), []
     for term in total.args:
@@ -119,7 +114,7 @@ def _tail(total: Any) -> Any:
                 del left[term], left[other]
                 joined.append(both)
                 break
-    return _once(sympy.Add(*left, *joined)) if joined else total
+    return _once(sympy.Add(*left, *joined), again) if joined else total
 
 
 def _partners(term: Any) -> Iterator[tuple[Any, Any]]:

@@ -95,7 +95,10 @@ def test_a_gate_survives_being_written(text):
 
 @pytest.mark.parametrize(
     "text",
-    ["exp(k)/(1 + exp(u))", "1/(1 + exp(-u))", "cosh(u)**(-3)", "sin(u) - k*u**2", "1 - u"],
+    [
+        *("exp(k)/(1 + exp(u))", "1/(1 + exp(-u))", "cosh(u)**(-3)", "sin(u) - k*u**2", "1 - u"),
+        "u + sqrt(1 + exp(asinh(exp(cosh(3)))))",  # nobody waits for the digits of this number
+    ],
 )
 def test_what_is_no_such_quotient_stays(text):
     expression = read_text(text, {"u": U, "k": K})
