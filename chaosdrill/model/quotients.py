@@ -227,8 +227,13 @@ def _removed(base: Any, power: int, rest: list[Any]) -> Any:
                 others[j] = factor / one
                 break
         alone = sympy.Add(*(f.args[0] for f in pure))
+        slope = sympy.S.One
+        if power == 1 and len(terms) == 2 and sympy.expand(sympy.Add(*terms.values())) == 0:
+            # a difference, exact where it is small
+            (a, f), (b, _) = terms.items()
+            terms, slope = {a: f, b: f}, sympy.tanh(multiplied_out(a - b) / 2)
         made = [f * below.removable(zero, a + alone) for a, f in terms.items()]
-        return sympy.Mul(ratio, base ** (1 - power), *others, sympy.Add(*made))
+        return sympy.Mul(ratio, base ** (1 - power), *others, slope, sympy.Add(*made))
     for i, factor in enumerate(rest):
         if isinstance(factor, sympy.tanh) and (ratio := _multiple(base, factor.args[0])) is not None:
             left = base ** (1 - power)

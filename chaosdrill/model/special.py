@@ -144,8 +144,9 @@ class WithFormula(WithSlopes):
         raise NotImplementedError
 
     def _eval_evalf(self, prec: int) -> Any:
+        value = self.formula()
         # some digits cancel where it is small
-        return self.formula().evalf(2 * prec // 3)
+        return value if value.has(sympy.nan, sympy.zoo) else value.evalf(2 * prec // 3)
 
     def _numpycode(self, printer: Any) -> Any:
         # whatever stands around it takes it for one function
@@ -164,7 +165,9 @@ class gate(WithFormula):
 
     @classmethod
     def eval(cls, m: Any, n: Any, u: Any, e: Any) -> Any:
-        """What it is where one term is zero, or as a logistic function; exp(u) above goes below."""
+        """What it is at a pole, where one term is zero, or as a logistic function; exp(u) above goes below."""
+        if u.is_zero and (m + n).is_zero:
+            return sympy.zoo
         if m.is_zero:
             return sympy.exp(e - u) / n
         if n.is_zero:
@@ -245,8 +248,8 @@ class bernoulli_ratio(WithFormula):
 
     @classmethod
     def eval(cls, u: Any, s: Any, order: Any) -> Any:
-        """1 for the function itself at 0."""
-        return sympy.S.One if u.is_zero and order.is_zero else None
+        """A number of Bernoulli's at 0."""
+        return sympy.bernoulli(order, s) if u.is_zero and s.is_Number and order.is_Integer else None
 
     def slopes(self) -> tuple[Any, ...]:
         """By u."""

@@ -44,6 +44,8 @@ LAWS = {
     ),
     "2*atan(u/(1 + sqrt(1 + u**2)))/u": lambda u: mpmath.atan(u) / u if u else mpmath.mpf(1),
     "(u**2 - k**2*u**4)/(k*u**2 - u)": lambda u: -u * (1 + SIZE * u),
+    "u*sinh(k*u)/sinh(u)": lambda u: u * mpmath.sinh(SIZE * u) / mpmath.sinh(u) if u else mpmath.mpf(0),
+    "u*sinh(u)/sinh(k*u)": lambda u: u * mpmath.sinh(u) / mpmath.sinh(SIZE * u) if u else mpmath.mpf(0),
     "exp(-exp(-1000*u))": lambda u: mpmath.exp(-mpmath.exp(-1000 * u)),
     "atan(k*exp(1000*u))": lambda u: mpmath.atan(SIZE * mpmath.exp(1000 * u)),
 }
