@@ -133,9 +133,14 @@ def reset_jacobian(system: System, transition: Transition) -> list[list[Any]]:
 
 def rate(system: System, mode: str, expression: Any) -> Any:
     """Time derivative of an expression along the flow of a mode."""
+    return sympy.Add(*rate_by_states(system, mode, expression))
+
+
+def rate_by_states(system: System, mode: str, expression: Any) -> list[Any]:
+    """The terms of that, one for each state that moves it, and one for time."""
     moving = [x for x in system.states if x in expression.free_symbols]
-    along = sum((differentiate(expression, x) * system.modes[mode][x] for x in moving), sympy.Integer(0))
-    return along + time_derivative(system, expression)
+    along = [differentiate(expression, x) * system.modes[mode][x] for x in moving]
+    return [*along, time_derivative(system, expression)]
 
 
 def throw(system: System, transition: Transition, surface: Any) -> tuple[Any, Any, Any]:

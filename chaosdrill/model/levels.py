@@ -8,8 +8,9 @@ import sympy
 
 from chaosdrill.errors import ModelError
 from chaosdrill.model.crossings import crossings
-from chaosdrill.model.derive import image_of
-from chaosdrill.model.halved import drawn_places, value_at
+from chaosdrill.model.derive import image_of, rate_by_states
+from chaosdrill.model.halved import value_at
+from chaosdrill.model.held import Trial, kept_apart
 from chaosdrill.model.parts import is_name, read_expression, read_table
 from chaosdrill.model.places import parameter
 from chaosdrill.model.system import SYSTEM, HybridSystem
@@ -126,11 +127,9 @@ def undrawn(system: "HybridSystem", mode: str, name: str) -> "tuple[HybridSystem
     if conserved.has(level) or not slopes[x]:
         return None
     # the term moves the quantity at the same rate everywhere: at its equilibria it has no value
-    pace = sum(sympy.diff(one, level) * slopes[y] for y, one in pulls.items())
-    places = drawn_places(system)
-    paces = [value_at(pace, point) for point in places]
-    kept = all(_balanced([slopes[y] * rates[y] for y in pulls], point) for point in places)
-    if not kept or not all(abs(one - paces[0]) <= TUNING.symmetric * abs(paces[0]) for one in paces):
+    pace, trial = sum(sympy.diff(one, level) * slopes[y] for y, one in pulls.items()), Trial(system)
+    moved = (sympy.diff(pace, x) for x in (*system.states, *map(parameter, system.parameters)))
+    if not all(trial.zero(one, ()) for one in (kept_apart(slopes[y] * rates[y] for y in pulls), *moved)):
         return None
     plain = HybridSystem(
         name=system.name,
@@ -166,44 +165,18 @@ def _read(system: "HybridSystem", conserved: Any) -> dict[str, Any]:
 
 def _check(system: "HybridSystem", given: Mapping[str, Any]) -> None:
     """Refuse a quantity that a mode or a transition changes, as numbers at random places tell."""
-    points = drawn_places(system)
-    for mode, rates in system.modes.items():
-        terms = [sympy.diff(given[mode], x) * rates[x] for x in system.states]
-        if not all(_balanced(terms, point) for point in points):
+    trial = Trial(system)
+    for mode, one in given.items():
+        if not trial.zero(kept_apart(rate_by_states(system, mode, one)), ()):
             raise ModelError(f"{system.name}: conserved: mode {mode!r:.60} changes it; it is no conserved quantity")
-    surfaces = [surface for surface, _ in crossings(system.transitions)]
+    surfaces = [(surface,) for surface, _ in crossings(system.transitions)]
     for t, surface in zip(system.transitions, surfaces, strict=True):
         if t.marks_only():
             continue
-        after = image_of(system, t)
-        reached = [on for point in points if (on := _onto(surface, system.states, point)) is not None]
-        if not reached:
+        if trial.points(surface)[1].shape[1] < TUNING.fewest_samples:
             told = f"no state on the guard of {t.name!r:.60} was found, where it is to be the same after the reset"
             raise ModelError(f"{system.name}: conserved: {told}; write the guard so that it is near a straight line")
+        after = given[t.target].xreplace(image_of(system, t))
         for source in t.source:
-            terms = [given[t.target].xreplace(after), -given[source]]
-            if not all(_balanced(terms, point) for point in reached):
+            if not trial.zero(kept_apart([after, -given[source]]), surface):
                 raise ModelError(f"{system.name}: conserved: transition {t.name!r:.60} changes it; its reset must not")
-
-
-def _balanced(terms: list[Any], point: Mapping[Any, Any]) -> bool:
-    """Whether terms add up to nothing at a place; where one has no value, they may."""
-    values = [value_at(term, point) for term in terms]
-    size = sum(map(abs, values))
-    return not abs(sum(values)) > TUNING.symmetric * size
-
-
-def _onto(surface: Any, states: tuple[Any, ...], point: Mapping[Any, Any]) -> dict[Any, Any] | None:
-    """A place near another one where a surface vanishes, by Newton's method; None where it finds none."""
-    slopes = {x: sympy.diff(surface, x) for x in states}
-    found = dict(point)
-    for _ in range(TUNING.guard_steps):
-        height, steep = value_at(surface, found), {x: value_at(one, found) for x, one in slopes.items()}
-        square = sum(abs(one) ** 2 for one in steep.values())
-        if not square > 0:
-            return None
-        if abs(height) <= 1e-15 * max(abs(complex(found[x])) for x in states) * square**0.5:
-            return found
-        for x, one in steep.items():
-            found[x] = found[x] - sympy.Float((height * one / square).real, TUNING.symmetry_digits)
-    return None

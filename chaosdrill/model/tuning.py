@@ -133,8 +133,6 @@ class Tuning:
     """Digits of their values, so that none is lost to what cancels."""
     symmetric: float = 1e-12
     """Part of the terms of two expressions by which they may differ: numbers in them are rounded to doubles."""
-    guard_steps: int = 50
-    """Steps of Newton's method onto a guard, on which resets are looked at."""
 
     # roots that touch their branch points
     decomposed_parts: int = 200
