@@ -135,15 +135,11 @@ def _blended(e: Any, places: list[tuple[Any, Any]]) -> Any:
     The weights are positive and fall to zero at the others' places: nothing cancels. None if there is one form, or two
     places may be one.
     """
-    symbol, most = places[0][0], 2
-    divisors: dict[Any, Any] = {}
-    for factor in sympy.Mul.make_args(e):
-        base, power = factor.as_base_exp()
-        if (symbol, base) in places and power.is_Integer:
-            divisors[base] = sympy.diff(base, symbol)
-            most = max(most, int(-power + power % 2))
-    if len(divisors) < len(places):
+    symbol, powers = places[0][0], dict(factor.as_base_exp() for factor in sympy.Mul.make_args(e))
+    divisors = {distance: sympy.diff(distance, symbol) for _, distance in places}
+    if not all(powers.get(distance, sympy.S.Half).is_Integer for distance in divisors):
         return None
+    most = max(2, *(int(-powers[distance] + powers[distance] % 2) for distance in divisors))
     if not all(_apart(*a, *b).is_number for a, b in permutations(divisors.items(), 2)):
         return None
     for factor in sympy.Mul.make_args(_turned(e)):
