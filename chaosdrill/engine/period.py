@@ -41,10 +41,12 @@ def forcing_periods(system: "HybridSystem", parameters: Mapping[str, np.ndarray]
 def repeats(system: "HybridSystem") -> bool:
     """Whether the system is proved to repeat after its period, whatever its parameters."""
     if "repeats" not in system.shared:
-        from chaosdrill.model.exponents import differences
+        from chaosdrill.model.exponents import differences, expressions
 
         placed = system.placed
-        system.shared["repeats"] = placed.time is None or all(_repeats(placed, e) for e in differences(placed))
+        system.shared["repeats"] = placed.time is None or all(
+            _repeats(placed, e) for e in differences(expressions(placed))
+        )
     return bool(system.shared["repeats"])
 
 

@@ -4,7 +4,7 @@ Where such a parameter is a whole number the power is a polynomial, which has a 
 a system is therefore generated for the whole numbers that its exponents have.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import sympy
@@ -54,8 +54,8 @@ def motion(system: System | Definition) -> Iterator[Any]:
         yield from (transition.guard, *transition.reset.values(), *transition.conditions.values())
 
 
-def differences(system: System | Definition) -> Iterator[Any]:
-    """The same with conditions as numbers: the differences of what they compare."""
-    for expression in expressions(system):
+def differences(given: Iterable[Any]) -> Iterator[Any]:
+    """Expressions, with conditions as numbers: the differences of what they compare."""
+    for expression in given:
         relations = expression.atoms(sympy.core.relational.Relational)
         yield from (relation.lhs - relation.rhs for relation in relations) if relations else (expression,)

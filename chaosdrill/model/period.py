@@ -58,7 +58,7 @@ def wrong_period(found: Definition, numbers: Mapping[str, Any]) -> str | None:
     import sympy
 
     from chaosdrill.model.derive import frozen_states
-    from chaosdrill.model.exponents import differences
+    from chaosdrill.model.exponents import differences, expressions
     from chaosdrill.model.text import double
 
     values = {sympy.Symbol(name, real=True): value for name, value in numbers.items()}
@@ -70,7 +70,7 @@ def wrong_period(found: Definition, numbers: Mapping[str, Any]) -> str | None:
     if found.time is None:
         return None
     frozen = set(frozen_states(found))
-    for expression in differences(found):
+    for expression in differences(expressions(found)):
         if found.time not in expression.free_symbols or frozen & expression.free_symbols:
             continue
         fixed = (f for f in expression.atoms(sympy.Function) if f.free_symbols <= set(values))

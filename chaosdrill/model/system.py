@@ -255,10 +255,13 @@ class HybridSystem(System):
         Quadratures do not count, since they feed back into nothing.
         """
         if "autonomous" not in self.shared:
-            from chaosdrill.model.exponents import motion
+            from chaosdrill.model.derive import time_derivative
+            from chaosdrill.model.exponents import differences, motion
+            from chaosdrill.model.held import Trial
 
-            parts = motion(self) if self.time is not None else ()
-            self.shared["autonomous"] = not any(self.time in part.free_symbols for part in parts)
+            parts = [one for one in differences(motion(self)) if self.time in one.free_symbols]
+            zero = Trial(self).zero
+            self.shared["autonomous"] = all(zero(time_derivative(self, one), ()) for one in parts)
         return bool(self.shared["autonomous"])
 
     @property

@@ -122,3 +122,19 @@ def test_an_integral_of_time_feeds_back_into_nothing():
     one, other = (cd.lyapunov_spectrum(s, duration=60, transient=20) for s in (plain, timed))
     np.testing.assert_array_equal(one["lyapunov_exponent"].values, other["lyapunov_exponent"].values)
     assert int(one["outcome"]) == int(other["outcome"])
+
+
+@pytest.mark.parametrize(
+    ("rate", "autonomous"),
+    [
+        ("-x + sin(t)**2 + cos(t)**2 - 1", True),
+        ("-(x*cos(k*t))**2 - (x*sin(k*t))**2", True),
+        ("-x*exp(t)/(1 + exp(t)) - x/(1 + exp(t))", True),
+        ("-x + 1e-9*sin(t)", False),
+        ("-x + sin(t)**2 + cos(k*t)**2 - 1", False),
+    ],
+)
+def test_forced_is_what_depends_on_time_not_what_names_it(rate, autonomous):
+    kick = cd.Transition("kick", "flow", "flow", "v", 1, {"v": "v/2"}, condition="x - t > -t" if autonomous else None)
+    given = {"states": "x v", "parameters": {"k": 2.0}, "modes": {"flow": {"x": "v", "v": rate}}}
+    assert cd.HybridSystem(**given, transitions=[kick]).autonomous == autonomous
