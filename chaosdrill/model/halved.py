@@ -2,15 +2,16 @@
 
 import random
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import chain, count
 from typing import TYPE_CHECKING, Any, cast
 
 import sympy
 
 from chaosdrill.errors import ModelError, SettingsError
-from chaosdrill.model.crossings import same_surface
+from chaosdrill.model.crossings import ratio, same_surface
 from chaosdrill.model.derive import image_of
+from chaosdrill.model.held import Trial, kept_apart
 from chaosdrill.model.parts import read_expression, read_table
 from chaosdrill.model.places import parameter
 from chaosdrill.model.system import SYSTEM, HybridSystem
@@ -128,16 +129,14 @@ class _Symmetry:
     system: "HybridSystem"
     images: Mapping[Any, Any]  # of the states
     modes: Mapping[str, str]  # mode -> its image
-    points: list[dict[Any, Any]]  # values of all symbols
     put: Mapping[Any, Any]  # what stands for parameters that must be 0
-    known: dict[Any, list[tuple[complex, float]]] = field(default_factory=dict)  # values of expressions at the points
+    trial: Trial
 
     @classmethod
     def of(cls, system: "HybridSystem", images: Mapping[Any, Any], fixed: set[str]) -> "_Symmetry":
         """The symmetry by its images of the states."""
-        points = drawn_places(system)
         put = {parameter(name): sympy.Integer(0) for name in fixed}
-        bare = cls(system, {x: image.xreplace(put) for x, image in images.items()}, {}, points, put)
+        bare = cls(system, {x: image.xreplace(put) for x, image in images.items()}, {}, put, Trial(system))
         for x, image in bare.images.items():
             again = bare.seen(image)
             if not bare.same(again, x):
@@ -153,33 +152,20 @@ class _Symmetry:
             moved[self.system.time] = self.system.time + self.system.period / 2
         return sympy.sympify(expression).xreplace(moved).xreplace(self.put)
 
-    def _at_points(self, expression: Any) -> list[tuple[complex, float]]:
-        """Value of an expression at every point, NaN where it has none, and the size of its terms."""
-        bare = sympy.sympify(expression).xreplace(self.put)
-        if bare not in self.known:
-            self.known[bare] = [
-                (value_at(bare, point), sum(abs(value_at(term, point)) for term in sympy.Add.make_args(bare)))
-                for point in self.points
-            ]
-        return self.known[bare]
-
-    def same(self, a: Any, b: Any, factor: float = 1.0) -> bool:
-        """Whether b is a times a factor, as functions."""
-        if factor == 1 and a == b:
-            return True
-        pairs = zip(self._at_points(a), self._at_points(b), strict=True)
-        return all(
-            abs(factor * one - other) <= TUNING.symmetric * (abs(factor) * size + its)
-            for (one, size), (other, its) in pairs
-        )
+    def same(self, a: Any, b: Any) -> bool:
+        """Whether two expressions are one function."""
+        terms = [t for e in (a, -b) for t in sympy.Add.make_args(sympy.sympify(e).xreplace(self.put))]
+        return sympy.Add(*terms) == 0 or self.trial.zero(kept_apart(terms), ())
 
     def sign(self, a: Any, b: Any) -> int:
         """Sign of the number by which b is a multiple of a; 0 if it is none."""
-        (below, _), (above, _) = self._at_points(a)[0], self._at_points(b)[0]
-        ratio = above / below if below else complex(0)
-        if not abs(ratio.imag) <= TUNING.symmetric * abs(ratio) or not self.same(a, b, ratio.real):
-            return 0
-        return (ratio.real > 0) - (ratio.real < 0)
+        a, b = (sympy.sympify(e).xreplace(self.put) for e in (a, b))
+        if (number := ratio(b, a)) is None:
+            rng = random.Random(20261127)
+            place = {x: sympy.Float(rng.uniform(*TUNING.drawn_below_one)) for x in self.trial.symbols}
+            below, above = (value_at(e, place).real for e in (a, b))
+            number = above * below if self.same(above * a, below * b) else 0.0
+        return (number > 0) - (number < 0)
 
     def _alike(self, a: Any, b: Any) -> bool:
         """Whether two conditions hold at the same states."""
@@ -311,19 +297,6 @@ class _Symmetry:
             for name, rates in self.system.quadratures.items()
             if all(self.same(self.seen(rates[self.modes[mode]]), rate) for mode, rate in rates.items())
         }
-
-
-def drawn_places(system: "HybridSystem") -> list[dict[Any, Any]]:
-    """Values of states, time and parameters, drawn at random: places where two expressions that differ do so."""
-    rng = random.Random(20261127)
-    points = []
-    for _ in range(TUNING.symmetry_places):
-        point = {x: rng.uniform(*TUNING.drawn_below_one) for x in (*system.states, system.time) if x is not None}
-        for name, value in system.parameters.items():
-            drawn = rng.uniform(*(TUNING.near_values if value else TUNING.drawn_below_one))
-            point[parameter(name)] = drawn * value if value else drawn
-        points.append({x: sympy.Float(value, TUNING.symmetry_digits) for x, value in point.items()})
-    return points
 
 
 def value_at(expression: Any, point: Mapping[Any, Any]) -> complex:

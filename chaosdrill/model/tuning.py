@@ -70,8 +70,6 @@ class Tuning:
     """Range of sizes of states, times and parameters: of either side of 1, and none near 0."""
     drawn_below_one: tuple[float, float] = (0.1, 0.9)
     """The same where functions may end at 1, as roots and arc sines do."""
-    near_values: tuple[float, float] = (0.7, 1.3)
-    """Range of a parameter, as a multiple of its value, about which a symmetry is looked for."""
 
     # what a mode holds
     samples: int = 12
@@ -127,12 +125,8 @@ class Tuning:
     """Places at which the functions of a run are looked at."""
 
     # symmetries
-    symmetry_places: int = 5
-    """Random places at which expressions are compared: such that differ agree at none."""
     symmetry_digits: int = 30
     """Digits of their values, so that none is lost to what cancels."""
-    symmetric: float = 1e-12
-    """Part of the terms of two expressions by which they may differ: numbers in them are rounded to doubles."""
 
     # roots that touch their branch points
     decomposed_parts: int = 200
