@@ -21,7 +21,7 @@ from chaosdrill.orbits.event_changes import branch_behind, change_at, slowness
 from chaosdrill.orbits.find import NoOrbitError, admissible, starting_orbit
 from chaosdrill.orbits.function_points import mark_functions
 from chaosdrill.orbits.grazing import grazing_form
-from chaosdrill.orbits.halves import halves_met
+from chaosdrill.orbits.halves import halves_met, way_to_doubling
 from chaosdrill.orbits.marks import NO_COLUMNS, Columns
 from chaosdrill.orbits.multipliers import free_multipliers, is_stable, largest_growth, multipliers, structural_rank
 from chaosdrill.orbits.orbit import Orbit
@@ -114,9 +114,7 @@ def trace_branch(
             if part.end == BranchEnd.LIMIT:
                 words = f"{'the' if curve.noun == 'branch' else 'a'} parameter reached its limit"
             elif reached is not None and not special:
-                there = float(curve.values(reached.point.orbit)[0])
-                place = f"{curve.problem.free[0]} = {there:.12g} (error {reached.error:.1g})"
-                words = f"{part.end.advice.rstrip('.')}, {place}."
+                words = _reached_at(curve, part.end, reached.point, reached.error)
             return branch.ended(part.end, words)
         found = _behind(curve, part, last, branch)
         if not isinstance(found, tuple):
@@ -135,6 +133,12 @@ def trace_branch(
             return branch.ended(BranchEnd.JOINED)
     branch.words = f"more than {TUNING.most_borders} changes of the sequence of events"
     return branch
+
+
+def _reached_at(curve: Curve, end: BranchEnd, point: Point, error: float) -> str:
+    """The end of a branch in words, with its place."""
+    there = float(curve.values(point.orbit)[0])
+    return f"{end.advice.rstrip('.')}, {curve.problem.free[0]} = {there:.12g} (error {error:.1g})."
 
 
 def _append(branch: Branch, curve: Curve, part: Continued, jumps: bool) -> Located | None:
@@ -267,7 +271,10 @@ def _ended_at(branch: Branch, curve: Curve, part: Continued, last: BranchSegment
     kind, text = change_at(curve.problem, part.border)
     words = why or (f"{text}; the {curve.noun} ends" if text else _lost(last))
     if halves_met(curve, last.points, kind == Special.REGULAR) and (isinstance(curve, SpecialCurve) or not words):
-        return branch.ended(BranchEnd.DOUBLING)
+        if isinstance(curve, SpecialCurve):
+            return branch.ended(BranchEnd.DOUBLING)
+        error = part.border.error + way_to_doubling(curve, last.points) + curve.error_at(last.points[-1])
+        return branch.ended(BranchEnd.DOUBLING, _reached_at(curve, BranchEnd.DOUBLING, last.points[-1], error))
     if not words and part.lost:
         words = _hidden(last)
     branch.ended(ENDS.get(kind, BranchEnd.NO_CONVERGENCE), words)

@@ -80,8 +80,20 @@ def continue_curve(
         try:
             point, error = curve.after(points[max(anchor, len(points) - TUNING.predictor_points) :], h)
             limit = curve.at_limit(last, point) if curve.outside(point.orbit) else point
+            if any(watch.left(point) for _, watch in watches):
+                raise LostError("the orbit is one of half the period")
         except LostError:
             h *= 0.5
+            recent = points[max(anchor, len(points) - TUNING.predictor_points) :]
+            if len(recent) > 1 and h < TUNING.straight_on * (last.arclength - recent[-2].arclength):
+                sharp = next((k for k in range(len(recent) - 1) if curve.turns_between(*recent[k : k + 2])), None)
+                if sharp is not None:
+                    before = points[: len(points) - len(recent) + sharp]
+                    way = (recent[sharp + 1].arclength - recent[sharp].arclength) / 8
+                    rest = continue_curve(curve, recent[sharp], step, most - len(before), way, home, birth)
+                    return replace(rest, points=before + rest.points)
+                # the polynomial through the last points may lead elsewhere than their tangents
+                anchor = len(points) - 1
             if h < TUNING.shortest_step * step:
                 found.end, found.border, found.lost = BranchEnd.NO_CONVERGENCE, _lost(curve, points, step), True
                 return found

@@ -413,11 +413,21 @@ class _Step:
         There an orbit is known to the root of its residual only, so that its equations may keep some rank.
         """
         loses = self._loses(self.points[part])
-        if not loses and not self._loses(self.points[part], TUNING.hardly_singular):
+        if self._keeps_side(part) or not (loses or self._loses(self.points[part], TUNING.hardly_singular)):
             return False, None
         sharp = self._sharp(part, value, rise)
         crosses = loses or (sharp is not None and self._loses(sharp.point))
         return crosses, sharp if crosses else None
+
+    def _keeps_side(self, part: float) -> bool:
+        """Whether one multiplier alone is 1, and the equations with the direction keep the sign of their determinant.
+
+        That changes where another branch crosses. A sharp fold almost loses rank as well.
+        """
+        problem, values = self.curve.problem, free_of(self.pair.with_points([self.points[part]]))[0]
+        if (np.abs(values - 1) <= TUNING.missed_multiplier).sum() > 1:
+            return False
+        return bool(np.prod([problem.side(p.orbit, p.tangent.row, p.weights) for p in self.pair.points]) > 0)
 
     def _loses(self, there: "Point", rank: float = TUNING.singular) -> bool:
         """Whether the equations lose rank at a point, unlike at its neighbours, of which one may lie there as well."""

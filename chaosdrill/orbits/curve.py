@@ -244,6 +244,11 @@ class Curve:
             raise LostError("the curve bends too much")
         return point, error
 
+    def turns_between(self, one: Point, other: Point) -> bool:
+        """Whether the second point lies beyond a fold so sharp that its tangent is taken to lead on, not back."""
+        sides = [self.problem.side(p.orbit, p.tangent.row, p.weights) for p in (one, other)]
+        return sides[0] * sides[1] < 0 and other.arclength - one.arclength > TUNING.meeting**2
+
     def aligned(self, point: Point, points: list[Point]) -> Point:
         """A point with its tangent aligned to those of earlier points."""
         return point
@@ -459,6 +464,9 @@ class SpecialCurve(Curve):
             beside = self._solved(guess, near, plane.duals)
             values.append(self.test.value(self.problem, *beside, plane, tracked)[0])
         return (values[0] - values[1]) / (2 * TUNING.difference)
+
+    def turns_between(self, one: Point, other: Point) -> bool:
+        return False
 
     def followed(self, point: Point) -> tuple["Orbit", "Shot"] | None:
         if not self.margin:

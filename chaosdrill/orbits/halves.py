@@ -31,6 +31,11 @@ class Halves:
         self.turns: list[tuple[int, float]] = []
         """Orbits at which the difference has turned round, and how large it is beside them."""
 
+    def left(self, point: "Point") -> bool:
+        """Whether the halves suddenly coincide: the orbit is then one of half the period, beside a sharp doubling."""
+        gap, size = self.curve.problem.halves_apart(point.orbit, self.weights), np.linalg.norm(self.last)
+        return bool(np.linalg.norm(gap) < TUNING.together * size and size > TUNING.meeting)
+
     def passed(self, point: "Point") -> int | None:
         """Index of the first orbit beyond one whose halves coincide, or None, after the next orbit."""
         gap = self.curve.problem.halves_apart(point.orbit, self.weights)
@@ -79,3 +84,13 @@ def halves_met(curve: "Curve", points: "Sequence[Point]", alone: bool) -> bool:
     if alone:
         return bool(gaps[-1] < TUNING.halves * max(gaps))
     return bool(gaps[-1] < TUNING.meeting < max(gaps))
+
+
+def way_to_doubling(curve: "Curve", points: "Sequence[Point]") -> float:
+    """How far the parameter is from where the halves come together: their difference goes with the root of the way."""
+    *before, last = (float(np.linalg.norm(curve.problem.halves_apart(p.orbit, points[0].weights))) for p in points)
+    far = max((k for k, gap in enumerate(before) if gap > 2 * last), default=None)
+    if far is None:
+        return float(curve.spans[0])
+    way = abs(float((curve.values(points[far].orbit) - curve.values(points[-1].orbit))[0]))
+    return way * last**2 / (before[far] ** 2 - last**2)

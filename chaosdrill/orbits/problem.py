@@ -286,7 +286,7 @@ class Problem:
         conditions = np.eye(columns)[d + 1 + count :] if conditions is None else conditions
         conditions = np.vstack([conditions, self.held(orbit)])
         residuals: list[float] = []
-        code, sharper, shortest = SLOW, 0, reach
+        code, sharper, shortest, enough = SLOW, 0, reach, TUNING.residual
         noise = max(100 * TUNING.residual, TUNING.residual_of_steps * self.numerics.tolerance)
         step: _Step | None = None
         for turn in range(TUNING.newton_steps):
@@ -302,8 +302,8 @@ class Problem:
                 break
             if self.plain.discrete:
                 # no steps, and thus none of their errors: beside a sharp fold a small residual is no orbit
-                noise = TUNING.tangent_error * float(np.abs(shot.equations).max())
-            close = residual <= TUNING.residual or (residual <= noise and residual > 0.3 * before)
+                noise, enough = 10 * TUNING.rounding * float(np.abs(shot.equations).max()), TUNING.rounding
+            close = residual <= enough or (residual <= noise and residual > 0.3 * before)
             if turn > 0 and close and (sharper >= TUNING.sharper_steps or shot.sharp(orbit)):
                 code = CONVERGED
                 break
@@ -409,6 +409,11 @@ class Problem:
         sizes = np.linalg.svd(self._weighted(orbit, shot, weights), compute_uv=False)
         kept = sizes[: len(sizes) - len(self.held(orbit))]
         return float(kept[-1])
+
+    def side(self, orbit: Orbit, row: np.ndarray, weights: np.ndarray) -> float:
+        """Sign of the determinant of the linearised equations with one more row; 0 where they are no square."""
+        rows = np.vstack([self._weighted(orbit, self.shoot(orbit, False), weights), row / weights])
+        return 0.0 if len(self.held(orbit)) else float(np.linalg.slogdet(rows)[0])
 
     def off(self, orbit: Orbit, shot: Shot, weights: np.ndarray) -> np.ndarray:
         """How far the unknowns of an orbit may be off where its equations determine them least, shape (columns,).

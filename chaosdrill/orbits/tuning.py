@@ -228,6 +228,8 @@ class Tuning:
     aside: float = 0.5
     """The same as a part of the step: the predicted direction is off by less than the curve may bend, whose sine is
     about a quarter."""
+    straight_on: float = 0.01
+    """Part of the last step below which the tangent alone predicts the next point."""
     shortest_step: float = 1e-7
     """Part of the longest step below which the curve is lost."""
     apart: float = 1e-8

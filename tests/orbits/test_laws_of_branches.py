@@ -1,5 +1,6 @@
 """Laws that every branch obeys, over families whose diagrams are known in closed form."""
 
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -49,18 +50,22 @@ def kinds(branch):
 # The curve lives in all points of an orbit: windows of the logistic map.
 
 
-def fold_of_window(period, near, start):
-    """Where f^p(x) = x has a double root, by another root finder in other unknowns."""
+def where_multiplier_is(critical, period, near, start, image, slope):
+    """The parameter, by another root finder in other unknowns."""
 
     def equations(unknowns):
         points, value = unknowns[:-1], unknowns[-1]
-        images = value * points * (1 - points)
-        return [*(images - np.roll(points, -1)), np.prod(value * (1 - 2 * points)) - 1]
+        return [*(image(points, value) - np.roll(points, -1)), np.prod(slope(points, value)) - critical]
 
     orbit = [start]
     for _ in range(period - 1):
-        orbit.append(near * orbit[-1] * (1 - orbit[-1]))
+        orbit.append(image(orbit[-1], near))
     return float(fsolve(equations, [*orbit, near], xtol=1e-13)[-1])
+
+
+def fold_of_window(period, near, start):
+    """Where f^p(x) = x has a double root."""
+    return where_multiplier_is(1, period, near, start, lambda x, r: r * x * (1 - x), lambda x, r: r * (1 - 2 * x))
 
 
 WINDOWS = [
@@ -118,6 +123,55 @@ def test_a_fold_sharper_than_the_range_is_not_missed():
     found = cd.continue_orbit(window, {"r": (3.8859605921, 3.8860902275275087)}, period=7, start="guess")
     assert found["special_value"].values == pytest.approx([fold_of_window(7, near, start)], abs=1e-11)
     assert found["r"].values.min() == pytest.approx(found["special_value"].item(), abs=1e-11)
+
+
+RICKER = (lambda x, r: x * np.exp(r * (1 - x)), lambda x, r: np.exp(r * (1 - x)) * (1 - r * x))
+SINE = (lambda x, r: r * np.sin(np.pi * x), lambda x, r: r * np.pi * np.cos(np.pi * x))
+CUBIC = (lambda x, r: r * x * (1 - x**2), lambda x, r: r * (1 - 3 * x**2))
+IMAGES = {RICKER: "x*exp(r*(1 - x))", SINE: "r*sin(pi*x)", CUBIC: "r*x*(1 - x**2)"}
+
+
+def settled(functions, value, point=0.51):
+    for _ in range(3000):
+        point = functions[0](point, value)
+    return point
+
+
+@pytest.mark.parametrize(
+    ("functions", "begin", "period", "inside", "limits", "parts"),
+    [
+        (RICKER, 0.51, 5, 3.36495, (3.3578302857, 3.3738502857), 120),  # almost a loss of rank
+        (RICKER, 0.51, 5, 3.924925, (3.88225484, 3.99745484), 200),  # two legs 5e-8 apart
+        (RICKER, 0.51, 5, 3.924925, (3.88225484, 3.99745484), 1000),
+        (SINE, 0.501, 6, 0.9892, (0.9891888854306944, 0.9892188854306944), 200),  # 1e-5 of the range from a limit
+    ],
+)
+def test_a_fold_as_sharp_as_a_hairpin_is_a_fold(functions, begin, period, inside, limits, parts):
+    start = settled(functions, inside, begin)
+    exact = where_multiplier_is(1, period, inside, start, *functions)
+    window = cd.Map("x", {"r": inside}, {"x": IMAGES[functions]}, name="window", initial={"x": start})
+    step = (limits[1] - limits[0]) / parts
+    branch = cd.continue_orbit(window, {"r": limits}, period=period, start="guess", step=step)
+    assert sorted(kinds(branch)) == [Special.FOLD, Special.PERIOD_DOUBLING]
+    found = int(np.flatnonzero(branch["special_kind"].values == Special.FOLD)[0])
+    assert abs(float(branch["special_value"][found]) - exact) < 1e-11
+    assert branch["r"].values[[0, -1]].tolist() == [limits[1], limits[1]]
+
+
+@pytest.mark.parametrize(
+    ("functions", "inside", "before"), [(RICKER, 3.173525, 3.155), (SINE, 0.9436, 0.942), (CUBIC, 2.463304, 2.4605)]
+)
+@pytest.mark.parametrize("parts", [100, 300])
+def test_a_doubled_orbit_does_not_go_on_as_one_of_half_its_period(functions, inside, before, parts):
+    exact = where_multiplier_is(-1, 3, before, settled(functions, before), *functions)
+    start = settled(functions, inside)
+    window = cd.Map("x", {"r": inside}, {"x": IMAGES[functions]}, name="window", initial={"x": start})
+    limits = (exact - (inside - exact) / 4, inside + (inside - exact) / 4)
+    step = (limits[1] - limits[0]) / parts
+    branch = cd.continue_orbit(window, {"r": limits}, period=6, start="guess", step=step)
+    told = branch["branch_end_text"].item()
+    value, error = re.search(r"another period doubling, r = (\S+) \(error (\S+)\)", told).groups()
+    assert abs(float(value) - exact) <= float(error) + 1e-11 < 1e-9
 
 
 def test_steps_beside_a_doubling_grow_with_the_way_along_the_branch():
