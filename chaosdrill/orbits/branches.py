@@ -10,6 +10,7 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.setup import bounds_of
 from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.branch import Branch, BranchSegment, Mark
 from chaosdrill.orbits.conserved import other_family
@@ -26,7 +27,7 @@ from chaosdrill.orbits.marks import NO_COLUMNS, Columns
 from chaosdrill.orbits.multipliers import free_multipliers, is_stable, largest_growth, multipliers, structural_rank
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.points import Border, Point
-from chaosdrill.orbits.problem import CONVERGED, LostError, Shot
+from chaosdrill.orbits.problem import CONVERGED, LostError, Problem, Shot
 from chaosdrill.orbits.rests import point_behind, rest_behind
 from chaosdrill.orbits.results import NO_GRAZING, BranchResult, Cascade, NormalForm
 from chaosdrill.orbits.roots import bracketed
@@ -118,7 +119,7 @@ def trace_branch(
             return branch.ended(part.end, words)
         found = _behind(curve, part, last, branch)
         if not isinstance(found, tuple):
-            return _ended_at(branch, curve, part, last, step, found)
+            return _ended_at(branch, curve, part, last, found)
         curve, first = found
         if last.points[-1].arclength - last.points[0].arclength <= TUNING.begins and met(
             curve, first, branch.segments[:-1], step
@@ -257,10 +258,10 @@ def _at_rest(branch: Branch, curve: Curve) -> Branch:
     return branch.ended(BranchEnd.REST, found.text)
 
 
-def _ended_at(branch: Branch, curve: Curve, part: Continued, last: BranchSegment, step: float, why: str) -> Branch:
+def _ended_at(branch: Branch, curve: Curve, part: Continued, last: BranchSegment, why: str) -> Branch:
     """End a branch at a border beyond which no orbit was found, or none that it goes on with, for a reason."""
     assert part.border is not None
-    if part.lost and _escapes(last, step):
+    if part.lost and _escapes(last.points[-1].orbit, curve.problem):
         return branch.ended(BranchEnd.ESCAPED)
     away = _degenerate(curve, last)
     if away is not None:
@@ -319,11 +320,13 @@ def _hidden(segment: BranchSegment) -> str:
     return f"{where}: rounding hides the next one"
 
 
-def _escapes(segment: BranchSegment, step: float) -> bool:
-    """Whether a state of the orbits leaves its bounds one step beyond the end of a segment."""
-    last, problem = segment.points[-1], segment.curve.problem
-    moved = problem.moved(last.orbit, problem.shoot(last.orbit, False), step * last.tangent.change)
-    return problem.shoot(moved, False).outcome == Outcome.ESCAPED
+def _escapes(orbit: Orbit, problem: Problem) -> bool:
+    """Whether a state of an orbit reaches its bounds, to within a part of their distance."""
+    low, high = bounds_of(problem.plain)
+    times = np.linspace(0.0, float(orbit.durations.sum()), TUNING.guard_samples)
+    states = np.vstack([problem.at([orbit], times[np.newaxis])[0][0], orbit.starts[:, : problem.states]])
+    near = TUNING.at_bounds * (high - low)
+    return bool(((states < low + near) | (states > high - near)).any())
 
 
 def _marked(segment: BranchSegment, count: int) -> tuple[BranchSegment, list[Mark]]:

@@ -372,6 +372,8 @@ class Tuning:
     """Borders that one branch may cross."""
     meeting: float = 1e-6
     """Distance in the norm of the weights at which two orbits of the same events are one."""
+    at_bounds: float = 1e-3
+    """Part of the distance of two bounds from either of them within which the last orbit of a branch is at it."""
     longer: float = 3.0
     """Growth of the duration along a segment of an orbit that approaches a point at rest."""
     halves: float = 0.05
