@@ -169,6 +169,8 @@ def normal_form(problem: "Problem", orbit: Orbit, kind: Special, multiplicity: i
 def cubic_term(problem: "Problem", orbit: Orbit, near: complex) -> tuple[float, float]:
     """Coefficient of the cubic term on the centre manifold of the multiplier nearest to a value, and its error.
 
+    It is known to a part of itself, which tells its sign, and the better the nearer it is to zero.
+
     ``near``: -1, or one of a pair on the unit circle.
 
     Returns them as in `NormalForm`.
@@ -176,7 +178,7 @@ def cubic_term(problem: "Problem", orbit: Orbit, near: complex) -> tuple[float, 
     Raises `LostError` if there is no return map, or no derivatives of it, and `numpy.linalg.LinAlgError` at a pole of
     the coefficient.
     """
-    (_, cubic), (_, error) = _terms(ReturnMap(problem, orbit), lambda values: np.abs(values - near))
+    (_, cubic), (_, error) = _terms(ReturnMap(problem, orbit), lambda values: np.abs(values - near), TUNING.sign_known)
     return float(cubic), float(error)
 
 
@@ -192,8 +194,13 @@ def _decided(kind: Special, returns: ReturnMap) -> NormalForm:
     return NormalForm(Criticality.SUPERCRITICAL if cubic > 0 else Criticality.SUBCRITICAL, float(cubic), float(error))
 
 
-def _terms(returns: ReturnMap, distances_of: Callable[[np.ndarray], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Quadratic and cubic coefficient of the multiplier at the least distance, and their errors."""
+def _terms(
+    returns: ReturnMap, distances_of: Callable[[np.ndarray], np.ndarray], enough: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Quadratic and cubic coefficient of the multiplier at the least distance, and their errors.
+
+    ``enough``: error, as a part of them, that need not be smaller.
+    """
     at_rest = returns.derivative(np.zeros(returns.basis.shape[1]))
     values, right = np.linalg.eig(at_rest)
     distances = distances_of(values)
@@ -209,7 +216,7 @@ def _terms(returns: ReturnMap, distances_of: Callable[[np.ndarray], np.ndarray])
         raise LostError("another normal form holds at a strong resonance")
     q = q / np.linalg.norm(q)
     p = p / (p @ q)
-    return extrapolated(lambda h: _coefficients(returns, at_rest, mu, q, p, h))
+    return extrapolated(lambda h: _coefficients(returns, at_rest, mu, q, p, h), enough)
 
 
 def _coefficients(
@@ -237,8 +244,10 @@ def _coefficients(
     return np.array([0.0, -(cubic / unit).real])
 
 
-def extrapolated(function: Callable[[float], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+def extrapolated(function: Callable[[float], np.ndarray], enough: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Values at the distance zero of functions of its square, shape (m,), and their errors.
+
+    ``enough``: error, as a part of them, that need not be smaller.
 
     Raises `LostError` if the functions have no values at any two distances.
     """
@@ -255,6 +264,8 @@ def extrapolated(function: Callable[[float], np.ndarray]) -> tuple[np.ndarray, n
             error = TUNING.difference_safety * np.maximum(np.abs(row[-1] - row[-2]), np.abs(row[-1] - old))
             better = error < errors
             best, errors = np.where(better, row[-1], best), np.where(better, error, errors)
+        if (errors <= enough * np.abs(best)).all():
+            break
         before = row
     if not np.isfinite(errors).all():
         raise LostError("the map has no differences beside the orbit")

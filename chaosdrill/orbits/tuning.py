@@ -307,6 +307,8 @@ class Tuning:
     # normal forms
     difference_distances: tuple[float, ...] = (0.1, 0.05, 0.025, 0.0125, 0.00625, 0.003125, 0.0015625, 0.00078125)
     """Distances of differences, in sizes of the states: the nonlinearity may show at any of them."""
+    sign_known: float = 1e-3
+    """Error of a coefficient along a curve, as a part of it, at which its sign is known."""
     difference_safety: float = 3.0
     """Times the difference of two extrapolations that their error is: the best of many is chosen by luck as well."""
     converged_path: float = 1e-9
