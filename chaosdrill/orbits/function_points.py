@@ -16,7 +16,7 @@ from chaosdrill.dataset.branches import Special
 from chaosdrill.orbits.codimension_two import Located, insert
 from chaosdrill.orbits.crossings import changes
 from chaosdrill.orbits.functions import Functions, Wanted
-from chaosdrill.orbits.points import Plane, plane_at
+from chaosdrill.orbits.points import Trial, plane_at
 from chaosdrill.orbits.problem import CONVERGED, LostError
 from chaosdrill.orbits.roots import bracketed
 from chaosdrill.orbits.tuning import TUNING
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from chaosdrill.orbits.branch import Branch, BranchSegment
     from chaosdrill.orbits.orbit import Orbit
     from chaosdrill.orbits.points import Point
-    from chaosdrill.orbits.problem import Problem, Shot
+    from chaosdrill.orbits.problem import Shot
 
 
 @dataclass(frozen=True)
@@ -38,10 +38,8 @@ class Holding:
     kind = Special.LEVEL
     margin = 0.0
 
-    def value(
-        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, tracked: float
-    ) -> tuple[float, float]:
-        return self.functions.at(self.index, problem, orbit) - self.held, tracked
+    def value(self, trial: Trial) -> tuple[float, float]:
+        return self.functions.at(self.index, trial.problem, trial.orbit) - self.held, trial.tracked
 
 
 @dataclass(frozen=True)
@@ -53,10 +51,9 @@ class Extremal:
     kind = Special.OPTIMUM
     margin = 0.0
 
-    def value(
-        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, tracked: float
-    ) -> tuple[float, float]:
-        here = plane_at(problem, orbit, shot, plane.weights, plane)
+    def value(self, trial: Trial) -> tuple[float, float]:
+        problem, orbit, shot = trial.problem, trial.orbit, trial.shot
+        here = plane_at(problem, orbit, shot, trial.plane.weights, trial.plane)
         ahead = here.direction(np.array([here.rows[1, -1], -here.rows[0, -1]]))
         conditions, step = np.vstack([ahead.row, np.eye(len(ahead.row))[-1]]), TUNING.function_step
         found = []
@@ -66,7 +63,7 @@ class Extremal:
             if code != CONVERGED:
                 raise LostError("no orbit beside the optimum")
             found.append(self.functions.at(self.index, problem, beside))
-        return float(np.array([1, -8, 8, -1]) @ found) / (12 * step), tracked
+        return float(np.array([1, -8, 8, -1]) @ found) / (12 * step), trial.tracked
 
 
 def first_test(wanted: Wanted, kind: Special) -> Holding | Extremal:

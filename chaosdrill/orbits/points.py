@@ -134,6 +134,17 @@ def plane_at(
 
 
 @dataclass(frozen=True)
+class Trial:
+    """An orbit at which a test function is asked, with what is known of an orbit near by."""
+
+    problem: "Problem"
+    orbit: "Orbit"
+    shot: "Shot"
+    plane: Plane  # of the orbit near by
+    tracked: float  # what the function goes by there, as `TestFunction` has it
+
+
+@dataclass(frozen=True)
 class Root:
     """The root of a test function at a point of its curve."""
 

@@ -20,8 +20,8 @@ from chaosdrill.orbits.tuning import TUNING
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
     from chaosdrill.orbits.orbit import Orbit
-    from chaosdrill.orbits.points import Border, Plane
-    from chaosdrill.orbits.problem import Problem, Shot
+    from chaosdrill.orbits.points import Border, Trial
+    from chaosdrill.orbits.problem import Problem
 
 Cycle = tuple[tuple[str, float], ...]
 
@@ -96,12 +96,10 @@ class Landing:
     kind: Special
     margin = 1e-8
 
-    def value(
-        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: "Plane", tracked: float
-    ) -> tuple[float, float]:
+    def value(self, trial: "Trial") -> tuple[float, float]:
         """Speed at which the field beyond leaves the surface; negative where the orbit is followed."""
-        speed = self.at(problem, orbit)[0]
-        return (-speed if self.kind == Special.CROSSING_SLIDING else speed), tracked
+        speed = self.at(trial.problem, trial.orbit)[0]
+        return (-speed if self.kind == Special.CROSSING_SLIDING else speed), trial.tracked
 
     def holds(self, problem: "Problem", orbit: "Orbit") -> bool:
         """Whether the field beyond turns as it does at points of this kind."""

@@ -12,7 +12,7 @@ from chaosdrill.orbits.curve import TestFunction
 from chaosdrill.orbits.event_changes import Touch, distance, left_out, nearest_touch, slowest_event, without_events
 from chaosdrill.orbits.find import least_period
 from chaosdrill.orbits.multipliers import all_multipliers, based, free_multipliers, pair_near
-from chaosdrill.orbits.points import Border, Plane, plane_at
+from chaosdrill.orbits.points import Border, Trial, plane_at
 from chaosdrill.orbits.problem import CONVERGED, LostError
 from chaosdrill.orbits.sliding import LANDING, landings, uncrossed, unswitched
 from chaosdrill.orbits.tuning import TUNING
@@ -29,10 +29,8 @@ class Doubling:
     kind = Special.PERIOD_DOUBLING
     margin = 0.0
 
-    def value(
-        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, tracked: float
-    ) -> tuple[float, float]:
-        return float(doubling_test(problem, orbit, shot.monodromy)), tracked
+    def value(self, trial: Trial) -> tuple[float, float]:
+        return float(doubling_test(trial.problem, trial.orbit, trial.shot.monodromy)), trial.tracked
 
 
 @dataclass(frozen=True)
@@ -42,10 +40,9 @@ class Fold:
     kind = Special.FOLD
     margin = 0.0
 
-    def value(
-        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, tracked: float
-    ) -> tuple[float, float]:
-        return plane_at(problem, orbit, shot, plane.weights, plane).twist, tracked
+    def value(self, trial: Trial) -> tuple[float, float]:
+        plane = trial.plane
+        return plane_at(trial.problem, trial.orbit, trial.shot, plane.weights, plane).twist, trial.tracked
 
 
 @dataclass(frozen=True)
@@ -59,10 +56,9 @@ class Circling:
     kind = Special.NEIMARK_SACKER
     margin = 0.0
 
-    def value(
-        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, tracked: float
-    ) -> tuple[float, float]:
-        half, product, _ = pair_near(all_multipliers(problem, orbit, shot), problem.neutral.count, tracked)
+    def value(self, trial: Trial) -> tuple[float, float]:
+        values = all_multipliers(trial.problem, trial.orbit, trial.shot)
+        half, product, _ = pair_near(values, trial.problem.neutral.count, trial.tracked)
         return product - 1, half
 
 
@@ -74,10 +70,8 @@ class Touching:
     kind = Special.GRAZING
     margin = 1e-8
 
-    def value(
-        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, tracked: float
-    ) -> tuple[float, float]:
-        return self.touch.greatest(problem, orbit, tracked)
+    def value(self, trial: Trial) -> tuple[float, float]:
+        return self.touch.greatest(trial.problem, trial.orbit, trial.tracked)
 
 
 @dataclass(frozen=True)
@@ -89,10 +83,8 @@ class Vanishing:
     # a guard met with the speed v is above zero by no more than v^2 later
     margin = 1e-6
 
-    def value(
-        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, tracked: float
-    ) -> tuple[float, float]:
-        return -float(shot.speeds[self.event]), tracked
+    def value(self, trial: Trial) -> tuple[float, float]:
+        return -float(trial.shot.speeds[self.event]), trial.tracked
 
 
 def test_function_at(

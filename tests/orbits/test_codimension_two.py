@@ -167,12 +167,17 @@ def test_what_meets_the_curve_of_doublings(henon):
 
 
 def test_a_doubling_turns_hard_in_any_coordinates():
-    # -(1 + m) z + z^2 + b z^3 doubles at m = 0, softly as long as 1 + b > 0; here x = 1000 (z + 3)
+    # -(1 + m) z + z^2 + b z^3 + z u doubles at m = 0; u = z^2/2 on the centre manifold of u/2 + z^2/4, so that it does
+    # so softly as long as 1 + b + 1/2 > 0; here x = 1000 (z + 3) and y = u + z/5
     z = "(x/1000 - 3)"
-    image = f"1000*(-(1 + m)*{z} + {z}**2 + b*{z}**3 + y/10 + 3)"
-    system = cd.Map("y x", {"m": -0.1, "b": 0.5}, {"x": image, "y": "y/2"}, initial={"x": 3000.0})
+    u = f"(y - {z}/5)"
+    image = f"(-(1 + m)*{z} + {z}**2 + b*{z}**3 + {z}*{u})"
+    system = cd.Map(
+        "y x", {"m": -0.1, "b": 0.5}, {"x": f"1000*({image} + 3)", "y": f"{u}/2 + {z}**2/4 + {image}/5"},
+        initial={"x": 3000.0},
+    )  # fmt: skip
     result = cd.continue_orbit(system, {"m": (-0.2, 0.2), "b": (-2.0, 1.0)}, follow="period_doubling", step=0.1)
-    assert within(result, Special.GENERALISED_FLIP, [(0.0, -1.0)])
+    assert within(result, Special.GENERALISED_FLIP, [(0.0, -1.5)])
     assert others(result) == {Special.GENERALISED_FLIP: 1}
 
 
