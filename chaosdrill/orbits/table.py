@@ -167,15 +167,13 @@ def _misses(segment: "BranchSegment") -> Iterator[str]:
     """What runs of the ordinary engine say against some of the points."""
     if not len(segment):
         return
+    lengths = segment.arclengths - segment.arclengths[0]
+    # next to a border a run may see an event of no speed or not
+    clear = np.minimum(lengths, lengths[-1] - lengths) > TUNING.clear * min(1.0, lengths[-1])
     if segment.curve.kind == Special.REGULAR:
-        clear = segment.durations.min(axis=1) > TUNING.clear * segment.durations.sum(axis=1)
+        clear &= segment.durations.min(axis=1) > TUNING.clear * segment.durations.sum(axis=1)
         clear &= _slowness(segment) > TUNING.clear
         clear &= np.array([p.special == Special.REGULAR for p in segment.points])
-    else:
-        lengths = segment.arclengths
-        clear = np.minimum(lengths - lengths[0], lengths[-1] - lengths) > TUNING.clear
-    # next to a border a run may see an event of no speed or not
-    clear[[0, -1]] = False
     inner = np.flatnonzero(clear)
     spread = np.linspace(0, max(len(inner) - 1, 0), TUNING.checked if len(inner) else 0).astype(int)
     for k in np.unique(inner[spread]).tolist():

@@ -403,8 +403,8 @@ class Tuning:
     grazing_speed: float = 1e-9
     """Speed at a guard below which it counts as met tangentially, in parts of `Problem.paces`."""
     clear: float = 1e-4
-    """Speed at a guard, in parts of `Problem.paces`, and part of an orbit's duration that a segment takes, below which
-    a run cannot judge it."""
+    """Speed at a guard, in parts of `Problem.paces`, part of an orbit's duration that a segment takes, and way from the
+    ends of a branch, below which a run cannot judge an orbit."""
     checked: int = 4
     """Points of a segment that the ordinary engine follows as well, at most."""
 

@@ -147,6 +147,16 @@ def test_another_field_behind_the_guard_against_least_squares_from_exact_flows(p
     assert int(found["special_onset"]) == (Onset.CONTINUOUS if push == 0 else Onset.JUMP)
 
 
+@pytest.mark.parametrize("step", [0.004, 0.01])
+def test_a_run_is_not_asked_about_an_orbit_that_hardly_misses_the_guard(step):
+    one = Oscillator(2.5, 0.05)
+    w, (x, v) = one.height, one.forced(0.0)
+    system = stop("(push+stiff*(x-wall))", stiff=20.0, push=0.0, wall=1.01 * w).with_initial(x=x, v=v)
+    branch = cd.continue_orbit(system, {"wall": (0.97 * w, 1.015 * w)}, start="guess", step=step * w)
+    assert branch["special_kind"].values.tolist() == [Special.PERIOD_DOUBLING, Special.GRAZING]
+    assert branch.attrs["message"] == ""
+
+
 def test_resonances_on_a_curve_of_grazing_points():
     """Returns have no square root at four (the second), three (the third) and two times the damped frequency."""
     omega, one = 3.6, Oscillator(3.6, 0.05)
