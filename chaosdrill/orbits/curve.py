@@ -245,7 +245,7 @@ class Curve:
     def turns_between(self, one: Point, other: Point) -> bool:
         """Whether the second point lies beyond a fold so sharp that its tangent is taken to lead on, not back."""
         sides = [self.problem.side(p.orbit, p.tangent.row, p.weights) for p in (one, other)]
-        return sides[0] * sides[1] < 0 and other.arclength - one.arclength > TUNING.meeting**2
+        return sides[0] * sides[1] < 0
 
     def aligned(self, point: Point, points: list[Point]) -> Point:
         """A point with its tangent aligned to those of earlier points."""
