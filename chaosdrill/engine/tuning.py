@@ -320,6 +320,8 @@ class Structures(NamedTuple):
     """how often four times as far, if it does not: a motion that comes back is no faster than some thousand sizes."""
     most: float = 1e6
     """Growth, in units of the sizes of states, up to which a saltation matrix tells its rank."""
+    apart: float = 1e-10
+    """Length from which on what is left of a unit vector across others is another direction."""
     kept: int = 64
     """Answers that are kept, of starts of other sizes and of other parameters."""
     regular: float = 1e-6

@@ -120,6 +120,28 @@ def test_fewer_tangents_start_in_general_position(systems):
     np.testing.assert_array_equal(some[:1], structure.tangents(1)[0])
 
 
+def rotation(states, unit=1.0):
+    """A circle that attracts at the rate -2, met where one axis lies along the flow and the other across it."""
+    off = f"(1 - (p**2 + q**2)/{unit!r}**2)"
+    field = {"p": f"a*p*{off} - w*q", "q": f"a*q*{off} + w*p"}
+    modes = {"turns": {name: field[name] for name in states.split()}}
+    return cd.HybridSystem(
+        name="rotation", states=states, modes=modes, parameters={"a": 1.0, "w": 2.0}, initial={"p": unit, "q": 0.0}
+    )
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-9])
+@pytest.mark.parametrize("states", ["p q", "q p"])
+def test_a_start_across_the_flow_is_no_other_start(states, unit):
+    """Along the axes the first tangent would stay across the flow until round-off turned it."""
+    system = rotation(states, unit)
+    alone = cd.lyapunov_spectrum(system, duration=50.0, transient=0)
+    chart = cd.parameter_chart(system, {"a": [1.0], "w": [2.0]}, duration=50.0, transient=0)
+    for found in (alone, chart):
+        np.testing.assert_allclose(found["lyapunov_exponent"].values.ravel(), [0, -2], atol=0.05)
+        assert found["outcome"].values.ravel().tolist() == [cd.Outcome.PERIODIC]
+
+
 @pytest.mark.parametrize(
     ("states", "deficient", "asked", "computed"),
     [

@@ -136,7 +136,7 @@ def chain(masses=MASSES):
 
 def test_all_exponents_of_the_ring():
     """Their sum is the divergence, -40; the largest 1.68(2) and the dimension 27.1(3) are those of the literature."""
-    found = cd.lyapunov_spectrum(cd.build("lorenz-96"), duration=400, transient=20, blocks=64, tolerance=1e-8)
+    found = cd.lyapunov_spectrum(cd.build("lorenz-96"), duration=800, transient=20, blocks=64, tolerance=1e-8)
     exponents, errors = found["lyapunov_exponent"].values, found["lyapunov_error"].values
     assert exponents.sum() == pytest.approx(-40, abs=1e-9)
     assert exponents[0] == pytest.approx(1.68, abs=0.02 + 3 * errors[0])
