@@ -145,9 +145,9 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
     run.residual = run.pull = 0.0
     for i in range(n + 1):
         state.normal[i] = event[place.gradient + i]
+    run.speed = speed = normal_speed(event, n)
     if transition < 0:
         return 0.0
-    speed = normal_speed(event, n)
     if recorded:
         row = buffer[run.event_rows]
         row[at.EVENT_STROBES] = run.strobes

@@ -11,7 +11,7 @@ from typing import Any
 from chaosdrill.codegen.layout import ROUNDING
 from chaosdrill.engine.dop853_tables import GUARD_DEGREE, NODES, PLACE, STAGES, TO_CHEBYSHEV, TO_POWERS
 from chaosdrill.engine.guard_errors import INTERPOLATION_NOISE, truncation
-from chaosdrill.engine.guards import unit_of
+from chaosdrill.engine.guard_roots import unit_of
 from chaosdrill.engine.jit import inlined, inner, series
 from chaosdrill.engine.layout import AFFINE, AFTER, TIMED
 from chaosdrill.engine.radau_tables import DEGREE
@@ -67,8 +67,9 @@ def guard_polynomials(functions, tables, settings, state, t, h, scratch):
 
 @inlined
 def _rebounds(run, tables, mode, j):
-    """Whether the step begins with a rebound from guard j of which the derivatives are known."""
-    return run.pull != 0.0 and run.fresh == AFTER and run.fired == tables.keys[mode, j]
+    """Whether the step begins with a rebound from the surface of guard j of which the derivatives are known."""
+    own = run.fired == tables.keys[mode, j] or run.surface == tables.surfaces[mode, j]
+    return run.pull != 0.0 and run.fresh == AFTER and own
 
 
 @series
@@ -127,6 +128,9 @@ def exact_times(arrive: Any) -> Callable[..., None]:
         rate = stages[STAGES]
         least = math.inf
         best = s
+        start = s
+        key = tables.keys[mode, j]
+        way = tables.active[mode, 1 + j] if tables.active[mode, 1 + j] != 0 else -state.sides[key]
         trusted = s <= GUARDS.short * h or not _rebounds(run, tables, mode, j)
         for _ in range(8):
             arrive(functions, tables, settings, t, state, s, scratch, out)
@@ -146,6 +150,8 @@ def exact_times(arrive: Any) -> Callable[..., None]:
             slope = gradient[n]
             for i in range(n):
                 slope += gradient[i] * rate[i]
+            if slope * way < 0.0:
+                return start
             bend = 0.0
             for k in range(GUARD_DEGREE, 1, -1):
                 bend = bend * s + k * (k - 1) * g[k]

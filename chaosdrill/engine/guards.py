@@ -12,21 +12,11 @@ import math
 from chaosdrill.codegen.kinds import uint64
 from chaosdrill.codegen.layout import EPSILON, ROUNDING
 from chaosdrill.engine import layout as at
-from chaosdrill.engine.guard_errors import (
-    POWER_NOISE,
-    is_told,
-    last_terms,
-    left_out,
-    root_error,
-    slope_and_bend,
-    state_at,
-    told_length,
-)
-from chaosdrill.engine.jit import inlined, inner, rare, series
-from chaosdrill.engine.lanes import exponent, power_of_two
+from chaosdrill.engine.guard_errors import POWER_NOISE, left_out, root_error, told_length
+from chaosdrill.engine.guard_roots import degree_of, settled, unit_of
+from chaosdrill.engine.jit import inlined, inner, rare
 from chaosdrill.engine.passages import marks_at
-from chaosdrill.engine.polynomial import derivative, keeps_side, size, value
-from chaosdrill.engine.radau_tables import DEGREE
+from chaosdrill.engine.polynomial import keeps_side, size, value
 from chaosdrill.engine.roots import first_crossing, recrossing
 from chaosdrill.engine.tuning import GUARDS
 
@@ -34,6 +24,9 @@ JUMPED, HELD, PUT_ACROSS, PLACED = 2, 3, 4, 5
 """A side times one of the first three says that the guard is about to fire: the last event's reset threw the state
 across it, the motion would not leave it any more, or the state was put beyond it from elsewhere. ``PLACED`` says that
 the guard is zero, and was crossed to this side with the surface of the last event."""
+
+SEEN, FOUND = -1, -2
+"""In place of the order of a guard's zero: it has no root that is still to be looked for, or one that has been."""
 
 
 @inlined
@@ -213,13 +206,23 @@ def look(functions, tables, state, j, here, slope, t, scratch):
 
 
 @inlined
-def stand_at_rest(functions, tables, state, j, order, side, t, scratch):
-    """How guard j stands, (how, side), where its value and slope vanish and a later derivative leads to a side."""
+def stand_at_rest(functions, tables, state, j, order, side, slope, t, scratch):
+    """How guard j stands, (how, side), where its value and slope vanish and a later derivative leads to a side.
+
+    An event that has not turned the motion has led it across, whatever rounding makes of the derivatives.
+    """
     run = state.run[0]
-    old, _ = side_before(tables, state, j)
+    key = tables.keys[run.mode, j]
+    old, crossed = side_before(tables, state, j)
     direction = tables.active[run.mode, 1 + j]
-    fired = has_fired(state, tables.keys[run.mode, j], direction)
+    fired = has_fired(state, key, direction)
     marks = marks_at(functions, tables, state, j, side, t, scratch)
+    if crossed and run.way != 0:
+        error = ROUNDING * functions.rate_error(run.mode, j, t, state.c, state.x, scratch.none)
+        # a wall that is met with no speed may have turned it
+        told = abs(run.speed) > error or marks & (at.MARKS | at.PASSES)
+        if told and abs(slope - run.speed) <= error:
+            side = run.way
     return stand(True, side, order, old, direction, run.fresh, fired, marks)
 
 
@@ -272,6 +275,7 @@ def settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch):
         return how, side, order
     total = size(ws, uint64(i), h)
     off = ROUNDING * scratch.errors[0]
+    slope = g[1]
     nearest = math.inf
     if how == at.UNSURE:
         g[1] = 0.0
@@ -306,143 +310,22 @@ def settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch):
     if hidden:
         ahead = _clear_side(ws, i, h, off + left)
         if ahead != 0:
-            how, side = stand_at_rest(functions, tables, state, j, max(order, 2), ahead, t, scratch)
+            how, side = stand_at_rest(functions, tables, state, j, max(order, 2), ahead, slope, t, scratch)
             g[0] = side * off
             return how, side, 0
     if order == 0:
         return at.NOWHERE, side, 0
     if order > 1:
-        side = 1 if g[order] > 0.0 else -1
-        how, side = stand_at_rest(functions, tables, state, j, order, side, t, scratch)
+        ahead = 1 if g[order] > 0.0 else -1
+        how, side = stand_at_rest(functions, tables, state, j, order, ahead, slope, t, scratch)
         lower = 0.0
         for k in range(order - 1, 0, -1):
             lower = (lower + abs(g[k])) * h
-        if lower > GUARDS.vanishing * total:
+        if lower > GUARDS.vanishing * total or side != ahead:
             # what is left of the earlier terms counts farther away; the value is on its side by no more than its error
             g[0] = side * off
             order = 0
     return how, side, order
-
-
-@inlined
-def unit_of(largest):
-    """The power of two by which numbers up to ``largest`` become ones of about 1; 1 if that is 0."""
-    return power_of_two(-exponent(largest)) if largest > 0.0 else 1.0
-
-
-@series
-def _third(g, n, s):
-    """Third derivative of a polynomial at s."""
-    f = 0.0
-    for m in range(n - 2):
-        k = uint64(n - m)
-        f = f * s + g[k] * float(k * (k - 1) * (k - 2))
-    return f
-
-
-@rare
-def on_the_clock(functions, run, c, j, s, h, place, gradient):
-    """A root near s of a guard of time alone, by Newton steps on the guard itself, as exact as time is known.
-
-    Where a step leads no nearer, as at a multiple root, the value is no more than its error.
-    """
-    found = best = s
-    least = math.inf
-    # a root of third order is approached by a third of the way at a time
-    for _ in range(100):
-        t = (run.origin + run.whole) + (run.rest + run.time + found)
-        # what the sum has lost
-        late = ((run.origin + run.whole) - t) + (run.rest + run.time + found)
-        off = functions.guard(run.mode, j, t, c, place, gradient)
-        slope = gradient[place.size]
-        off += slope * late
-        if not abs(off) < least:
-            break
-        least = abs(off)
-        best = found
-        step = off / slope if slope != 0.0 else math.inf
-        if not abs(found - step - s) <= 1e-3 * h:
-            break
-        found -= step
-        if abs(step) <= 4.0 * EPSILON * max(abs(t), h):
-            best = found
-            break
-    return min(max(best, 0.0), h)
-
-
-@inner
-def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scratch):
-    """What a root at s, approached from a side, is to the guard's error: (when it is clear of that, root or -1).
-
-    The time is -1 for a simple root. For a root of even order, which is no crossing, the root is -1; one of odd order
-    is where the second derivative vanishes, which is known far better than where the value does.
-    """
-    n, mode = settings.order, state.run[0].mode
-    marks = tables.marks[mode, j]
-    whole = size(ws, uint64(i), h)
-    left = 0.0
-    if marks & at.AFFINE == 0:
-        left = left_out(functions, tables, settings, state, ws, i, j, h, t, scratch)
-    error = functions.guard_error(mode, j, t, state.c, state.x, scratch.none)
-    # of its terms, which are rounded where the step begins
-    off = ROUNDING * (error + s * functions.rate_error(mode, j, t, state.c, state.x, scratch.none))
-    # what is squared is taken in units of about the guard's size, whatever it is measured in
-    unit = unit_of(whole)
-    margin = (1e-9 * whole + left + 100.0 * off) * unit
-    # no second derivative is larger than that of the last term, were it all of the guard
-    if (derivative(ws, uint64(i), s) * unit * h) ** 2 > 2.0 * margin * n * (n - 1) * (whole * unit):
-        return -1.0, s
-    steep, bend = slope_and_bend(ws[i], n, s)
-    steep, bend = steep * unit, bend * unit
-    if steep * steep > 2.0 * margin * abs(bend):
-        return -1.0, s
-    place = scratch.before[: state.x.size]
-    state_at(ws, place.size, s, place)
-    off = max(off, ROUNDING * functions.guard_error(mode, j, t + s, state.c, place, scratch.none))
-    slack = ROUNDING * functions.rate_error(mode, j, t + s, state.c, place, scratch.none) * unit
-    doubt = (off + 2.0 * EPSILON * size(ws, uint64(i), s) + left) * unit
-    told = abs(steep) - slack
-    if told > 0.0 and told * told > 2.0 * doubt * abs(bend):
-        return -1.0, s
-    if bend != 0.0:
-        # by as much as that the value is in doubt where the rate, with its own error, may vanish
-        doubt += slack * (abs(steep) + slack) / abs(bend)
-    third = _third(ws[i], n, s) * unit
-    reach = math.inf
-    if bend != 0.0:
-        summit = steep / bend
-        reach = abs(summit) + 2.0 * math.sqrt(summit * summit + 2.0 * doubt / abs(bend))
-    if third != 0.0:
-        reach = min(reach, 2.0 * abs(bend / third) + 2.0 * (6.0 * doubt / abs(third)) ** (1.0 / 3.0))
-    reach = max(reach, 10.0 * GUARDS.near * h)
-    for _ in range(60):
-        clear = min(s + reach, h)
-        room = off
-        if left > 0.0 or marks & at.TIMED:
-            # what the interpolation leaves out may be far more than the guard there: a step would end across it
-            state_at(ws, place.size, clear, place)
-            across = -side * functions.guard(mode, j, t + clear, state.c, place, scratch.gradient)
-            for a in range(place.size):
-                room += settings.tolerance * abs(scratch.gradient[a]) * state.scale[a]
-        else:
-            room = doubt / unit
-            across = -side * value(ws, uint64(i), clear)
-        if not math.isfinite(across):
-            return -1.0, s
-        if abs(across) > room or clear == h:
-            break
-        reach *= 2.0
-    if not across > room:
-        return clear, -1.0
-    inflection = s
-    for _ in range(3):
-        if third == 0.0:
-            return clear, s
-        inflection -= bend / third
-        _, bend = slope_and_bend(ws[i], n, inflection)
-        third = _third(ws[i], n, inflection)
-    # a motion that has just left the surface does not meet it before the root that is seen
-    return clear, inflection if 0.0 < inflection < clear else s
 
 
 @inlined
@@ -485,6 +368,48 @@ def earliest(functions, tables, settings, state, ws, row, count, h, t, scratch):
 
 
 @inlined
+def _roots(functions, tables, settings, state, ws, row, j, h, t, scratch):
+    """Roots of guard j for all guards of its surface that stand alike; returns where the step ends at the latest.
+
+    The first is that of those which can be crossed from their side. Others come back there, and have the second.
+    """
+    n, mode = settings.order, state.run[0].mode
+    count, i = tables.active[mode, 0], row + j
+    order, surface = scratch.orders[j], tables.surfaces[mode, j]
+    side = state.sides[tables.keys[mode, j]]
+    passed = False
+    for k in range(j, count):
+        alike = tables.surfaces[mode, k] == surface and state.sides[tables.keys[mode, k]] == side
+        if alike and scratch.orders[k] == order:
+            passed |= not is_armed(side, tables.active[mode, 1 + k])
+            scratch.orders[k] = FOUND
+    room, stack, ends = scratch.polynomial, scratch.stack, scratch.ends
+    if passed:
+        first, second = recrossing(ws[i], order, n - order, h, side > 0, room, scratch.shifted, stack, ends)
+    else:
+        first, second = first_crossing(ws[i], order, n - order, h, side < 0, room, stack, ends), -1.0
+    first, clear, h = settled(functions, tables, settings, state, ws, i, j, first, side, h, t, scratch)
+    if first >= 0.0 and second > 0.0:
+        if clear >= 0.0 and not second > clear:
+            h = min(h, clear)
+            second = -1.0
+        between = 0.5 * (first + second)
+        second, _, h = settled(functions, tables, settings, state, ws, i, j, second, -side, h, t, scratch)
+        if 0.0 <= second <= first:
+            # one of third order with the first, which has no place of its own beside it
+            h, second = min(h, between), -1.0
+    for k in range(j, count):
+        if scratch.orders[k] == FOUND:
+            scratch.orders[k] = SEEN
+            if is_armed(side, tables.active[mode, 1 + k]):
+                scratch.times[k] = first
+            elif first >= 0.0:
+                scratch.backs[k], scratch.times[k] = first, second
+                state.run[0].turning = 1
+    return h
+
+
+@inlined
 def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
     """First event of the step: (time in it or -1, -2 for a start that is refused; guard; ties; length of the step).
 
@@ -496,60 +421,27 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
     run.turning = 0
     for j in range(count):
         i = row + j
-        g = ws[i]
-        direction = tables.active[mode, 1 + j]
         key = tables.keys[mode, j]
         side = state.sides[key]
         order = 0
-        how = at.ARMED if is_armed(side, direction) else at.PASSED
-        scratch.backs[j] = -1.0
-        # the last terms of what is interpolated are those of its rounding
-        degree = n if settings.stepping == at.BY_SERIES else DEGREE if tables.marks[mode, j] & at.AFFINE else 0
-        if fresh != at.ONGOING or not is_on(side, g[0]):
+        how = at.ARMED
+        scratch.times[j] = scratch.backs[j] = -1.0
+        scratch.orders[j] = SEEN
+        if fresh != at.ONGOING or not is_on(side, ws[i, 0]):
+            degree = degree_of(settings, tables.marks[mode, j])
             if degree > 0:
                 h = told_length(ws, i, degree, h)
             how, side, order = settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch)
             if how == at.INVALID:
                 return -2.0, j, 0, h
             state.sides[key] = side
-        if how == at.NOWHERE:
-            scratch.times[j] = -1.0
-            continue
         if how == at.FIRE:
             scratch.times[j] = 0.0
-            continue
-        if how == at.ARMED:
-            if order == 0 and keeps_side(ws, uint64(i), h, -float(side)):
-                scratch.times[j] = -1.0
-                continue
-            root = first_crossing(g, order, n - order, h, side < 0, scratch.polynomial, scratch.stack, scratch.ends)
-            turn = -1.0
-        else:
-            turn, root = recrossing(
-                g, order, n - order, h, direction > 0, scratch.polynomial, scratch.shifted, scratch.stack, scratch.ends
-            )
-        if how == at.PASSED:
-            if turn > 0.0:
-                clear, turn = _multiple(functions, tables, settings, state, ws, i, j, turn, side, h, t, scratch)
-                if clear >= 0.0 and not root > clear:
-                    h = min(h, clear)
-                    root = -1.0
-            side = -side
-        if root > 0.0 and degree > 0:
-            last, before = last_terms(g, degree, root)
-            if not is_told(last, before, root * derivative(ws, uint64(i), root)):
-                h = min(h, 0.5 * root)
-                root = -1.0
-        if root > 0.0:
-            clear, root = _multiple(functions, tables, settings, state, ws, i, j, root, side, h, t, scratch)
-            if clear >= 0.0 and root < 0.0:
-                h = min(h, clear)
-        if root > 0.0 and tables.marks[mode, j] & at.TIMED:
-            root = on_the_clock(functions, run, state.c, j, root, h, state.x, scratch.gradient)
-        if how == at.PASSED and turn >= 0.0:
-            scratch.backs[j] = turn
-            run.turning = 1
-        scratch.times[j] = root
+        elif how != at.NOWHERE and not (order == 0 and keeps_side(ws, uint64(i), h, -float(side))):
+            scratch.orders[j] = order
+    for j in range(count):
+        if scratch.orders[j] >= 0:
+            h = _roots(functions, tables, settings, state, ws, row, j, h, t, scratch)
     te, found, ties = earliest(functions, tables, settings, state, ws, row, count, h, t, scratch)
     if te > h:
         te = -1.0

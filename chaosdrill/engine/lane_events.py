@@ -7,7 +7,7 @@ seen for all lanes at once. Whatever is less plain is left to ``engine.guards``,
 import math
 
 from chaosdrill.codegen.kinds import uint64
-from chaosdrill.engine import guard_errors, guards
+from chaosdrill.engine import guard_errors, guard_roots, guards
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.jit import inlined, inner, series
 from chaosdrill.engine.lane_step import copy_lane
@@ -102,8 +102,10 @@ def _plan_anew(functions, tables, state, first, lane, block, scratch):
             if order == 0:
                 return False
         if order == 2:
-            side = 1 if block.ws[first + j, 2, lane] > 0.0 else -1
-            how, side = guards.stand_at_rest(functions, tables, state, j, 2, side, block.t[lane], scratch)
+            ahead = 1 if block.ws[first + j, 2, lane] > 0.0 else -1
+            how, side = guards.stand_at_rest(functions, tables, state, j, 2, ahead, slope, block.t[lane], scratch)
+            if side != ahead:
+                return False
         if how != at.ARMED and not (how == at.FIRE and order == 0):
             return False
         block.times[j, lane] = 0.0 if how == at.FIRE else -1.0
@@ -381,7 +383,7 @@ def first_events(machine, place, settings, mode, lanes, places, first, ends, blo
             for lane in range(lanes):
                 if block.alone[lane] == 0.0 and block.times[j, lane] > 0.0:
                     state = state_of(states, places[lane])
-                    block.times[j, lane] = guards.on_the_clock(
+                    block.times[j, lane] = guard_roots.on_the_clock(
                         functions,
                         state.run[0],
                         state.c,

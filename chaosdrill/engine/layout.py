@@ -43,7 +43,7 @@ RUN = np.dtype(
         *((name, np.int64) for name in ("blocked", "waiting")),
         *((name, np.float64) for name in ("time", "origin", "whole", "rest", "period", "fixed_step", "longest")),
         *((name, np.float64) for name in ("next_step", "tried", "strength", "residual", "wait_until", "wait_above")),
-        *((name, np.float64) for name in ("pull", "jerk")),
+        *((name, np.float64) for name in ("speed", "pull", "jerk")),
         ("held", np.int64),
     ],
     align=True,
@@ -53,11 +53,11 @@ RUN = np.dtype(
 The time is ``origin + whole + rest + time``: whole periods as an exact sum of two doubles, then the time since the last
 strobe. ``fired`` and ``surface`` name the guard that has just fired and its surface, ``way`` is the side to which that
 was crossed (0 where a reset has thrown the state across), ``moved_by`` the transition that was then taken, ``residual``
-what the guard's value was at the event. ``held`` says whether the motion did not leave that guard, ``turning`` whether
-a guard that was passed comes back in the step, ``blocked`` which of the mode's steep operations has ended the run, -1
-for none. Rebounds from the guard ``waiting`` are not over before ``wait_until``, as long as they are faster than
-``wait_above``. ``pull`` and ``jerk`` are the second and third derivative of the guard that has just fired, 0 where
-these are not known.
+what the guard's value was at the event, ``speed`` its rate before. ``held`` says whether the motion did not leave that
+guard, ``turning`` whether a guard that was passed comes back in the step, ``blocked`` which of the mode's steep
+operations has ended the run, -1 for none. Rebounds from the guard ``waiting`` are not over before ``wait_until``, as
+long as they are faster than ``wait_above``. ``pull`` and ``jerk`` are the second and third derivative of the guard that
+has just fired, 0 where these are not known.
 """
 
 Runs = Annotated[Any, Array(RecordOf(RUN), 1)]
@@ -192,6 +192,8 @@ class Scratch(NamedTuple):
     """(guards,): first event of every guard in the step, or -1"""
     backs: Vector
     """(guards,): when a guard that was passed is back on its near side, or -1"""
+    orders: Integers
+    """(guards,): of guards whose roots are looked for, the order of their zero at the start of the step"""
     gradient: Vector
     errors: Vector
     """(2,): bounds of a guard's and its rate's rounding errors"""

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
 
-STANDING = ("mode", "fresh", "fired", "held", "surface", "way", "moved_by", "residual", "pull", "jerk")
+STANDING = ("mode", "fresh", "fired", "held", "surface", "way", "moved_by", "residual", "speed", "pull", "jerk")
 BESIDE = ("scale", "sides", "hardest", "extent", "doubt", "normal")
 """Where a run keeps the sides of its guards: fields of its record, and arrays."""
 

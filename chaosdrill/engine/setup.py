@@ -265,6 +265,7 @@ def scratch_of(system: "HybridSystem", m: int, method: str) -> at.Scratch:
         ends=np.zeros((ROOTS.depth, 2)),
         times=np.zeros(guards),
         backs=np.full(guards, -1.0),
+        orders=np.zeros(guards, dtype=np.int64),
         gradient=np.zeros(n + 1),
         errors=np.zeros(2),
         weights=np.zeros(n),

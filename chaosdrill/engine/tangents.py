@@ -7,7 +7,7 @@ rank has removed is dropped, so that its exponent is -inf and no invented number
 import math
 
 from chaosdrill.codegen.kinds import void
-from chaosdrill.engine.guards import unit_of
+from chaosdrill.engine.guard_roots import unit_of
 from chaosdrill.engine.jit import inlined, inner, rare
 from chaosdrill.engine.layout import AT_EVENT, CHECKED
 from chaosdrill.engine.records import time_of, unit

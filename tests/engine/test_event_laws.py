@@ -152,6 +152,24 @@ def test_what_is_hardly_more_than_rounding_is_counted(roots, scale, rises, falls
     assert_counted(family, numbers, {name: (range(count), 0) for name, count in found.items()}, method, 64)
 
 
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("seed", [1, 2, 92])
+def test_close_roots_rise_and_fall_in_turn(seed, method):
+    rng = np.random.default_rng(seed)
+    roots = rng.uniform(0.3, 3.5) + np.cumsum(rng.uniform(1e-3, 8e-3, 5))
+    scale = rng.choice([-1, 1]) * 10 ** rng.uniform(-9, 9)
+    family, numbers = listed(
+        "polynomials of a clock", [0, scale, 1, *np.polynomial.polynomial.polyfromroots(roots), 1, *[0] * 5]
+    )
+    _, found, _ = lists.single(family, numbers, method, TOLERANCE)
+    first, second = ("rise", "fall") if scale > 0 else ("fall", "rise")
+    together = np.full(len(found["either"]), np.nan)
+    assert len(together) % 2 == 1
+    together[::2], together[1::2] = found[first], found[second]
+    assert np.all(np.diff(together) >= 0)
+    np.testing.assert_array_equal(together, found["either"])
+
+
 @pytest.mark.parametrize("case", LAST_DIGIT)
 def test_a_list_that_depends_on_a_last_digit_is_not_drawn(case):
     family, numbers = listed(*LAST_DIGIT[case])
