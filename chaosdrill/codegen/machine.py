@@ -92,12 +92,14 @@ def _target() -> Any:
     llvm.initialize_native_asmprinter()
     name, features = processor()
     target = llvm.Target.from_default_triple()
-    return target.create_target_machine(name, features, opt=3, reloc="pic", codemodel="jitdefault", jit=True)
+    # what lies close by is addressed from where the code is: the default for code in memory names 64 bits each time
+    return target.create_target_machine(name, features, opt=3, reloc="pic", codemodel="small", jit=True)
 
 
 @cache
 def _loader() -> Any:
-    return llvm.create_lljit_compiler(_target(), use_jit_link=False, suppress_errors=False)
+    # it puts all of one object side by side, and reaches functions elsewhere by a table
+    return llvm.create_lljit_compiler(_target(), use_jit_link=True, suppress_errors=False)
 
 
 def _options(level: int, *, loops: bool) -> Any:
