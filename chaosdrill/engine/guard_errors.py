@@ -11,7 +11,7 @@ from chaosdrill.engine import layout as at
 from chaosdrill.engine.dop853_tables import GUARD_DEGREE, NODES, TO_CHEBYSHEV, TO_POWERS
 from chaosdrill.engine.jit import inlined, inner, rare, series
 from chaosdrill.engine.lanes import magnitude
-from chaosdrill.engine.polynomial import size, value
+from chaosdrill.engine.polynomial import power, size, value
 from chaosdrill.engine.tuning import GUARDS, STEPS
 
 INTERPOLATION_NOISE = 4 * EPSILON * float((np.abs(TO_CHEBYSHEV[-2:]) / NODES**2).sum())
@@ -87,11 +87,9 @@ def is_told(last, before, way):
 
 @series
 def last_terms(g, n, s):
-    """The last two terms of a polynomial at s."""
-    power = 1.0
-    for _ in range(n - 1):
-        power *= s
-    return g[uint64(n)] * (power * s), g[uint64(n - 1)] * power
+    """The last two terms of a polynomial at s, or of those of lanes."""
+    before = power(s, n - 1)
+    return g[uint64(n)] * (before * s), g[uint64(n - 1)] * before
 
 
 @inlined

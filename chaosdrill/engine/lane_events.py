@@ -323,10 +323,8 @@ def _search(count, order, block):
         if some(searched):
             u, unsettled = _polish(a, order, searched, _first_sign(block))
             _, slope = _value_and_slope(a, order, u)
-            power = u
-            for _ in range(order - 2):
-                power = power * u
-            told = guard_errors.is_told(a[order] * (power * u), a[order - 1] * power, u * slope)
+            last, before = guard_errors.last_terms(a, order, u)
+            told = guard_errors.is_told(last, before, u * slope)
             plain = (u >= 0.0) & (u <= bound) & told
             alone[0] = chosen(searched & (unsettled | ~plain), 1.0, alone[0])
             times[j] = chosen(searched, u * row_of(block.h)[0], times[j])

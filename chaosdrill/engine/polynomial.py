@@ -9,7 +9,7 @@ import numpy as np
 from chaosdrill.codegen.kinds import uint64
 from chaosdrill.codegen.signatures import WIDTH
 from chaosdrill.engine.jit import series
-from chaosdrill.engine.lanes import LANES, chosen, larger, magnitude, part, powers, spread, total
+from chaosdrill.engine.lanes import LANES, as_wide, chosen, larger, magnitude, part, powers, spread, total
 from chaosdrill.engine.layout import COLUMNS
 
 _WITHIN = np.array([[float(k < WIDTH) for k in range(COLUMNS - LANES, COLUMNS)]])
@@ -17,6 +17,18 @@ _WITHIN = np.array([[float(k < WIDTH) for k in range(COLUMNS - LANES, COLUMNS)]]
 
 _LATER = np.array([[float(k > 0) for k in range(LANES)]])
 """Which of the first coefficients stand behind the first."""
+
+
+@series
+def power(s, k):
+    """s**k, k >= 0, of a number or of lanes, by squares: products in a row would wait for one another."""
+    found = as_wide(1.0, s)
+    while k > 0:
+        if k & 1:
+            found = found * s
+        s = s * s
+        k >>= 1
+    return found
 
 
 @series

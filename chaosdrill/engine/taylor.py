@@ -22,7 +22,7 @@ from chaosdrill.engine.lanes import (
     with_lane,
 )
 from chaosdrill.engine.layout import AFFINE, STEEP
-from chaosdrill.engine.polynomial import late_size, size, value
+from chaosdrill.engine.polynomial import late_size, power, size, value
 from chaosdrill.engine.records import unit
 from chaosdrill.engine.scales import SMALLEST
 from chaosdrill.engine.tuning import SERIES
@@ -56,16 +56,6 @@ def radius(last, last_but_one, order):
     a = _log2(larger(last, SMALLEST)) * RECIPROCAL[uint64(order)]
     b = _log2(larger(last_but_one, SMALLEST)) * RECIPROCAL[uint64(order - 1)]
     return _exp2(-larger(a, b))
-
-
-@inlined
-def _power_of_four(x, k):
-    """x**(4 k)"""
-    fourth = (x * x) * (x * x)
-    power = as_wide(1.0, x)
-    for _ in range(k):
-        power *= fourth
-    return power
 
 
 @inlined
@@ -184,11 +174,11 @@ def _has_no_gap(series, n, order, radius, weights):
         early = larger(early, weights[i] * larger(magnitude(g[k]), magnitude(g[k + 1]) * radius))
         middle = larger(middle, weights[i] * larger(magnitude(g[k + 2]), magnitude(g[k + 3]) * radius))
         late = larger(late, weights[i] * larger(magnitude(g[k + 4]), magnitude(g[k + 5]) * radius))
-    power = _power_of_four(radius, (order - 7) // 4)
     square = radius * radius
-    early *= power
-    middle *= power * square
-    late *= power * square * square
+    first = power(radius, order - 7)
+    early *= first
+    middle *= first * square
+    late *= first * square * square
     gap = SERIES.gap
     return (late <= gap) & (middle <= gap * larger(late, 1.0)) & (early <= gap * larger(middle, 1.0))
 
@@ -209,13 +199,13 @@ def _excess(late_size, series, n, count, marks, h, settings):
     0 if they do not, 1 if a term is no number.
     """
     order, quadratures = settings.order, settings.quadratures
-    last = _power_of_four(h, order // 4) * h * h
+    before = power(h, order - 1)
     excess = sizes = as_wide(0.0, h)
     for i in range(quadratures + count):
         if _is_held(i - quadratures, marks):
             g = series[n + i]
             allowed = settings.tolerance * late_size(series, uint64(n + i), h, uint64(1)) * h + SMALLEST
-            ends = larger(magnitude(g[order]) * (last * h), magnitude(g[order - 1]) * (last * settings.reach))
+            ends = larger(magnitude(g[order]) * (before * h), magnitude(g[order - 1]) * (before * settings.reach))
             excess = larger(excess, ends - allowed)
             sizes += allowed
     return chosen(sizes < math.inf, excess, 1.0)
