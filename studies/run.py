@@ -5,6 +5,7 @@
     python3 studies/run.py hard_cases     fourteen cases on which hybrid-system codes fail
     python3 studies/run.py accuracy       accuracy versus run time, with other programs and the method of the paper
     python3 studies/run.py throughput     speed of charts: other programs, two workers, number of points, memory
+    python3 studies/run.py speed          commits of the package in turn, and beside programs for the drill alone
     python3 studies/run.py rivals         exponents, vectors and dimensions of smooth systems beside programs of PyPI
     python3 studies/run.py charts         charts of the drill, slow and fast drilling, basins; does chaos drill faster?
     python3 studies/run.py orbits         branches, cascades and grazing of the drill, validated by simulations
@@ -53,6 +54,7 @@ JOBS = {
     "hard_cases": ("", ["studies/hard_cases/make.py"]),
     "accuracy": ("", ["studies/accuracy/make.py"]),
     "throughput": ("", ["studies/throughput/make.py"]),
+    "speed": ("", ["studies/speed/commits.py"]),
     "rivals": ("", ["studies/rivals/make.py"]),
     "charts": ("", ["studies/charts/make.py"]),
     "orbits": ("", ["studies/orbits/make.py"]),

@@ -1,14 +1,17 @@
-"""How much slower or faster one commit is than another: both in turn, round by round, in processor time.
+"""How much slower or faster one commit is than others, and than programs written for the drill alone.
 
-    python studies/speed/commits.py BASE HEAD [--rounds N] [--periods N] [--yardstick PROGRAM]
+    python3 studies/run.py speed [BASE ...] [--head HEAD] [--rounds N] [--periods N] [--single PROGRAM]
+                                 [--eight PROGRAM]
 
 BASE and HEAD are commits of this repository; each is unpacked into ``studies/speed/out/`` and compiles its own kernels
-there, once, which takes minutes. Every round starts new processes, since those of one commit differ by a twentieth.
+there, once, which takes minutes. All are measured in turn, round by round, in processor time. Every round starts new
+processes, since those of one commit differ by a twentieth.
 Cases are single runs of the drill at three frequencies without and with two tangents, at the tolerance 1e-12, and
-charts of 64 points with two tangents at 1e-10. The table has the least time of each and the ratio of the two: what else
-the machine does only adds. ``--yardstick`` names a program that takes ``ETA PERIODS TOLERANCE [--lyap]`` and prints a
-line of JSON with ``us_per_period``; it runs in the same rounds. The table goes to ``studies/speed/out/commits.md``,
-too.
+charts of 64 points with two tangents at 1e-10. The table has the least time of each and the ratios of HEAD to the
+others: what else the machine does only adds. ``--single`` names a program that takes ``ETA PERIODS TOLERANCE [--lyap]``
+and prints a line of JSON with ``us_per_period``; ``--eight`` one that steps eight points at once, which takes
+``--spread``, the distance of their values of eta, too, and is what charts are compared with. The table goes to
+``studies/speed/out/commits.md``, too.
 """
 
 import argparse
@@ -27,7 +30,12 @@ ROOT = HERE.parents[1]
 OUT = HERE / "out"
 TOLERANCES = {"run": 1e-12, "chart": 1e-10}
 ETAS = (0.448, 0.63, 0.8)
-SIDE = 8
+SIDE, WIDTH = 8, 1e-3
+"""Values of either parameter of a chart, and how far the first and the last are apart."""
+
+LANES = 8
+"""Points that `--eight` steps at once."""
+
 SHORT = 200
 """Forcing periods by which a new process loads what it needs."""
 
@@ -41,8 +49,8 @@ def cases(periods: int) -> dict[str, Case]:
         for tangents in (0, 2):
             name = f"run, η {eta}, {tangents or 'no'} tangents"
             found[name] = {"kind": "run", "eta": eta, "tangents": tangents, "periods": periods}
-    for eta in ETAS:
-        found[f"chart, η {eta}"] = {"kind": "chart", "eta": eta, "side": SIDE, "periods": max(periods // 13, 1)}
+    chart = {"kind": "chart", "side": SIDE, "width": WIDTH, "periods": max(periods // 13, 1)}
+    found |= {f"chart, η {eta}": {**chart, "eta": eta} for eta in ETAS}
     for case in found.values():
         case["tolerance"] = TOLERANCES[case["kind"]]
     return found
@@ -101,22 +109,33 @@ class Commit:
 
 
 class Yardstick:
-    """A program that does the same single runs."""
+    """A program that does the same runs, or those of charts.
 
-    def __init__(self, program: str) -> None:
-        self._program = program
+    Parameters
+    ----------
+    program : str
+    kind : str
+        The kind of cases that it does.
+    """
+
+    def __init__(self, program: str, kind: str) -> None:
+        self._program, self._kind = program, kind
 
     def renew(self) -> None:
         """Nothing: every measurement is a process."""
 
     def measure(self, case: Case) -> float | None:
-        """Microseconds a forcing period; None for what it does not do."""
-        if case["kind"] != "run":
+        """Microseconds a forcing period (of a point); None for what it does not do."""
+        if case["kind"] != self._kind:
             return None
         command = [self._program, str(case["eta"]), str(case["periods"]), str(case["tolerance"])]
-        command += ["--lyap"] if case["tangents"] else []
+        command += ["--lyap"] if case.get("tangents", 2) else []
+        command += ["--spread", str(WIDTH / (LANES - 1))] if case["kind"] == "chart" else []
         answer = subprocess.run(command, check=True, capture_output=True, text=True).stdout
         return float(json.loads(answer)["us_per_period"])
+
+    def end(self) -> None:
+        """Nothing, as before."""
 
 
 def git(*arguments: str) -> bytes:
@@ -141,35 +160,37 @@ def measure(columns: dict[str, Any], wanted: dict[str, Case], rounds: int) -> di
     return times
 
 
-def table(times: dict[str, dict[str, list[float]]], base: str, head: str) -> str:
-    """Markdown of least times and their ratios; of the ratios of single rounds the median."""
-    others = [name for name in next(iter(times.values())) if name not in (base, head)]
-    lines = [["µs a period", base, head, "head / base", "median of rounds", *(f"head / {name}" for name in others)]]
+def table(times: dict[str, dict[str, list[float]]], head: str) -> str:
+    """Markdown of least times and their ratios; in parentheses the median of the ratios of single rounds."""
+    others = [name for name in next(iter(times.values())) if name != head]
+    lines = [["µs a period", head, *others, *(f"{head} / {name}" for name in others)]]
     lines.append(["---"] * len(lines[0]))
     for case, by in times.items():
-        least = {name: min(found, default=float("nan")) for name, found in by.items()}
-        rounds = median(b / a for a, b in zip(by[base], by[head], strict=True))
-        ratios = [least[head] / least[base], rounds, *(least[head] / least[name] for name in others)]
-        lines.append([case, *(f"{least[name]:.3g}" for name in (base, head)), *(f"{ratio:.3f}" for ratio in ratios)])
+        cells = [f"{min(by[name]):.3g}" if by[name] else "" for name in (head, *others)]
+        for name in others:
+            rounds = [a / b for a, b in zip(by[head], by[name], strict=False)]
+            cells.append(f"{min(by[head]) / min(by[name]):.3f} ({median(rounds):.3f})" if rounds else "")
+        lines.append([case, *cells])
     return "".join("| " + " | ".join(line) + " |\n" for line in lines)
 
 
 def main() -> None:
     """Measure, print the table, and write it."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("base")
-    parser.add_argument("head")
+    parser.add_argument("bases", nargs="*", metavar="BASE")
+    parser.add_argument("--head", default="HEAD", help="default HEAD")
     parser.add_argument("--rounds", type=int, default=40, help="interleaved rounds (default 40)")
     parser.add_argument("--periods", type=int, default=4000, help="forcing periods of a single run (default 4000)")
-    parser.add_argument("--yardstick", metavar="PROGRAM")
+    parser.add_argument("--single", metavar="PROGRAM", help="does one run at a time")
+    parser.add_argument("--eight", metavar="PROGRAM", help="does eight at once")
     given = parser.parse_args()
     OUT.mkdir(exist_ok=True)
-    columns: dict[str, Any] = {name: Commit(name) for name in dict.fromkeys((given.base, given.head))}
-    if given.yardstick:
-        columns["yardstick"] = Yardstick(given.yardstick)
-    text = table(measure(columns, cases(given.periods), given.rounds), given.base, given.head)
-    for name in (given.base, given.head):
-        columns[name].end()
+    columns: dict[str, Any] = {name: Commit(name) for name in dict.fromkeys((given.head, *given.bases))}
+    programs = {"single": (given.single, "run"), "eight": (given.eight, "chart")}
+    columns |= {name: Yardstick(*program) for name, program in programs.items() if program[0]}
+    text = table(measure(columns, cases(given.periods), given.rounds), given.head)
+    for column in columns.values():
+        column.end()
     (OUT / "commits.md").write_text(text, encoding="utf-8")
     print(text)
 

@@ -50,10 +50,11 @@ def chart_system() -> Any:
     return system
 
 
-def chart(eta: float, side: int, tolerance: float, periods: int) -> float:
+def chart(eta: float, side: int, width: float, tolerance: float, periods: int) -> float:
     """A chart of the drill over eta and the load, all that belongs to it but the writing of its equations."""
     system = chart_system()
-    sweep = {"eta": np.linspace(eta - 5e-4, eta + 5e-4, side), "b": np.linspace(0.6995, 0.7005, side)}
+    middles = {"eta": eta, "b": system.parameters["b"]}
+    sweep = {name: np.linspace(value - width / 2, value + width / 2, side) for name, value in middles.items()}
     begin = time.process_time()
     cd.parameter_chart(
         system, sweep, transient=SETTLE, periods=periods, exponents=2, max_extension=0, tolerance=tolerance
