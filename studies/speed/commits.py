@@ -36,8 +36,12 @@ SIDE, WIDTH = 8, 1e-3
 LANES = 8
 """Points that `--eight` steps at once."""
 
+LONGEST = 1000
+"""Forcing periods of such a run, which takes some milliseconds: a longer one is interrupted on a busy machine."""
+
 TURNS = 10
 """Times that a program runs in a round: its own figure is of the clock, and only the least is free of other work."""
+
 SHORT = 200
 """Forcing periods by which a new process loads what it needs."""
 
@@ -130,7 +134,7 @@ class Yardstick:
         """Microseconds a forcing period (of a point); None for what it does not do."""
         if case["kind"] != self._kind:
             return None
-        command = [self._program, str(case["eta"]), str(case["periods"]), str(case["tolerance"])]
+        command = [self._program, str(case["eta"]), str(min(case["periods"], LONGEST)), str(case["tolerance"])]
         command += ["--lyap"] if case.get("tangents", 2) else []
         command += ["--spread", str(WIDTH / (LANES - 1))] if case["kind"] == "chart" else []
         answers = (subprocess.run(command, check=True, capture_output=True, text=True).stdout for _ in range(TURNS))
