@@ -79,6 +79,7 @@ def attractors(
 def basin_measures(
     system: HybridSystem,
     grid: dict[str, Any] | None = None,
+    sweep: dict[str, Any] | None = None,
     *,
     periods: int | None = None,
     duration: float | None = None,

@@ -173,16 +173,11 @@ class SectionRecord(Record):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Swept(Record):
-    """A run, or one at every value of a parameter."""
+class OverParameter(AnalysisSettings):
+    """An analysis at the system's own parameters, or at every value of one of them."""
 
     parallel: ClassVar[bool] = True
     reserves: ClassVar[bool] = False
-    meanings: ClassVar[Mapping[str, str]] = {
-        "workers": "Threads among which the values of a sweep are shared; the kernels release the interpreter's lock.",
-        "store": "Folder for finished values of a sweep, from which the same call resumes if it was interrupted; those "
-        "of another call are refused.",
-    }
 
     sweep: dict[str, Any] | None = setting(
         Axes("parameter", 1, 1, "one parameter can be swept"),
@@ -193,10 +188,6 @@ class Swept(Record):
     )
 
     @classmethod
-    def shared(cls, table: Mapping[str, Any]) -> bool:
-        return table.get("sweep") is not None
-
-    @classmethod
     def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
         """A parameter that is called as one of the variables."""
         yield from super().misfits(table, system)
@@ -205,6 +196,21 @@ class Swept(Record):
         for name in table.get("sweep") or ():
             if name in taken:
                 yield ("sweep", name), "is a variable of the result, and cannot be swept; rename the parameter"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Swept(OverParameter, Record):
+    """A run, or one at every value of a parameter."""
+
+    meanings: ClassVar[Mapping[str, str]] = {
+        "workers": "Threads among which the values of a sweep are shared; the kernels release the interpreter's lock.",
+        "store": "Folder for finished values of a sweep, from which the same call resumes if it was interrupted; those "
+        "of another call are refused.",
+    }
+
+    @classmethod
+    def shared(cls, table: Mapping[str, Any]) -> bool:
+        return table.get("sweep") is not None
 
 
 @dataclass(frozen=True, kw_only=True)

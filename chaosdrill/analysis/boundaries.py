@@ -9,6 +9,7 @@ import numpy as np
 
 from chaosdrill.analysis.recurrence import CLOSE
 from chaosdrill.analysis.tuning import BOUNDARIES
+from chaosdrill.dataset.outcomes import Outcome
 from chaosdrill.engine.shifts import Shifts, shifts_of
 
 if TYPE_CHECKING:
@@ -249,38 +250,72 @@ def _boundary(inside: np.ndarray) -> np.ndarray:
     return found
 
 
+_KEPT = (
+    *("attractor_period", "attractor_outcome", "attractor_state", "attractor_exponent", "attractor_error"),
+    *("first_value", "last_value", "end_below", "end_above", "next_below", "next_above", "forcing_period"),
+    *("attractor", "state", "exponent"),
+)
+"""What the datasets of basins, and of attractors along a parameter, tell of attractors."""
+
+
 def measures_dataset(system: "HybridSystem", given: Any, job: "Job") -> "xr.Dataset":
     """Measures of basins; see `chaosdrill.basin_measures`."""
-    from chaosdrill.analysis.starts import share_of
+    from chaosdrill.analysis.shares import followed
+    from chaosdrill.analysis.starts import cells_and_listed
     from chaosdrill.analysis.sweeps import over_states
+    from chaosdrill.dataset.build import more
+
+    if given.sweep is None:
+        found = over_states(system, given, job).rename(attractor="reached", attractor_number="attractor")
+        measured = _measures(system, given, found)
+    else:
+        found = followed(system, given, job, *cells_and_listed(system, given, settled=False))
+        measured = _along(system, given, found)
+    kept = {name: found[name].variable for name in _KEPT if name in found.variables}
+    return more(measured, kept | {"start_count": ((), found["reached"].size // measured["fraction_none"].size)})
+
+
+def _along(system: "HybridSystem", given: Any, found: "xr.Dataset") -> "xr.Dataset":
+    """Measures at every value of a parameter, and an outcome there: without a start that could be run they are NaN."""
+    import xarray as xr
+
+    from chaosdrill.dataset.build import more
+
+    ((name, values),) = given.sweep.items()
+    codes = found["outcome"].values
+    begun = ~np.isin(codes, (Outcome.FAILED, Outcome.INVALID_START)).all(axis=1)
+    parts = [
+        _measures(system.with_parameters({name: value}), given, found.isel({name: place}, drop=True))
+        for place, value in enumerate(values.tolist())
+    ]
+    # along axes of different lengths there are different distances
+    along = xr.concat(parts, name, data_vars="all", coords="minimal", compat="override", join="outer")
+    outcome = np.where(begun, Outcome.OK, codes.max(axis=1)).astype(np.int8)
+    return more(along.where(xr.Variable(name, begun)), {name: values, "outcome": (name, outcome)})
+
+
+def _measures(system: "HybridSystem", given: Any, found: "xr.Dataset") -> "xr.Dataset":
+    """Measures of the basins at one value of all parameters, by the attractors that all starts have ``reached``."""
+    from chaosdrill.analysis.starts import share_of
     from chaosdrill.dataset.build import dataset
 
-    found = over_states(system, given, job).rename(attractor="reached", attractor_number="attractor")
-    reached, count = found["reached"].values.astype(np.int64), found.sizes["attractor"]
-    numbers = np.arange(1, count + 1)
-    hits = np.bincount(reached.ravel(), minlength=count + 1)
-    fraction, error = share_of(hits, reached.size)
+    reached, count = found["reached"].values.astype(np.int64).ravel(), found.sizes["attractor"]
+    fraction, error = share_of(np.bincount(reached, minlength=count + 1), reached.size)
     cells = None
     if given.grid:
         shape = tuple(len(values) for values in given.grid.values())
-        cells = reached.ravel()[: int(np.prod(shape))].reshape(shape)
+        cells = reached[: int(np.prod(shape))].reshape(shape)
         cells = cells[np.ix_(*(np.argsort(values) for values in given.grid.values()))].squeeze()
         if given.initial is None:
             error = np.array([share_error_of_grid(cells, k, float(error[k])) for k in range(count + 1)])
-    kept = ["attractor_period", "attractor_outcome", "attractor_state", "attractor_exponent", "attractor_error"]
-    variables: dict[str, Any] = {name: found[name].variable for name in kept if name in found}
-    variables |= {
+    error[1:][found["attractor_outcome"].values < 0] = np.nan
+    variables: dict[str, Any] = {
         "fraction": ("attractor", fraction[1:]),
         "fraction_error": ("attractor", error[1:]),
         "fraction_none": ((), fraction[0]),
         "fraction_none_error": ((), error[0]),
-        "start_count": ((), np.int32(reached.size)),
     }
-    if "forcing_period" in found:
-        variables["forcing_period"] = found["forcing_period"].variable
-    coords: dict[str, Any] = {"attractor": numbers.astype(np.int32), "state": found["state"].values}
-    if "exponent" in found.coords:
-        coords["exponent"] = found["exponent"].values
+    coords: dict[str, Any] = {}
     if cells is not None:
         for name, (value, spread) in mixing(cells, given.box).items():
             variables |= {name: ((), value), f"{name}_error": ((), spread)}

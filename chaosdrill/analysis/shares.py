@@ -231,11 +231,15 @@ def branches_of(search: Search) -> list[Branch]:
 
 def over_one_parameter(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
     """Attractors and the shares of their basins along a parameter; see `chaosdrill.attractors`."""
+    return followed(system, given, job, *_starts(system, given))
+
+
+def followed(system: HybridSystem, given: Any, job: Job, starts: np.ndarray, modes: np.ndarray) -> xr.Dataset:
+    """Attractors along the parameter of ``given.sweep`` and to which of them each start leads, states (N, n)."""
     ((name, values),) = given.sweep.items()
     order = np.argsort(values, kind="stable")
     axis = Axis(name, values[order])
     plan = make_plan(system, given, job.numerics, swept=(name,))
-    starts, modes = _starts(system, given)
     rates = {one: other for q in system.quadratures for one, other in _rate_names(str(q))}
     keeps = ("period", "outcome", *_EXPONENTS, "moments", "state", *rates)
     told = Told(job)

@@ -129,6 +129,25 @@ def states_and_modes(
     return rows, settled_modes(system, rows, numbers) if settled else numbers
 
 
+def cells_and_listed(system: "HybridSystem", given: Any, *, settled: bool = True) -> "tuple[np.ndarray, np.ndarray]":
+    """States (N, n) and modes (N,) of the cells of a ``grid``, the last state fastest, and of a list ``initial``."""
+    import numpy as np
+
+    from chaosdrill.model.regions import own_mode
+
+    parts = []
+    if given.grid:
+        axes = np.meshgrid(*given.grid.values(), indexing="ij")
+        cells = np.tile(np.array(system.initial_values), (axes[0].size, 1))
+        for name, values in zip(given.grid, axes, strict=True):
+            cells[:, system.state_names.index(name)] = values.ravel()
+        parts.append((cells, np.full(len(cells), own_mode(system))))
+    if given.initial is not None:
+        parts.append(states_and_modes(system, given.initial, settled=False))
+    states, modes = map(np.concatenate, zip(*parts, strict=True))
+    return states, settled_modes(system, states, modes) if settled else modes
+
+
 def drawn_or_listed(system: "HybridSystem", given: Any) -> "tuple[np.ndarray, np.ndarray]":
     """States (N, n) and modes (N,) of the starts of settings ``initial``, or ``random`` where these are missing."""
     from chaosdrill.analysis.seeds import draw

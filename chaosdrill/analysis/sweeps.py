@@ -14,7 +14,7 @@ from chaosdrill.analysis.measuring import mean_names
 from chaosdrill.analysis.plan import Plan, make_plan
 from chaosdrill.analysis.points import Axis, LineTask, PointTask, StartTask, endings
 from chaosdrill.analysis.seeds import make_seeds
-from chaosdrill.analysis.starts import settled_modes, share_of, states_and_modes
+from chaosdrill.analysis.starts import cells_and_listed, share_of
 from chaosdrill.analysis.tuning import ATTRACTORS
 from chaosdrill.analysis.visits import merge
 from chaosdrill.dataset import count_outcomes
@@ -94,13 +94,7 @@ def over_states(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
         task = PointTask(plan, axes, start[np.newaxis], np.array([mode]), keeps, own_noise=True)
         shape = task.shape
     else:
-        starts, modes = states_and_modes(system, given.initial)
-        if grid:
-            plane = np.tile(start, (int(np.prod([len(axis.values) for axis in axes])), 1))
-            for axis, values in zip(axes, np.meshgrid(*grid.values(), indexing="ij"), strict=True):
-                plane[:, system.state_names.index(axis.name)] = values.ravel()
-            modes = np.concatenate([settled_modes(system, plane, np.full(len(plane), mode)), modes])
-            starts = np.concatenate([plane, starts])
+        starts, modes = cells_and_listed(system, given)
         task = StartTask(plan, (), starts, modes, keeps)
         dims, shape, coords = ("run",), (task.units,), {"run": np.arange(1, task.units + 1, dtype=np.int32)}
         variables = {"initial_state": (("run", "state"), starts), "initial_mode": ("run", modes.astype(np.int8))}

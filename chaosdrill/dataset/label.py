@@ -45,10 +45,10 @@ def label(ds: Dataset, kind: str, *, system: Any, settings: Mapping[str, Any]) -
 def axes_of(settings: Mapping[str, Any]) -> tuple[str, ...]:
     """Names of the swept parameters, or of the states of a grid, by the settings of an analysis; none by default.
 
-    Where initial states are listed a grid is a part of the list.
+    Where initial states are listed a grid is a part of the list. An analysis that can be swept measures its grid.
     """
     grid = settings.get("grid") if settings.get("initial") is None else None
-    return tuple(str(name) for name in settings.get("sweep") or grid or ())
+    return tuple(str(name) for name in settings.get("sweep", grid) or ())
 
 
 def describe(ds: Dataset, kind: str, *, system: Any, sweep: Iterable[str] = ()) -> Dataset:

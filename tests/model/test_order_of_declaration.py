@@ -58,7 +58,7 @@ MORE = {
     "parameter_chart": {"sweep": {"w": [2.2, 2.45], "c": [0.1, 0.11]}, **SHORT},
     "basins": {"grid": {"x": [-0.3, 0.0], "z": [0.0, 0.2]}, **SHORT},
     "attractors": {"sweep": {"w": [2.2, 2.45]}, "initial": {"x": [-0.3, 0.0]}, **SHORT},
-    "basin_measures": {"grid": {"x": [-0.3, 0.0], "z": [0.0, 0.2]}, "box": 2, **SHORT},
+    "basin_measures": {"grid": {"x": [-0.3, 0.0], "z": [0.0, 0.2]}, "box": 2, "sweep": {"w": [2.2, 2.45]}, **SHORT},
     "edge_states": {"initial": {"x": [-0.3, 0.0]}, **SHORT},
     "periodic_orbit": {"start": "attractor", "period": 2},
     "continue_orbit": {"sweep": {"w": (2.4, 2.5)}, "period": 2, "step": 0.02},

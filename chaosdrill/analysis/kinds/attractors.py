@@ -29,6 +29,15 @@ from chaosdrill.settings import Faults, setting
 _EACH = f"{SWEEP} attractor"
 _NEXT = "Number of the attractor to which the motion then leads; 0: none of the table, or several."
 
+ENDS = (
+    need("first_value", "attractor", "f8", "lowest value with the attractor", "Of those of the sweep."),
+    need("last_value", "attractor", "f8", "highest value with the attractor", "Of those of the sweep."),
+    need("end_below", "attractor", "i1", "end of the attractor below", "As a code.", flags=AttractorEnd),
+    need("end_above", "attractor", "i1", "end of the attractor above", "As a code.", flags=AttractorEnd),
+    need("next_below", "attractor", "i4", "attractor that follows below", _NEXT),
+    need("next_above", "attractor", "i4", "attractor that follows above", _NEXT),
+)
+
 VARIABLES = table(
     axis(SWEEP, SWEEP, "f8", "swept parameter", "Values of the sweep.", True),
     axis("attractor", "attractor", "i4", "number of the attractor", "By the sum of its shares, from 1.", True),
@@ -43,12 +52,7 @@ VARIABLES = table(
         "fraction_none", SWEEP, "f8", "fraction without an attractor", "Starts that lead to no attractor of the table."
     ),
     need("fraction_none_error", SWEEP, "f8", "standard error of that", "Of starts drawn at random."),
-    need("first_value", "attractor", "f8", "lowest value with the attractor", "Of those of the sweep."),
-    need("last_value", "attractor", "f8", "highest value with the attractor", "Of those of the sweep."),
-    need("end_below", "attractor", "i1", "end of the attractor below", "As a code.", flags=AttractorEnd),
-    need("end_above", "attractor", "i1", "end of the attractor above", "As a code.", flags=AttractorEnd),
-    need("next_below", "attractor", "i4", "attractor that follows below", _NEXT),
-    need("next_above", "attractor", "i4", "attractor that follows above", _NEXT),
+    *ENDS,
     need("reached", f"{SWEEP} run", "i4", "attractor", "Number of the attractor that a start leads to; 0: none."),
     outcome(f"{SWEEP} run"),
     *forcing(SWEEP, "Period of the forcing at each value."),
