@@ -1,4 +1,4 @@
-"""Shares of the basins along a parameter, as bands; the uncertain fraction of starts near a boundary."""
+"""Shares and measures of the basins along a parameter; the uncertain fraction of starts near a boundary."""
 
 from typing import Any
 
@@ -9,7 +9,8 @@ from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.plots._types import Artist, Axes, Dataset, Figure, Floats, Line2D, Patch
 from chaosdrill.plots.categories import FURTHER, Category, attractor_category
 from chaosdrill.plots.contents import swept
-from chaosdrill.plots.figures import legend_inside, legend_outside, one_panel
+from chaosdrill.plots.evidence import along_sweep, with_bars
+from chaosdrill.plots.figures import legend_above, legend_inside, legend_outside, new_figure, one_panel
 from chaosdrill.plots.labels import axis_label, label, readable, uncertain
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
@@ -25,6 +26,45 @@ _ENDS = {
 }
 
 
+@picture(
+    "basin-measures", "measures", "shares and measures of the basins along the parameter", sweeps=True,
+    needs="basin_entropy",
+)  # fmt: skip
+def measures(dataset: Dataset) -> Figure:
+    """Draw the shares, the entropies and the uncertainty exponent of the basins over a swept parameter.
+
+    Top: the shares of the twelve largest attractors, where they exist. Middle: the basin entropy and that of the
+    boundary, which is fractal beyond the line at log 2. Bottom, if it is known somewhere: the uncertainty exponent.
+    Bars are two standard errors.
+    """
+    (name,) = swept(dataset)
+    ordered = dataset.sortby(name).transpose(name, "attractor", ...)
+    rows = 2 + bool(np.isfinite(ordered["uncertainty_exponent"]).any())
+    figure = new_figure(rows * TUNING.further_panel + 0.6)
+    panels = figure.subplots(rows, 1, sharex=True)
+
+    def draw(row: int, number: int, of: str, words: str = "", part: Dataset = ordered) -> None:
+        with_bars(panels[row], part[name].values, part[of], part[f"{of}_error"], number).set_label(words)
+
+    for k, number in enumerate(ordered["attractor"].values[: TUNING.told_attractors].tolist()):
+        one = ordered.isel(attractor=k)
+        draw(0, k, "fraction", _told(one, number), one.where(one["attractor_outcome"] >= 0))
+    draw(1, 0, "basin_entropy", "basin entropy")
+    draw(1, 1, "boundary_entropy", "of the boundary")
+    panels[1].axhline(np.log(2), color="0.6", linewidth=0.8, zorder=1, label="log 2")
+    panels[0].set(ylim=(-0.05, 1.05), ylabel=label(dataset["fraction"]))
+    panels[1].set_ylabel("entropy")
+    if rows > 2:
+        draw(2, 0, "uncertainty_exponent")
+        panels[2].set_ylabel(label(dataset["uncertainty_exponent"]))
+    legend_above(panels[0], 3)
+    legend_above(panels[1])
+    along_sweep(panels[-1], dataset)
+    figure.align_ylabels(panels)
+    return figure
+
+
+@picture("basin-measures", "shares", "shares of the basins of all attractors along the parameter", sweeps=True)
 @picture("attractors", "attractors", "shares of the basins of all attractors along the parameter", parameters=1)
 def shares(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw the share of the starts that leads to each attractor, as bands over the parameter.
@@ -104,7 +144,10 @@ def _mark_ends(
     return [kind for kind in _ENDS if kind in found]
 
 
-@picture("basin-measures", "uncertainty", "uncertain fraction of starts over the distance", needs="uncertain_fraction")
+@picture(
+    "basin-measures", "uncertainty", "uncertain fraction of starts over the distance", sweeps=False,
+    needs="uncertain_fraction",
+)  # fmt: skip
 def uncertain_fraction(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw the fraction of starts with another attractor within a distance, and the fitted power law.
 
@@ -142,7 +185,7 @@ def uncertain_fraction(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     return figure
 
 
-@picture("basin-measures", "basin-shares", "share of the starts that leads to each attractor")
+@picture("basin-measures", "basin-shares", "share of the starts that leads to each attractor", sweeps=False)
 def basin_shares(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw the share of the starts that leads to each of the twelve largest attractors, and to none.
 

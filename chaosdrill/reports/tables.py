@@ -217,7 +217,7 @@ def _followed(dataset: Dataset) -> Markup:
     rows = []
     for i, place in enumerate(dataset["attractor"].values):
         one = dataset.isel(attractor=i)
-        most = one["fraction"].isel({parameter: int(one["fraction"].values.argmax())})
+        most = one["fraction"].isel({parameter: int(np.nanargmax(one["fraction"].values))})
         part_of = Quantity(uncertain(most, one["fraction_error"].sel({parameter: most[parameter]})))
         words = (_words(names.get(int(one[f"end_{side}"]), "")) for side, names in ends.items())
         rows.append((int(place), float(one["first_value"]), float(one["last_value"]), part_of, *words))
