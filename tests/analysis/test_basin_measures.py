@@ -325,13 +325,105 @@ def test_a_state_of_one_value_is_held_there():
     assert np.isnan(single["smallest_kick"]).all()
 
 
-def test_one_state_spans_a_grid():
-    wells = cd.HybridSystem(
-        name="wells", states="x", parameters={}, modes={"on": {"x": "x - x**3"}}, period="1", initial={"x": 0.5}
+@pytest.fixture(scope="module")
+def clocked_wells():
+    return cd.HybridSystem(
+        name="wells", states="x", parameters={"T": 1.0}, modes={"on": {"x": "x - x**3"}}, period="T", initial={"x": 0.5}
     )
-    measures = cd.basin_measures(wells, {"x": np.linspace(-1, 1, 40)}, transient=50, periods=16, max_period=4)
+
+
+def test_one_state_spans_a_grid(clocked_wells):
+    measures = cd.basin_measures(clocked_wells, {"x": np.linspace(-1, 1, 40)}, transient=50, periods=16, max_period=4)
     np.testing.assert_allclose(measures["fraction"], 0.5)
     assert measures["fraction_error"].max() == pytest.approx(1 / 40 / np.sqrt(12))
+
+
+def test_a_value_without_a_run_gets_an_outcome(clocked_wells):
+    """A period that is not positive; the sweep goes on."""
+    given = {"transient": 50, "periods": 16, "max_period": 4, "exponents": 0}
+    measures = cd.basin_measures(clocked_wells, {"x": np.linspace(-1, 1, 40)}, {"T": [1.0, -1.0, 2.0]}, **given)
+    assert measures.cd.words("outcome").values.tolist() == ["ok", "failed", "ok"]
+    for name in ("basin_entropy", "fraction_none", "fraction", "smallest_kick"):
+        known = np.isfinite(measures[name].values).reshape(3, -1)
+        assert known.any(axis=1).tolist() == [True, False, True]
+
+
+# Along a parameter: a line x = middle root of a + x - x**3 parts two basins for abs(a) < 2/sqrt(27).
+
+ALONG = [0.1, -0.2, 0.5, 0.3, -0.5, -0.37]
+LENGTHS = {"transient": 400, "periods": 16, "max_period": 2}
+
+
+def roots(a):
+    found = np.roots([-1, 0, 1, a])
+    return np.sort(found.real[np.abs(found.imag) < 1e-9])
+
+
+@pytest.fixture(scope="module")
+def moving():
+    system = cd.Map("x y", parameters={"a": 0.0}, images={"x": "x + (a + x - x**3)/10", "y": "y/2"}, initial={"x": 0.1})
+    grid = {"y": np.linspace(-1, 1, 8), "x": np.linspace(-1.5, 1.5, 160)}
+    return system, grid, cd.basin_measures(system, grid, {"a": ALONG}, **LENGTHS)
+
+
+def test_measures_along_a_parameter_are_those_of_the_closed_form(moving):
+    _, grid, found = moving
+    assert found["fraction"].dims == ("a", "attractor")
+    left, right = (found.isel(attractor=k) for k in np.argsort(found["first_value"].values))
+    assert (left["first_value"], left["last_value"]) == (-0.5, 0.3)
+    assert (right["first_value"], right["last_value"]) == (-0.37, 0.5)
+    assert [str(one.cd.words("end_above").values) for one in (left, right)] == ["jump", "limit"]
+    for a in ALONG:
+        parted = len(roots(a)) > 1
+        low = np.mean(grid["x"] < roots(a)[1]) if parted else float(a < 0)
+        np.testing.assert_allclose(found["uncertainty_exponent"].sel(a=a), 1.0 if parted else np.nan, rtol=1e-12)
+        # the line passes through one box in 32
+        assert (float(found["basin_entropy"].sel(a=a)) > 0) <= parted
+        assert float(found["basin_entropy"].sel(a=a)) <= np.log(2) / 32
+        for one, share, root in ((left, low, 0), (right, 1 - low, -1)):
+            here = one.sel(a=a)
+            assert float(here["fraction"]) == pytest.approx(share, abs=1e-15)
+            assert np.isnan(here["fraction_error"]) == (share == 0)
+            kick, error = (here[name].sel(state="x") for name in ("smallest_kick", "smallest_kick_error"))
+            assert abs(kick - (roots(a)[1] - roots(a)[root])) <= 2 * error if parted else np.isnan(kick)
+
+
+def test_measures_along_a_parameter_are_those_of_each_value(moving):
+    system, grid, found = moving
+    for a in ALONG[1:3]:
+        one, here = cd.basin_measures(system.with_parameters(a=a), grid, **LENGTHS), found.sel(a=a)
+        here = here.isel(attractor=np.argsort(-here["fraction"].values, kind="stable")[: one.sizes["attractor"]])
+        for name in set(one.data_vars):
+            np.testing.assert_allclose(here[name].values, one[name].values, rtol=1e-9, atol=0)
+
+
+def test_measures_depend_neither_on_workers_nor_on_the_order_of_values(moving, tmp_path):
+    system, grid, found = moving
+    for given in ({"workers": 2, "store": tmp_path}, {"store": tmp_path}):
+        again = cd.basin_measures(system, grid, {"a": ALONG}, **given, **LENGTHS)
+        assert again.drop_attrs().identical(found.drop_attrs())
+    assert cd.basin_measures(system, grid, {"a": sorted(ALONG)}, **LENGTHS).equals(found.sortby("a"))
+
+
+def test_a_list_along_a_parameter_has_the_shares_of_attractors(moving):
+    system, _, _ = moving
+    starts = np.linspace([-1, 0], [1, 1], 12)
+    listed, followed = (
+        one(system, initial=starts, sweep={"a": ALONG}, **LENGTHS) for one in (cd.basin_measures, cd.attractors)
+    )
+    assert "basin_entropy" not in listed
+    for name in set(listed.data_vars) - {"outcome", "start_count"}:
+        np.testing.assert_array_equal(listed[name].values, followed[name].values)
+
+
+def test_pictures_along_a_parameter(moving):
+    _, _, found = moving
+    panels = cd.plot(found).figure.axes
+    assert [panel.get_ylabel() for panel in panels] == ["fraction of the basin", "entropy", "uncertainty exponent"]
+    drawn = panels[1].containers[0].lines[0]
+    np.testing.assert_array_equal(drawn.get_xdata(), sorted(ALONG))
+    np.testing.assert_array_equal(drawn.get_ydata(), found["basin_entropy"].sortby("a"))
+    assert cd.plot(found, kind="shares").get_ylabel() == "fraction of the basin"
 
 
 def test_pictures_say_the_numbers(found):
