@@ -255,8 +255,9 @@ class Problem:
     ) -> tuple[int, Orbit, Shot, np.ndarray]:
         """Newton's method from a guess.
 
-        It has converged when no residual is above ``TUNING.residual``, or when none has become smaller where
-        round-off, or the change of the steps with the state, may be all that is left of them.
+        It has converged when no residual is above ``TUNING.residual``, when none has become smaller where round-off,
+        or the change of the steps with the state, may be all that is left of them, or when the start is known to its
+        rounding, of which deviations that grow in one turn make a large residual.
 
         Parameters
         ----------
@@ -317,6 +318,10 @@ class Problem:
             length = float(np.linalg.norm(weights * correction))
             if not np.isfinite(length):
                 code = SINGULAR
+                break
+            grown = TUNING.rounding * float(np.abs(shot.monodromy).max())
+            if turn > 0 and length <= TUNING.rounding and residual <= grown:
+                code = CONVERGED
                 break
             if step is not None and step.foresaw(reach, weights, correction):
                 reach *= 2

@@ -462,14 +462,16 @@ def test_a_closed_branch_of_a_flow_is_walked_once(loop, side, turn, size, step):
     assert around == pytest.approx(2 * np.pi, abs=1e-5)
 
 
-def test_the_start_of_a_motion_that_runs_away_hides_no_fold():
+@pytest.mark.parametrize(("size", "pace"), [(1.0, 1.0), (1e-9, 1e-5)])
+def test_a_closed_branch_of_motions_that_run_away_is_walked_once(size, pace):
     """Cycles of radius^2 1 +- sqrt(1/4 - k^2); the start is beside the outer one, of multiplier 2e8."""
-    radius = f"({r**2} + (x**2 + y**2 - 1)**2 - 1/4)"
+    radius = "(r**2 + ((x/k)**2 + (y/k)**2 - 1)**2 - 1/4)*w"
     system = cd.HybridSystem(
-        name="isola", states="x y", parameters={"r": 0.0}, initial={"x": np.sqrt(1.5)},
-        modes={"on": {"x": f"{radius}*x - y", "y": f"{radius}*y + x"}},
+        name="isola", states="x y", parameters={"r": 0.0, "k": size, "w": pace}, initial={"x": size * np.sqrt(1.5)},
+        modes={"on": {"x": f"{radius}*x - w*y", "y": f"{radius}*y + w*x"}},
     )  # fmt: skip
     branch = cd.continue_orbit(system, {"r": (-1.0, 1.0)}, step=0.02)
+    assert "closed loop" in branch["branch_end_text"].item()
     assert kinds(branch) == [Special.FOLD] * 2
     np.testing.assert_allclose(np.sort(branch["special_value"]), [-0.5, 0.5], atol=1e-9)
 
