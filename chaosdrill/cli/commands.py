@@ -49,7 +49,7 @@ def warm(folder: str | None, as_json: bool) -> None:
     compiled = ("blocks", "covariant", "matching", "neighbours", "recurrence", "tori")
     elsewhere = tuple(f"chaosdrill.analysis.{one}" for one in compiled)
     try:
-        made = warm_engine(None if folder is None else Path(folder), (*elsewhere, "chaosdrill.orbits.event_changes"))
+        made = warm_engine(None if folder is None else Path(folder), (*elsewhere, "chaosdrill.orbits.guards_met"))
     except OSError as fault:
         # a write names no file
         raise OSError(fault.errno, fault.strerror, fault.filename or folder) from fault

@@ -18,10 +18,11 @@ from chaosdrill.orbits.continuation import Birth, Continued, continue_curve
 from chaosdrill.orbits.criticality import normal_form
 from chaosdrill.orbits.crossings import TESTS, Located, ended, located, noise_of, steps_with
 from chaosdrill.orbits.curve import Curve, SpecialCurve
-from chaosdrill.orbits.event_changes import branch_behind, change_at, slowness
+from chaosdrill.orbits.event_changes import branch_behind, change_at
 from chaosdrill.orbits.find import NoOrbitError, admissible, starting_orbit
 from chaosdrill.orbits.function_points import mark_functions
 from chaosdrill.orbits.grazing import grazing_form
+from chaosdrill.orbits.guards_met import slowness
 from chaosdrill.orbits.halves import halves_met, way_to_doubling
 from chaosdrill.orbits.marks import NO_COLUMNS, Columns
 from chaosdrill.orbits.multipliers import free_multipliers, is_stable, largest_growth, multipliers, structural_rank
@@ -341,12 +342,12 @@ def _marked(segment: BranchSegment, count: int) -> tuple[BranchSegment, list[Mar
     for one in reversed(marks):
         kind = one.point.special
         form = normal_form(segment.curve.problem, one.point.orbit, kind, one.multiplicity)
-        text = _told(one, form, bool(len(segment.curve.problem.conserved)))
+        text = _form_words(one, form, bool(len(segment.curve.problem.conserved)))
         found.append(Mark(0, places[id(one.point)], kind, one.error, text, one.multiplicity, form))
     return segment.with_points(points), found
 
 
-def _told(mark: Located, form: NormalForm, held: bool) -> str:
+def _form_words(mark: Located, form: NormalForm, held: bool) -> str:
     """What happens at a special point, in words; ``held``: only the differential of what is conserved is held."""
     if held and mark.point.special == Special.FOLD:
         return (

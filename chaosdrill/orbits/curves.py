@@ -96,7 +96,7 @@ def curve(
             mark_functions(way, columns.wanted)
     found = _nearest(ways, kind)
     if found is None:
-        text = f"no {called} on the branch of {name} through the orbit: {_told(ways)}"
+        text = f"no {called} on the branch of {name} through the orbit: {_special_points_of(ways)}"
         return nothing(system, parameters, Outcome.NO_SPECIAL_POINT, text)
     problem = alone.alike(system, parameters)
     try:
@@ -140,7 +140,7 @@ def _nearest(ways: list[Branch], kind: Special) -> Orbit | None:
     return min(places, key=lambda place: place[0])[1] if places else None
 
 
-def _told(ways: list[Branch]) -> str:
+def _special_points_of(ways: list[Branch]) -> str:
     """The special points that the branch has instead, in words."""
     marks = sorted((way.value(m), m.kind.meaning.replace("_", " ")) for way in ways for m in way.marks)
     there = ", ".join(f"{name} at {value:.9g}" for value, name in marks) or "nothing special"

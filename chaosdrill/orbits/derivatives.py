@@ -116,8 +116,8 @@ class Carrier:
         first, second = first.among(whole), second.among(whole)
         fine = _Linear(self, self.wide, first, first.tasks)
         near = _Linear(self, self.coarse_wide, second, first.beside(second))
-        values, shares = fine.told()
-        others = near.told()[0]
+        values, shares = fine.derivatives()
+        others = near.derivatives()[0]
         errors = _errors(values, others, shares)
         for i, task in enumerate(first.tasks):
             if not fine.whole[i]:
@@ -405,7 +405,7 @@ class _Linear:
         size = np.abs(rows)
         return rows @ change, size @ uncertain + size @ np.abs(change)
 
-    def told(self) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    def derivatives(self) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
         """All derivatives, and by how much a relative error of 1 in every number behind them changes them."""
         period = self.along(self._durations(len(self.kind.orbit))[np.newaxis])
         found = {

@@ -27,7 +27,7 @@ from chaosdrill.engine import shooting as at
 from chaosdrill.engine.layout import DONE
 from chaosdrill.engine.setup import constrained_states
 from chaosdrill.orbits.criticality import cut, extrapolated
-from chaosdrill.orbits.event_changes import Touch, touches
+from chaosdrill.orbits.guards_met import Touch, touches
 from chaosdrill.orbits.problem import LostError
 from chaosdrill.orbits.results import GrazingForm
 from chaosdrill.orbits.special import Touching, test_function_at

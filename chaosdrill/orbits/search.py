@@ -346,7 +346,7 @@ def search(
         starts = np.array([system.initial_values])
         modes = np.array([system.initial_mode])
     close_returns = CloseReturns(problem, max_period, starts, modes)
-    known = Known(problem, close_returns.extent)
+    known = Listed(problem, close_returns.extent)
     close_returns.orbits = known.found
     for period in range(1, max_period + 1):
         _all_of(period, close_returns, known)
@@ -357,7 +357,7 @@ def search(
     return sorted(known.found, key=lambda o: (o.period if problem.forced else o.duration, abs(o.multipliers[0])))
 
 
-def _all_of(period: int, close_returns: CloseReturns, known: "Known") -> None:
+def _all_of(period: int, close_returns: CloseReturns, known: "Listed") -> None:
     """Try the returns after a period, last those that probably lead to a known orbit.
 
     If there are too few of them, or all motions escape, so that returns favour the orbits that are left slowly, rounds
@@ -381,7 +381,7 @@ def _all_of(period: int, close_returns: CloseReturns, known: "Known") -> None:
         _try(close_returns.pieced(period), known)
 
 
-def _try(candidates: Iterable[Return], known: "Known") -> bool:
+def _try(candidates: Iterable[Return], known: "Listed") -> bool:
     """Look for the orbits near returns until many in a row give nothing new; return whether the returns ran out."""
     last = 0
     for attempt, candidate in enumerate(candidates, 1):
@@ -392,7 +392,7 @@ def _try(candidates: Iterable[Return], known: "Known") -> bool:
     return True
 
 
-class Known:
+class Listed:
     """Orbits found so far, each listed once.
 
     ``extent``, shape (d,): extent of the motion in every state.

@@ -9,8 +9,9 @@ import numpy as np
 from chaosdrill.dataset.branches import Special
 from chaosdrill.orbits.crossings import doubling_test, is_paired
 from chaosdrill.orbits.curve import TestFunction
-from chaosdrill.orbits.event_changes import Touch, distance, left_out, nearest_touch, slowest_event, without_events
+from chaosdrill.orbits.event_changes import distance, left_out, without_events
 from chaosdrill.orbits.find import least_period
+from chaosdrill.orbits.guards_met import Touch, nearest_touch, slowest_event
 from chaosdrill.orbits.multipliers import all_multipliers, based, free_multipliers, pair_near
 from chaosdrill.orbits.points import Border, Trial, plane_at
 from chaosdrill.orbits.problem import CONVERGED, LostError
