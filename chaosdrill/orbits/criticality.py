@@ -16,7 +16,6 @@ import numpy as np
 from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset.branches import Criticality, Special
 from chaosdrill.engine import shooting as at
-from chaosdrill.engine.layout import DONE
 from chaosdrill.engine.setup import constrained_states
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.problem import LostError
@@ -40,7 +39,7 @@ class ReturnMap:
         self.closed = problem.neutral.flow
         self.sizes = 1 / problem.weights(orbit)[:d]
         shot = problem.shoot(self.path, False)
-        if shot.outcome != DONE or not np.isfinite(shot.equations).all():
+        if not shot.regular:
             raise LostError("the return map has no derivatives there")
         # the derivative of the end by the last duration is the rate there
         end = shot.equations[len(self.path) : len(self.path) + d, d + len(self.path)]
@@ -61,7 +60,7 @@ class ReturnMap:
         total, last = float(self.path.durations.sum()), np.inf
         for _ in range(TUNING.newton_steps):
             shot = self.problem.shoot(path, False)
-            if shot.outcome != DONE or not np.isfinite(shot.equations).all():
+            if not shot.regular:
                 raise LostError("the path beside the orbit cannot be followed")
             rows, ends = self._equations(path, shot)
             correction = np.zeros(rows.shape[1])

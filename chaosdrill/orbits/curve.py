@@ -15,7 +15,6 @@ import numpy as np
 
 from chaosdrill.dataset.branches import Special
 from chaosdrill.engine import shooting as at
-from chaosdrill.engine.layout import DONE
 from chaosdrill.orbits.find import admissible
 from chaosdrill.orbits.points import Border, Direction, Plane, Point, Root, Trial, Whole, plane_at
 from chaosdrill.orbits.problem import CONVERGED, LostError
@@ -160,7 +159,7 @@ class Curve:
         code, orbit, shot, _ = self.problem.newton(
             guess, conditions, TUNING.farthest, weights=near.weights, section=near.section
         )
-        if code != CONVERGED or not np.isfinite(shot.equations).all():
+        if code != CONVERGED or not shot.regular:
             raise LostError("no orbit beside the curve")
         return orbit, shot
 
@@ -184,7 +183,7 @@ class Curve:
         equations have no derivatives.
         """
         shot = self.problem.shoot(point.orbit, False, point.section)
-        if shot.outcome != DONE or not np.isfinite(shot.equations).all():
+        if not shot.regular:
             return 0.0, 0.0
         change, weights, first = point.tangent.change, point.weights, -len(self.spans)
         along = abs(float(change[first])) / np.linalg.norm(weights * change)

@@ -337,7 +337,7 @@ class _Linear:
         self.lengths = np.array([float(one.orbit.durations.sum()) for one in tasks])
         mode = self.kind.orbit.segments[0, at.SEGMENT_MODE]
         self.loose = np.flatnonzero(constrained_states(problem.plain)[mode] == 0)
-        self.units = 2.0 ** np.round(np.log2(problem.sizes))
+        self.units = problem.units
         self.eigen = [self._eigen(i) for i in range(len(tasks))]
         self.tangents = [one for i in range(len(tasks)) for one in self._tangents(i)]
         self.columns = width + 1 + count + len(carrier.free)

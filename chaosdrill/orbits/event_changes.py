@@ -218,7 +218,7 @@ def _own_ahead(curve: Curve, border: Border) -> Iterator[Orbit]:
     """
     problem, orbit = curve.problem, border.good
     shot = problem.shoot(orbit, False)
-    if shot.outcome != 0 or not np.isfinite(shot.equations).all():
+    if not shot.regular:
         return
     direction = problem.direction(orbit, shot, curve.weights(orbit))
     for length in (TUNING.ahead, -TUNING.ahead):
@@ -243,7 +243,7 @@ def _other_outcomes(curve: Curve, border: Border) -> Iterator[Orbit]:
         return
     weights = curve.weights(orbit)
     shot = problem.shoot(orbit, False)
-    if shot.outcome != 0 or not np.isfinite(shot.equations).all():
+    if not shot.regular:
         return
     direction = problem.direction(orbit, shot, weights)
     for length in TUNING.border_beside[1:]:
@@ -363,17 +363,15 @@ def _branch_from(curve: Curve, guess: Orbit, border: Border, further: list[Orbit
     problem = curve.problem
     guess = based(problem, guess)
     shot = problem.shoot(guess)
-    if shot.outcome != 0 or not np.isfinite(shot.equations).all():
+    if not shot.regular:
         return None
     weights = curve.weights(guess)
     direction, lengths = _into(problem, guess, shot, weights)
     if reflected(problem, border.good, guess):
         # it is the same smooth branch, of which all is seen
         lengths = [*TUNING.reflected_steps, *lengths]
-    conditions = (direction * weights**2)[np.newaxis]
     for length in lengths:
-        start = problem.moved(guess, shot, length * direction)
-        code, orbit, seen, _ = problem.newton(start, conditions, TUNING.reach_beside)
+        code, orbit, seen, _ = problem.beside(guess, shot, direction, length, weights)
         if code != CONVERGED or distance(problem, orbit, border.good, weights) > TUNING.border_near:
             continue
         if _repeats(problem, orbit) or at_rest(problem, orbit):
@@ -469,9 +467,8 @@ def _leads_back(problem: Problem, orbit: Orbit, shot: Shot, border: Border, weig
         # a step counts all points of the orbit, and what it changes at one of them may be many times as much
         for part in TUNING.way_back:
             for sign in (1.0, -1.0):
-                moved = problem.moved(orbit, shot, sign * part * away * direction)
-                code, there, seen, _ = problem.newton(moved, (direction * weights**2)[np.newaxis], TUNING.reach_beside)
-                if code == CONVERGED and np.isfinite(seen.equations).all():
+                code, there, seen, _ = problem.beside(orbit, shot, direction, sign * part * away, weights)
+                if code == CONVERGED and seen.regular:
                     left = distance(problem, there, border.good, weights)
                     if left < TUNING.nearer * away and (nearest is None or left < nearest[0]):
                         nearest = left, there, seen
@@ -491,8 +488,7 @@ def _away(problem: Problem, orbit: Orbit, shot: Shot, border: Border, weights: n
     # the next change of events may be near
     for step in sorted({max(TUNING.border_probe * part, least) for part in (1.0, 0.1, 0.01)}, reverse=True):
         for sign in (1.0, -1.0):
-            moved = problem.moved(orbit, shot, sign * step * direction)
-            code, there, seen, _ = problem.newton(moved, (direction * weights**2)[np.newaxis], TUNING.reach_beside)
+            code, there, seen, _ = problem.beside(orbit, shot, direction, sign * step, weights)
             if code == CONVERGED and admissible(there, seen):
                 far = distance(problem, there, border.good, weights)
                 if far > farthest:

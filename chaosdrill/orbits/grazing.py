@@ -273,9 +273,8 @@ def _turn(place: Place, shift: Shift, orbit: "Orbit", instant: float) -> tuple[n
     shot = problem.shoot(path, False)
     if shot.outcome != DONE or not np.isfinite(shot.monodromy).all():
         raise LostError("the orbit that touches the guard has no multipliers")
-    units = 2.0 ** np.round(np.log2(problem.sizes))
-    row = touch.side * place.guard(place.mode, touch.guard)[2] * units
-    return row, shot.monodromy[:d, :d], shift.vector / units, len(path)
+    row = touch.side * place.guard(place.mode, touch.guard)[2] * problem.units
+    return row, shot.monodromy[:d, :d], shift.vector / problem.units, len(path)
 
 
 class _Returns:

@@ -240,7 +240,7 @@ def graded(problem: "Problem", orbit: "Orbit", monodromy: np.ndarray, rank: int)
 
 def largest_growth(problem: "Problem", orbit: "Orbit") -> float:
     """Largest factor by which a deviation grows on any part of an orbit, in sizes of the states."""
-    sizes = np.where(problem.sizes > 0, problem.sizes, 1.0)
+    sizes = problem.sizes
     largest, ending = 1.0, np.zeros((0, problem.states, problem.states))
     parts = [piece * sizes / sizes[:, np.newaxis] for piece in pieces(problem, orbit, TUNING.growth_halvings)]
     for piece in parts * 2:

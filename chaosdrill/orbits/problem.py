@@ -39,7 +39,7 @@ class Shot:
     equations: np.ndarray  # (N + d + 1, columns + 1): linearised equations; their constants last
     sensitivity: np.ndarray  # (N, d + q, columns + 1): starts of the segments by the reduced unknowns
     monodromy: np.ndarray
-    """(d, d): tangent map around the orbit from its first start, saltation included, in the units of `Problem.sizes`"""
+    """(d, d): tangent map around the orbit from its first start, saltation included, in the units of `Problem.units`"""
     factors: np.ndarray  # (N, d, d): its factors, one a segment, in the same units
     speeds: np.ndarray
     """(N,): speeds at which the guards are crossed, positive in their direction; infinite without a guard."""
@@ -47,6 +47,11 @@ class Shot:
     came: np.ndarray  # int (N,): the transition that the end of the segment took
     met: np.ndarray  # (N,): time since the start of the segment at which that guard is crossed
     drift: np.ndarray | None = None  # (d,): as of `Orbit`, with what it is shifted along lines
+
+    @property
+    def regular(self) -> bool:
+        """Whether the system was followed around the orbit, and the equations have derivatives there."""
+        return self.outcome == DONE and bool(np.isfinite(self.equations).all())
 
     def sharp(self, orbit: Orbit) -> bool:
         """Whether all events are met at their times, not only near their guards: late rebounds of chatter are low."""
@@ -193,6 +198,11 @@ class Problem:
             return self._model.sizes
         return sizes_met(self.plain, self.numerics, self.unit)
 
+    @property
+    def units(self) -> np.ndarray:
+        """Powers of two near the sizes, in which no digit of a state is lost, shape (d,)."""
+        return np.asarray(2.0 ** np.round(np.log2(self.sizes)))
+
     def segment_by_segment(self, orbit: Orbit) -> Iterator[tuple[Orbit, np.ndarray]]:
         """Every segment as a path of its own, and the state before the event at its end, shape (d,)."""
         period = self.period_at(orbit)
@@ -237,8 +247,7 @@ class Problem:
         equations, sensitivity, monodromy, factors, speeds, seen, met = found
         if not np.isfinite(equations[:, -1]).all():
             residual = np.inf
-        # in units of powers of two no digit is lost
-        units = 2.0 ** np.round(np.log2(self.sizes))
+        units = self.units
         monodromy, factors = (a[..., :d, :d] * units / units[:, np.newaxis] for a in (monodromy, factors))
         drift = plane[at.DRIFT] if self.shifts else None
         return Shot(
@@ -480,6 +489,13 @@ class Problem:
             durations=orbit.durations + change[d + 1 : d + 1 + len(orbit)],
         )
 
+    def beside(
+        self, orbit: Orbit, shot: Shot, way: np.ndarray, length: float, weights: np.ndarray
+    ) -> tuple[int, Orbit, Shot, np.ndarray]:
+        """What `newton` finds some way from an orbit in a direction of the reduced unknowns, at a right angle to it."""
+        conditions = (way * weights**2)[np.newaxis]
+        return self.newton(self.moved(orbit, shot, length * way), conditions, TUNING.reach_beside)
+
     def at(self, orbits: Sequence[Orbit], instants: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """States and modes of orbits of the same segments at times since their starts.
 
@@ -576,8 +592,7 @@ class Problem:
         plane = np.vstack([np.zeros((at.LINES, self.states)), self.shifts.lines])
         if orbit.segments[0, at.SEGMENT_END] == at.PLANE:
             # across the flow in units of the states' sizes: in any others a plane may almost contain it
-            size = np.where(self.sizes > 0, self.sizes, 1.0)
-            plane[at.START], plane[at.NORMAL] = orbit.starts[0, : self.states], self.flow_at(orbit) / size**2
+            plane[at.START], plane[at.NORMAL] = orbit.starts[0, : self.states], self.flow_at(orbit) / self.sizes**2
         return plane
 
     def flow_at(self, orbit: Orbit) -> np.ndarray:
@@ -594,10 +609,9 @@ class Problem:
         if period is None or not orbit.eventless:
             return False
         d, mode = self.states, int(orbit.segments[0, at.SEGMENT_MODE])
-        size = np.where(self.sizes > 0, self.sizes, 1.0)
         times = orbit.phase + np.arange(TUNING.phases) * period / TUNING.phases
         found = np.array([self._residual.jacobian(mode, time, orbit.starts[0])[:d, :d] for time in times.tolist()])
-        found *= size / size[:, np.newaxis]
+        found *= self.sizes / self.sizes[:, np.newaxis]
         return bool(np.ptp(found, axis=0).max() > TUNING.at_rest * np.abs(found).max())
 
 

@@ -35,12 +35,10 @@ def doubled(curve: Curve, orbit: Orbit, scale: float, most: float) -> Iterator[t
     old = weights * np.concatenate([old[: d + 1], times, old[-1:]])
     inside = plane @ old
     direction = np.array([-inside[1], inside[0]]) @ plane / np.linalg.norm(inside) / weights
-    conditions = (direction * weights**2)[np.newaxis]
     for first in TUNING.doubling_distances:
         length = scale * first
         for _ in range(TUNING.doubling_shorter):
-            start = problem.moved(twice, shot, length * direction)
-            code, found, seen, _ = problem.newton(start, conditions, TUNING.reach_beside)
+            code, found, seen, _ = problem.beside(twice, shot, direction, length, weights)
             if code != CONVERGED or not admissible(found, seen):
                 break
             gap = np.abs(problem.halves_apart(found, weights)).max()
@@ -72,8 +70,7 @@ def crossing(
     across /= np.linalg.norm(across * weights)
     for sign in (1.0, -1.0):
         for length in TUNING.doubling_distances:
-            start = problem.moved(orbit, shot, sign * length * across)
-            code, found, seen, _ = problem.newton(start, (across * weights**2)[np.newaxis], TUNING.reach_beside)
+            code, found, seen, _ = problem.beside(orbit, shot, across, sign * length, weights)
             if code != CONVERGED or not admissible(found, seen):
                 continue
             away = (found.reduced(d) - orbit.reduced(d)) * weights
