@@ -31,9 +31,6 @@ class TestFunction(Protocol):
 
     Attributes
     ----------
-    tracked : float
-        What it goes by, from orbit to orbit: where a guard is touched, the time on the orbit; for a pair of multipliers
-        half their sum.
     margin : float
         0, or the distance from the curve, in the norm of the weights, at which it is seen whether the system follows
         the orbits: where it does so only up to the curve itself, and only where the function is negative.
@@ -46,7 +43,9 @@ class TestFunction(Protocol):
         """What an orbit is at which it vanishes."""
 
     def value(self, trial: Trial) -> tuple[float, float]:
-        """The function and what it goes by."""
+        """The function, and what it goes by on the next orbit: the time at which a guard is touched, or half the sum of
+        a pair of multipliers.
+        """
 
 
 class Curve:
