@@ -1,9 +1,9 @@
 """A symmetric system over half of its motion: what comes after is the image of what was before."""
 
-import random
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import chain, count
+from math import isfinite
 from typing import TYPE_CHECKING, Any, cast
 
 import sympy
@@ -102,20 +102,21 @@ def _images(system: "HybridSystem", symmetry: Any) -> dict[Any, Any]:
 
 def _found(system: "HybridSystem", images: Mapping[Any, Any]) -> tuple["_Symmetry", set[str]]:
     """The symmetry, and the parameters that must stay 0 for it."""
+    trial = Trial(system)
     try:
-        return _Symmetry.of(system, images, set()), set()
+        return _Symmetry.of(trial, system, images, set()), set()
     except ModelError:
         fixed = {name for name, value in system.parameters.items() if value == 0}
         if not fixed:
             raise
         try:
-            found = _Symmetry.of(system, images, fixed)
+            found = _Symmetry.of(trial, system, images, fixed)
         except ModelError:
             pass
         else:
             for name in sorted(fixed):
                 try:
-                    found, fixed = _Symmetry.of(system, images, fixed - {name}), fixed - {name}
+                    found, fixed = _Symmetry.of(trial, system, images, fixed - {name}), fixed - {name}
                 except ModelError:
                     continue
             return found, fixed
@@ -133,10 +134,10 @@ class _Symmetry:
     trial: Trial
 
     @classmethod
-    def of(cls, system: "HybridSystem", images: Mapping[Any, Any], fixed: set[str]) -> "_Symmetry":
+    def of(cls, trial: Trial, system: "HybridSystem", images: Mapping[Any, Any], fixed: set[str]) -> "_Symmetry":
         """The symmetry by its images of the states."""
         put = {parameter(name): sympy.Integer(0) for name in fixed}
-        bare = cls(system, {x: image.xreplace(put) for x, image in images.items()}, {}, put, Trial(system))
+        bare = cls(system, {x: image.xreplace(put) for x, image in images.items()}, {}, put, trial)
         for x, image in bare.images.items():
             again = bare.seen(image)
             if not bare.same(again, x):
@@ -152,19 +153,20 @@ class _Symmetry:
             moved[self.system.time] = self.system.time + self.system.period / 2
         return sympy.sympify(expression).xreplace(moved).xreplace(self.put)
 
-    def same(self, a: Any, b: Any) -> bool:
-        """Whether two expressions are one function."""
-        terms = [t for e in (a, -b) for t in sympy.Add.make_args(sympy.sympify(e).xreplace(self.put))]
+    def same(self, a: Any, b: Any, factor: float = 1) -> bool:
+        """Whether b is a times a factor, as functions."""
+        a, b = (sympy.Add.make_args(sympy.sympify(e).xreplace(self.put)) for e in (a, b))
+        terms = [*(factor * term for term in a), *(-term for term in b)]
         return sympy.Add(*terms) == 0 or self.trial.zero(kept_apart(terms), ())
 
     def sign(self, a: Any, b: Any) -> int:
         """Sign of the number by which b is a multiple of a; 0 if it is none."""
         a, b = (sympy.sympify(e).xreplace(self.put) for e in (a, b))
         if (number := ratio(b, a)) is None:
-            rng = random.Random(20261127)
-            place = {x: sympy.Float(rng.uniform(*TUNING.drawn_below_one)) for x in self.trial.symbols}
-            below, above = (value_at(e, place).real for e in (a, b))
-            number = above * below if self.same(above * a, below * b) else 0.0
+            below, above = (sum(self.trial.rows(term, ())[0] for term in sympy.Add.make_args(e)) for e in (a, b))
+            ratios = (float(x) / float(y) for x, y in zip(above, below, strict=True) if y != 0.0)
+            number = next(filter(isfinite, ratios), 0.0)
+            number *= self.same(a, b, number)
         return (number > 0) - (number < 0)
 
     def _alike(self, a: Any, b: Any) -> bool:

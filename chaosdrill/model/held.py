@@ -115,15 +115,13 @@ class Trial:
         self.states = system.states
         self.moving = set(system.states) - set(frozen_states(system))
         self.symbols = [system.time or TIME, *system.states, *map(parameter, system.parameters)]
-        self.points = cache(self._points)
+        self.unknown: dict[Any, int] = {}
+        self.points, self.rows, self.rounding = cache(self._points), cache(self._rows), cache(self._rounding)
         self.zero = cache(self._zero)
 
     def values(self, expression: Any, points: "np.ndarray") -> "np.ndarray":
         """Values of an expression at points, one a column as in ``points``; NaN where it has none."""
-        import numpy as np
-
-        with np.errstate(all="ignore"):
-            return _rows(sympy.lambdify(self.symbols, [expression], modules="numpy", dummify=True), points)[0]
+        return _rows(_compiled(self.symbols, [expression]), points)[0]
 
     def _zero(self, expression: Any, surfaces: tuple[Any, ...]) -> bool:
         if expression == 0 or any(expression in (surface, -surface) for surface in surfaces):
@@ -139,35 +137,57 @@ class Trial:
     def _vanishing(self, expression: Any, surfaces: tuple[Any, ...], whole: bool = False) -> "np.ndarray":
         """At which of the points on surfaces an expression vanishes, of those where it is a number.
 
-        As a ``whole`` it is not looked at further if it does not at the first.
+        As a ``whole`` its rounding is not looked at if it plainly does not at the first.
         """
         import numpy as np
 
         surfaces = tuple(surface for surface in surfaces if surface.free_symbols & self.moving)
-        if any(opaque(surface) for surface in surfaces):
+        if any(opaque(surface) for surface in surfaces) or self.points(surfaces)[1].shape[1] < TUNING.fewest_samples:
             return np.zeros(0, bool)
-        off, on = self.points(surfaces)
-        if on.shape[1] < TUNING.fewest_samples:
-            return np.zeros(0, bool)
-        unknown = {e: sympy.Dummy(real=True) for e in opaque(expression)}
-        symbols = [*self.symbols, *unknown.values()]
-        more = np.random.default_rng(20260108).uniform(*TUNING.drawn, (len(unknown), on.shape[1]))
-        off, on = np.vstack([off, more]), np.vstack([on, more])
-        terms = [term.xreplace(unknown) for term in sympy.Add.make_args(expression)]
-        here, there = (np.array([_numbers(terms, symbols, values[:, 0])]).T for values in (on, off))
-        if whole and _parts(here, there)[0] > TUNING.plainly_none:
-            return np.zeros(0, bool)
-        function = sympy.lambdify(symbols, terms, modules="numpy", dummify=True)
+        products = (term.as_coeff_Mul() for term in sympy.Add.make_args(expression))
+        terms = [(float(number), term) for number, term in products]
         with np.errstate(all="ignore"):
-            here, there = _rows(function, on), _rows(function, off)
-            parts = _parts(here, there)
-            good = np.isfinite(parts)
-            small = parts <= TUNING.vanishing
+            values = np.array([number * self.rows(term, surfaces) for number, term in terms])
+            left, sizes = np.abs(values[:, 0].sum(axis=0)), np.abs(values).sum(axis=(0, 1))
+            # of nothing but zeros nothing is left
+            parts = left / np.where(sizes == 0.0, 1.0, sizes)
+            if whole and parts[0] > TUNING.plainly_none:
+                return np.zeros(0, bool)
+            good, small = np.isfinite(parts) & np.isfinite(sizes), parts <= TUNING.vanishing
             # what is left may be the rounding of parts that cancel each other
             if not small[good].all():
-                small |= np.abs(here.sum(axis=0)) <= TUNING.clear * _spread(symbols, terms, on).sum(axis=0)
+                rounding = sum(abs(number) * self.rounding(term, surfaces, number != 1) for number, term in terms)
+                small |= left <= TUNING.clear * rounding
         found: np.ndarray = small[good]
         return found
+
+    def _rows(self, term: Any, surfaces: tuple[Any, ...]) -> "np.ndarray":
+        """Values of a term at the points on surfaces, and off them."""
+        import numpy as np
+
+        symbols, term, values = self._known(term, surfaces)
+        return _rows(_compiled(symbols, [term]), np.hstack(values)).reshape(2, -1)
+
+    def _rounding(self, term: Any, surfaces: tuple[Any, ...], multiplied: bool) -> "np.ndarray":
+        """By how much a term changes at the points on surfaces with rounded numbers, also one that multiplies it."""
+        import numpy as np
+
+        symbols, known, (on, _) = self._known(term, surfaces)
+        return _spread(symbols, [known], on)[0] + TUNING.beside * multiplied * np.abs(self.rows(term, surfaces)[0])
+
+    def _known(self, term: Any, surfaces: tuple[Any, ...]) -> "tuple[list[Any], Any, tuple[np.ndarray, np.ndarray]]":
+        """Symbols, a term of them, and their values on surfaces and off them; of what is opaque they are drawn."""
+        import numpy as np
+
+        off, on = self.points(surfaces)
+        unknown = {e: sympy.Dummy(real=True) for e in sorted(opaque(term), key=sympy.default_sort_key)}
+        numbers = [self.unknown.setdefault(e, len(self.unknown)) for e in unknown]
+        more = [np.random.default_rng((20260108, k)).uniform(*TUNING.drawn, on.shape[1]) for k in numbers]
+        return (
+            [*self.symbols, *unknown.values()],
+            term.xreplace(unknown),
+            (np.vstack([on, *more]), np.vstack([off, *more])),
+        )
 
     def _points(self, surfaces: tuple[Any, ...]) -> "tuple[np.ndarray, np.ndarray]":
         """Values of the symbols, one column a point: off all surfaces, and where all of them are zero.
@@ -205,7 +225,7 @@ class Trial:
             return values, on
         x = values[1 : n + 1]
         gradients = [differentiate(surface, x) for surface in surfaces for x in self.states]
-        function = sympy.lambdify(self.symbols, [*surfaces, *gradients], modules="numpy", dummify=True)
+        function = _compiled(self.symbols, [*surfaces, *gradients])
         with np.errstate(all="ignore"):
             for _ in range(TUNING.newton_steps):
                 rows = _rows(function, values).T
@@ -228,11 +248,9 @@ def _spread(symbols: Sequence[Any], expressions: Iterable[Any], values: "np.ndar
     """
     import numpy as np
 
-    # for every argument that is no identifier sympy goes through all expressions anew
-    named = {symbol: sympy.Symbol(f"x{i}", real=True) for i, symbol in enumerate(symbols)}
     numbers: dict[Any, float] = {}
-    loose = [_loosened(e.xreplace(named), numbers) for e in expressions]
-    function = sympy.lambdify([*named.values(), *numbers], loose, modules="numpy")
+    loose = [_loosened(e, numbers) for e in expressions]
+    function = _compiled([*symbols, *numbers], loose)
     held = np.array([*numbers.values()])[:, np.newaxis] * np.ones(values.shape[1])
     whole = np.vstack([values, held]) if numbers else values
     rng, here = np.random.default_rng(20260109), _rows(function, whole)
@@ -245,7 +263,7 @@ def _loosened(expression: Any, numbers: dict[Any, float]) -> Any:
     if not isinstance(expression, sympy.Expr):
         return expression
     if expression.is_Number or expression.is_NumberSymbol:
-        symbol = sympy.Symbol(f"n{len(numbers)}", real=True)
+        symbol = sympy.Dummy(real=True)
         numbers[symbol] = float(expression)
         return symbol
     if not expression.args:
@@ -256,30 +274,17 @@ def _loosened(expression: Any, numbers: dict[Any, float]) -> Any:
     return expression.func(*kept)
 
 
+def _compiled(symbols: Sequence[Any], expressions: Sequence[Any]) -> Callable[..., Any]:
+    """Expressions as a function of the values of symbols."""
+    # for every argument that is no identifier sympy goes through all expressions anew
+    named = {symbol: sympy.Symbol(f"x{i}", real=True) for i, symbol in enumerate(symbols)}
+    function: Callable[..., Any] = sympy.lambdify([*named.values()], [e.xreplace(named) for e in expressions], "numpy")
+    return function
+
+
 def _rows(function: Callable[..., Any], values: "np.ndarray") -> "np.ndarray":
     """Values of some expressions, one a row, at points, one a column."""
     import numpy as np
 
-    return np.array([np.broadcast_to(np.asarray(row, dtype=float), values.shape[1]) for row in function(*values)])
-
-
-def _numbers(terms: Sequence[Any], symbols: list[Any], values: "np.ndarray") -> list[float]:
-    """Terms at one point, NaN if they are no numbers there."""
-    here = {symbol: sympy.Float(value) for symbol, value in zip(symbols, values.tolist(), strict=True)}
-    found = [term.xreplace(here) for term in terms]
-    return [float(number) if number.is_number and number.is_real else float("nan") for number in found]
-
-
-def _parts(on: "np.ndarray", off: "np.ndarray") -> "np.ndarray":
-    """What is left of the sum of terms, one a row, as a part of what they are on and off the surfaces, at each point.
-
-    NaN where they are no numbers.
-    """
-    import numpy as np
-
-    sizes = np.abs(on).sum(axis=0) + np.abs(off).sum(axis=0)
-    sizes[~np.isfinite(sizes)] = np.nan
-    # of nothing but zeros nothing is left
-    sizes[sizes == 0.0] = 1.0
-    found: np.ndarray = np.abs(on.sum(axis=0)) / sizes
-    return found
+    with np.errstate(all="ignore"):
+        return np.array([np.broadcast_to(np.asarray(row, dtype=float), values.shape[1]) for row in function(*values)])

@@ -7,7 +7,7 @@ import sympy
 import chaosdrill as cd
 from chaosdrill import systems
 from chaosdrill.codegen import kernels_of
-from chaosdrill.model.held import _spread, held_surfaces
+from chaosdrill.model.held import Trial, _spread, held_surfaces, kept_apart
 
 HIT = {"name": "hit", "source": "on", "target": "on", "guard": "x", "direction": -1}
 
@@ -260,3 +260,14 @@ def test_an_expression_of_many_numbers_is_gone_through_a_few_times_not_once_for_
     monkeypatch.setattr(sympy.Basic, "xreplace", lambda e, rule: walks.append(e) or whole(e, rule))
     _spread([x], [sympy.Add(*(sympy.sin(k * x) for k in range(2, 100)))], np.array([[0.3, 0.7]]))
     assert len(walks) < 10
+
+
+def test_terms_that_expressions_share_are_compiled_once(monkeypatch):
+    system, compiled, whole = relay(), [], sympy.lambdify
+    x, v = system.states
+    trial = Trial(system)
+    trial.points(())
+    monkeypatch.setattr(sympy, "lambdify", lambda *given, **how: compiled.append(given) or whole(*given, **how))
+    assert not any(trial.zero(m * sympy.sin(x) + n * sympy.cos(v), ()) for m in range(1, 5) for n in range(1, 5))
+    assert trial.zero(kept_apart([sympy.sin(x), sympy.cos(v), -sympy.sin(x), -sympy.cos(v)]), ())
+    assert len(compiled) == 2
