@@ -226,7 +226,7 @@ def newton(functions, tables, kind, t, state, h, tolerance, scratch, predicted):
 @inner
 def _width(scale, stages, s, i):
     """Size of a state in a step: that of late, or how far the stages are from its start."""
-    width = scale[i]
+    width = max(scale[i], SMALLEST)
     for j in range(s):
         width = max(width, abs(stages[Z + j, i]))
     return width

@@ -167,3 +167,12 @@ def test_what_follows_a_motion_stiffly_meets_a_guard_when_that_does(relaxing):
     run = cd.trajectory(relaxing.with_initial(mode="follower", x=1.5), duration=10.0, samples=50, method="radau")
     np.testing.assert_allclose(run["event_time"], [math.pi / 3, math.pi / 3 + 2 * math.pi], atol=1e-11)
     np.testing.assert_allclose(run["states"][1:, 0], np.cos(run["time"][1:]), atol=1e-11)
+
+
+def test_a_rate_may_pass_the_smallest_doubles_on_its_way_up():
+    passing = cd.HybridSystem(
+        states="a y u", modes={"on": {"a": "u", "y": "exp(1000*u)*cos(u)", "u": "1"}}, initial={"u": -0.8}
+    )
+    run = cd.trajectory(passing, duration=0.8, samples=1, method="radau")
+    assert run["outcome"] == cd.Outcome.OK
+    np.testing.assert_allclose(run["states"][-1, :2], [-0.32, 1000 / 1000001], rtol=1e-9)
