@@ -7,7 +7,6 @@ exponentials, and sums of which one term nearly cancels another; then what is 0/
 (`chaosdrill.model.removable`).
 """
 
-import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -89,8 +88,10 @@ def _ended(f: Any) -> Any:
     """An exponential, or a hyperbolic function with its digits near zero, ended at a double; other factors as is."""
     if not (isinstance(f, EXPONENTIAL) and f.free_symbols):
         return f
-    (a,), most = f.args, sympy.Integer(TUNING.bounded)
-    up, down = (sympy.Float(math.exp(most)) / (1 + exponential(most - exponent)) for exponent in (a, -a))
+    (a,), most, one = f.args, sympy.Integer(TUNING.bounded), sympy.S.One
+    if isinstance(most - a, log_sum):
+        return f
+    up, down = (sympy.exp(most - log_sum(one, one, most - exponent)) for exponent in (a, -a))
     if isinstance(f, sympy.exp):
         return up
     return (up + down) / 2 if isinstance(f, sympy.cosh) else sympy.tanh(a) * (up + down) / 2

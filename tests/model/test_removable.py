@@ -66,7 +66,7 @@ def system():
     )
 
 
-@pytest.mark.parametrize("u", [0.0, 1e-12, -1e-7, 1e-3, -0.5, 0.51, -0.8, 0.79])
+@pytest.mark.parametrize("u", [0.0, 1e-12, -1e-7, 1e-3, -0.5, 0.51, -0.6, -0.8, 0.79])
 def test_values_and_slopes(system, u):
     for (text, law), rate, slope in zip(LAWS.items(), *values_and_slopes(system, u), strict=True):
         place, step = mpmath.mpf(u), mpmath.mpf("1e-18")
