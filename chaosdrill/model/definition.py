@@ -146,7 +146,7 @@ def one_or_by_mode(texts: Mapping[str, str]) -> Any:
     return dict(texts) if len(different) > 1 else next(iter(different), None)
 
 
-def operations(system: "HybridSystem | Definition", mode: str) -> int:
+def operations(system: Definition, mode: str) -> int:
     """Products, powers and functions of what moves, in rates, quadratures and guards of a mode; equal ones count once.
 
     Sums and constant factors cost next to nothing. A function counts twice, since its series needs that of its slope.

@@ -367,7 +367,7 @@ def _samples(rows: list[Sparse], n: int) -> "list[np.ndarray]":
     return found
 
 
-def frozen_states(system: System | Definition) -> list[Any]:
+def frozen_states(system: Definition) -> list[Any]:
     """States that never change: no mode moves them and no transition resets them."""
     reset = {x for t in system.transitions for x in t.reset}
     return [x for x in system.states if x not in reset and all(f[x] == 0 for f in system.modes.values())]

@@ -39,14 +39,14 @@ def specialise(system: S, values: Mapping[str, int]) -> S:
     return rewritten(system, put)
 
 
-def expressions(system: System | Definition) -> Iterator[Any]:
+def expressions(system: Definition) -> Iterator[Any]:
     """Rates, quadratures, guards, resets and conditions."""
     yield from motion(system)
     for rates in system.quadratures.values():
         yield from rates.values()
 
 
-def motion(system: System | Definition) -> Iterator[Any]:
+def motion(system: Definition) -> Iterator[Any]:
     """All expressions that determine the motion: rates, guards, resets and conditions."""
     for rates in system.modes.values():
         yield from rates.values()

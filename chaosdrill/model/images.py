@@ -28,7 +28,7 @@ _CLOCK = "the map's clock"
 _NO_TIME = "a map has no time; let a state count iterates, as in n = 'n + 1'"
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, repr=False)
 class MapDefinition(Definition):
     """A definition of a map that was read without faults."""
 

@@ -58,26 +58,9 @@ class Shared(dict[Any, Any]):
         return Shared, (self.key,)
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, repr=False)
 class Definition:
-    """A definition that was read without faults: the attributes of a `System`, its numbers apart."""
-
-    name: str
-    description: str
-    labels: dict[str, str]
-    states: tuple[Any, ...]
-    time: Any
-    period: Any
-    modes: dict[str, dict[Any, Any]]
-    transitions: tuple[Transition, ...]
-    regions: dict[str, Any]
-    quadratures: dict[str, dict[str, Any]]
-    bounds: dict[str, tuple[float, float]]
-    noise: dict[str, dict[str, Any]]
-
-
-class System:
-    """What is asked of a hybrid system; it is read only, and shares what is derived of it with its copies."""
+    """A definition that was read without faults, its numbers apart."""
 
     name: str
     description: str
@@ -90,6 +73,12 @@ class System:
     regions: Mapping[str, Any]
     quadratures: Mapping[str, Mapping[str, Any]]
     bounds: Mapping[str, tuple[float, float]]
+    noise: Mapping[str, Mapping[str, Any]]
+
+
+class System(Definition):
+    """What is asked of a hybrid system; it is read only, and shares what is derived of it with its copies."""
+
     noise: Mapping[str, Mapping[str, Any]] = MappingProxyType({})
     """Distribution and events of each drawn parameter, by its original name; see `with_noise`."""
     parameters: dict[str, float]
