@@ -56,9 +56,10 @@ def write(system: "HybridSystem") -> Written:
         for m, ev in zip(system.modes, events, strict=True)
     )
     modes = tuple(
-        _series_of(Mode(system, m, [e.guard for e in ev], [s.argument for s in watched], constants))
+        InLine(mode) if mode.small else InTables(mode)
         for m, ev, watched in zip(system.modes, events, steep, strict=True)
         if not system.sources
+        for mode in [Mode(system, m, [e.guard for e in ev], [s.argument for s in watched], constants)]
     )
     filled = len(system.states) + len(system.quadratures) + max(map(len, events))
     held = tuple(held_surfaces(system).values())
@@ -77,11 +78,6 @@ def write(system: "HybridSystem") -> Written:
         feeds=tuple(_feeds(system)),
     )
     return Written(single=single, modes=modes, events=events, steep=steep, layout=layout)
-
-
-def _series_of(mode: Mode) -> Series:
-    """The series of a mode, in the way that suits its size."""
-    return InLine(mode) if mode.small else InTables(mode)
 
 
 def _code(module: Module, names: Sequence[str]) -> Code:

@@ -227,14 +227,10 @@ class Recurrences:
             return (True, node.args[0]), self.tape.slopes[index][0]
         return None
 
-    def _rows_of(self, factors: "tuple[tuple[bool, int], int]") -> "tuple[Row, Row]":
-        (derived, a), b = factors
-        return (self.slope_rows if derived else self.rows)[a], self.rows[b]
-
     def _convolution(self, factors: "tuple[tuple[bool, int], int]") -> Convolution:
         (derived, a), b = factors
-        first = self.slope_now if derived else self.now
-        return Convolution(self.function, *self._rows_of(factors), lambda: [first[a].now, self.now[b].now])
+        rows, now = (self.slope_rows, self.slope_now) if derived else (self.rows, self.now)
+        return Convolution(self.function, rows[a], self.rows[b], lambda: [now[a].now, self.now[b].now])
 
     def order(self, index: int, k: Any, ik: "Number", inner: "Number | None", time: float) -> "Number":
         """Coefficient k >= 1; ``inner`` is the value of the node's convolution, ``time`` coefficient k of time."""

@@ -16,7 +16,6 @@ from chaosdrill.model.parts import read_expression, read_table
 from chaosdrill.model.places import parameter
 from chaosdrill.model.system import SYSTEM, HybridSystem
 from chaosdrill.model.transition import REFLECTION, Transition
-from chaosdrill.model.tuning import TUNING
 from chaosdrill.names import remedy
 from chaosdrill.typed import expecting
 
@@ -299,14 +298,6 @@ class _Symmetry:
             for name, rates in self.system.quadratures.items()
             if all(self.same(self.seen(rates[self.modes[mode]]), rate) for mode, rate in rates.items())
         }
-
-
-def value_at(expression: Any, point: Mapping[Any, Any]) -> complex:
-    """Value of an expression where its symbols have these values, NaN where it has none."""
-    try:
-        return complex(sympy.sympify(expression.xreplace(point)).evalf(TUNING.symmetry_digits))
-    except (TypeError, ValueError, ArithmeticError):
-        return complex("nan")
 
 
 def _involutions(names: tuple[str, ...], fits: Mapping[str, list[str]]) -> Iterator[dict[str, str]]:

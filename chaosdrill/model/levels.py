@@ -9,7 +9,6 @@ import sympy
 from chaosdrill.errors import ModelError
 from chaosdrill.model.crossings import crossings
 from chaosdrill.model.derive import image_of, rate_by_states
-from chaosdrill.model.halved import value_at
 from chaosdrill.model.held import Trial, kept_apart
 from chaosdrill.model.parts import is_name, read_expression, read_table
 from chaosdrill.model.places import parameter
@@ -110,6 +109,14 @@ def _weights(system: "HybridSystem", given: Mapping[str, Any], here: Mapping[Any
         x: sympy.Float(2.0**power) if power else sympy.Integer(1)
         for x, power in zip(system.states, powers, strict=True)
     }
+
+
+def value_at(expression: Any, point: Mapping[Any, Any]) -> complex:
+    """Value of an expression where its symbols have these values, NaN where it has none."""
+    try:
+        return complex(sympy.sympify(expression.xreplace(point)).evalf(TUNING.digits))
+    except (TypeError, ValueError, ArithmeticError):
+        return complex("nan")
 
 
 def undrawn(system: "HybridSystem", mode: str, name: str) -> "tuple[HybridSystem, Any] | None":

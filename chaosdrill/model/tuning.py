@@ -124,8 +124,8 @@ class Tuning:
     places_of_runs: int = 12
     """Places at which the functions of a run are looked at."""
 
-    # symmetries
-    symmetry_digits: int = 30
+    # conserved quantities
+    digits: int = 30
     """Digits of their values, so that none is lost to what cancels."""
 
     # roots that touch their branch points

@@ -113,8 +113,7 @@ def _centre_behind(curve: "Curve", last: Point) -> Rest | None:
 
     from chaosdrill.equilibrium.fields import NoFieldError, field_of
     from chaosdrill.equilibrium.points import equilibrium, polished
-    from chaosdrill.model.halved import value_at
-    from chaosdrill.model.levels import undrawn
+    from chaosdrill.model.levels import undrawn, value_at
     from chaosdrill.model.places import parameter
 
     problem, orbit, name = curve.problem, last.orbit, curve.problem.free[0]

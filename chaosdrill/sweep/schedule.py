@@ -235,14 +235,11 @@ def _run(executor: Executor, gaps: Gaps, kept: Memory, tally: Tally) -> None:
             first, count = gaps.take(sizes.next(gaps.left, hands))
             pending[executor.submit(first, count)] = (first, count)
         # what has finished beside a chunk that failed is kept before its fault goes up
-        for future in sorted(wait(pending, return_when=FIRST_COMPLETED).done, key=_failed):
+        done = wait(pending, return_when=FIRST_COMPLETED).done
+        for future in sorted(done, key=lambda one: one.cancelled() or one.exception() is not None):
             first, count = pending.pop(future)
             arrays, seconds = future.result()
             kept.put(first, count, arrays)
             sizes.learn(count, seconds)
             tally.add(count, arrays)
         tally.tell()
-
-
-def _failed(future: Future[Any]) -> bool:
-    return future.cancelled() or future.exception() is not None
