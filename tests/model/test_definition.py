@@ -65,7 +65,7 @@ def own(**changed):
         "modes": {"free": {X: V, V: -K * X}, "held": {X: 0, V: 0}},
         "transitions": [
             cd.Transition(
-                "hit", ("free", "held"), "free", guard=X - 1, direction=1, reset={V: -V}, priority=2, kind="z"
+                "hit", ("free", "held"), "free", guard=X - 1, direction=1, reset={V: -V / 2}, priority=2, kind="z"
             ),
             cd.Transition(
                 "stop", "free", "held", guard=X - 1, direction=1, condition=(V > 1) & (X < 2), completes="hit"
