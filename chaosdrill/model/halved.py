@@ -1,6 +1,7 @@
 """A symmetric system over half of its motion: what comes after is the image of what was before."""
 
 from collections.abc import Collection, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import chain, count
 from math import isfinite
@@ -105,21 +106,15 @@ def _found(system: "HybridSystem", images: Mapping[Any, Any]) -> tuple["_Symmetr
     try:
         return _Symmetry.of(trial, system, images, set()), set()
     except ModelError:
-        fixed = {name for name, value in system.parameters.items() if value == 0}
-        if not fixed:
-            raise
-        try:
-            found = _Symmetry.of(trial, system, images, fixed)
-        except ModelError:
-            pass
-        else:
-            for name in sorted(fixed):
-                try:
-                    found, fixed = _Symmetry.of(trial, system, images, fixed - {name}), fixed - {name}
-                except ModelError:
-                    continue
-            return found, fixed
-        raise
+        zeros = [name for name, value in sorted(system.parameters.items()) if value == 0]
+        found, fixed = None, set(zeros)
+        # with all of them at 0, then without each in turn that it does not need there
+        for name in ("", *zeros):
+            with suppress(ModelError):
+                found, fixed = _Symmetry.of(trial, system, images, fixed - {name}), fixed - {name}
+            if found is None:
+                raise
+        return cast("_Symmetry", found), fixed
 
 
 @dataclass(frozen=True)
