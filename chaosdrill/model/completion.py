@@ -5,7 +5,7 @@ Refused here is only a series that ends for no values of the parameters; the run
 
 from collections.abc import Mapping
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sympy
 
@@ -16,6 +16,9 @@ from chaosdrill.model.python import opaque
 from chaosdrill.model.transition import Transition
 from chaosdrill.model.tuning import TUNING
 from chaosdrill.model.values import Definition
+
+if TYPE_CHECKING:
+    import numpy as np
 
 _REMEDY = (
     "leave completes out, and end what does accumulate by a guard of its own that is zero when all is over, such as "
@@ -46,8 +49,8 @@ def never_completed(found: Definition, parameters: Mapping[str, Any], rebound: T
 
     A series needs a way back: a transition on the surface of the guard in a mode to which the rebound leads. It needs
     an acceleration that brings the motion back to the surface, so that the times between rebounds fall as their speeds
-    do; a rebound that turns the speed; and a loss. Each is asked of expressions on the surface, at random numbers; the
-    values of the ``parameters`` do not matter.
+    do; a rebound that turns the speed; and a loss. Each is asked of expressions on the surface, at random numbers; no
+    values of the ``parameters`` matter but where only these let motions lose speed or come back.
     """
     # a state or a parameter may have the name that time has in expressions
     clock = sympy.Dummy(real=True) if found.time is None else found.time
@@ -86,7 +89,8 @@ def never_completed(found: Definition, parameters: Mapping[str, Any], rebound: T
         return f"{rebound.name!r} leaves the rate of {guard} as it is, so that it throws nothing back; {_REMEDY}"
     if any(opaque(e) for e in (guard, *before, after, pull)):
         return None
-    met, lost, returned = _met(trial, rebound, before, after, pull)
+    places = (trial.points(surface)[1], Trial(system, near=True).points(surface)[1])
+    met, lost, returned = _met(trial, places, rebound, before, after, pull)
     if met and target in rebound.source and not lost:
         return (
             f"{rebound.name!r} loses no speed, so that rebounds never come faster; let its reset lose some, as in "
@@ -101,14 +105,18 @@ def never_completed(found: Definition, parameters: Mapping[str, Any], rebound: T
     return None
 
 
-def _met(trial: Trial, rebound: Transition, before: list[Any], after: Any, pull: Any) -> tuple[bool, bool, bool]:
-    """Whether motions are met at the guard, some of them lose speed there, and some come back to it, for any signs of
-    parameters.
+def _met(
+    trial: Trial, places: "tuple[np.ndarray, np.ndarray]", rebound: Transition, before: list[Any], after: Any, pull: Any
+) -> tuple[bool, bool, bool]:
+    """Whether motions are met at the guard, some of them lose speed there, and some come back to it.
+
+    Parameters have any values and signs at the first of the places, and about their own at the others.
     """
     import numpy as np
 
-    n, on = len(trial.states), trial.points((rebound.guard,))[1].copy()
-    on[n + 1 :] *= np.random.default_rng(20261128).choice([-1.0, 1.0], on[n + 1 :].shape)
+    on, n = np.hstack(places), len(trial.states)
+    signs = on[n + 1 :, : places[0].shape[1]]
+    signs *= np.random.default_rng(20261128).choice([-1.0, 1.0], signs.shape)
     speed, force = trial.values(after, on), trial.values(pull, on)
     speeds = np.array([trial.values(e, on) for e in before]) * rebound.direction
     known = np.isfinite(speed) & np.isfinite(force)

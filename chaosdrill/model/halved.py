@@ -102,7 +102,7 @@ def _images(system: "HybridSystem", symmetry: Any) -> dict[Any, Any]:
 
 def _found(system: "HybridSystem", images: Mapping[Any, Any]) -> tuple["_Symmetry", set[str]]:
     """The symmetry, and the parameters that must stay 0 for it."""
-    trial = Trial(system)
+    trial = Trial(system, near=True)
     try:
         return _Symmetry.of(trial, system, images, set()), set()
     except ModelError:

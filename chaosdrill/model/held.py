@@ -108,10 +108,12 @@ class Trial:
     """Tests whether expressions vanish on surfaces, for all times and parameters.
 
     They are tried at random numbers; what a special or a Python function gives is a number of its own. Beside what is
-    as large as 1 anything seems zero whose unit is another one: states of many sizes are tried.
+    as large as 1 anything seems zero whose unit is another one: states of many sizes are tried. Parameters are drawn
+    without regard to their values, or ``near`` these and at them: an expression may be a number there only.
     """
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: System, *, near: bool = False) -> None:
+        self.near = [*system.parameters.values()] if near else []
         self.states = system.states
         self.moving = set(system.states) - set(frozen_states(system))
         self.symbols = [system.time or TIME, *system.states, *map(parameter, system.parameters)]
@@ -128,6 +130,10 @@ class Trial:
             return True
         found = self._vanishing(expression, surfaces, whole=True)
         return found.size >= TUNING.fewest_samples and bool(found.all())
+
+    def has_values(self, expression: Any, surfaces: tuple[Any, ...]) -> bool:
+        """Whether an expression is a number at places enough to tell whether it vanishes."""
+        return self._vanishing(expression, surfaces).size >= TUNING.fewest_samples
 
     def somewhere_zero(self, expression: Any, surfaces: tuple[Any, ...]) -> bool:
         """Whether an expression vanishes on one of the sheets of surfaces at least, or that is not known."""
@@ -205,6 +211,11 @@ class Trial:
         parts, sizes = drawn[1 : n + 1].copy(), np.ones((n, samples))
         sizes[:, TUNING.samples :] = 2.0 ** rng.integers(-TUNING.doublings, TUNING.doublings, (n, TUNING.sized_samples))
         drawn[1 : n + 1] *= sizes
+        near = rng.uniform(*TUNING.near_values, (len(self.near), samples))
+        near[:, np.arange(samples) // 2 % 2 == 0] = 1.0
+        for row, value, factors in zip(drawn[n + 1 :], self.near, near, strict=False):
+            if value != 0.0:
+                row[:] = value * factors
         values, on = self._onto(surfaces, drawn, sizes)
         x, off = values[1 : n + 1], values.copy()
         off[1 : n + 1] = np.where(x == 0.0, drawn[1 : n + 1], x * (1.0 + 0.5 * parts))

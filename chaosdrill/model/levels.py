@@ -134,7 +134,7 @@ def undrawn(system: "HybridSystem", mode: str, name: str) -> "tuple[HybridSystem
     if conserved.has(level) or not slopes[x]:
         return None
     # the term moves the quantity at the same rate everywhere: at its equilibria it has no value
-    pace, trial = sum(sympy.diff(one, level) * slopes[y] for y, one in pulls.items()), Trial(system)
+    pace, trial = sum(sympy.diff(one, level) * slopes[y] for y, one in pulls.items()), Trial(system, near=True)
     moved = (sympy.diff(pace, x) for x in (*system.states, *map(parameter, system.parameters)))
     if not all(trial.zero(one, ()) for one in (kept_apart(slopes[y] * rates[y] for y in pulls), *moved)):
         return None
@@ -172,10 +172,20 @@ def _read(system: "HybridSystem", conserved: Any) -> dict[str, Any]:
 
 def _check(system: "HybridSystem", given: Mapping[str, Any]) -> None:
     """Refuse a quantity that a mode or a transition changes, as numbers at random places tell."""
-    trial = Trial(system)
+    trial = Trial(system, near=True)
+
+    def refuse_unless_kept(change: Any, surface: tuple[Any, ...], what: str, remedy: str) -> None:
+        if trial.zero(change, surface):
+            return
+        if not trial.has_values(change, surface):
+            remedy = "has no value at states of sizes from 0.1 to 1.5 and others drawn at random; rescale the states"
+        else:
+            remedy = f"changes it; {remedy}"
+        raise ModelError(f"{system.name}: conserved: {what} {remedy}")
+
     for mode, one in given.items():
-        if not trial.zero(kept_apart(rate_by_states(system, mode, one)), ()):
-            raise ModelError(f"{system.name}: conserved: mode {mode!r:.60} changes it; it is no conserved quantity")
+        change = kept_apart(rate_by_states(system, mode, one))
+        refuse_unless_kept(change, (), f"mode {mode!r:.60}", "it is no conserved quantity")
     surfaces = [(surface,) for surface, _ in crossings(system.transitions)]
     for t, surface in zip(system.transitions, surfaces, strict=True):
         if t.marks_only():
@@ -185,5 +195,5 @@ def _check(system: "HybridSystem", given: Mapping[str, Any]) -> None:
             raise ModelError(f"{system.name}: conserved: {told}; write the guard so that it is near a straight line")
         after = given[t.target].xreplace(image_of(system, t))
         for source in t.source:
-            if not trial.zero(kept_apart([after, -given[source]]), surface):
-                raise ModelError(f"{system.name}: conserved: transition {t.name!r:.60} changes it; its reset must not")
+            change = kept_apart([after, -given[source]])
+            refuse_unless_kept(change, surface, f"transition {t.name!r:.60}", "its reset must not")

@@ -70,6 +70,8 @@ class Tuning:
     """Range of sizes of states, times and parameters: of either side of 1, and none near 0."""
     drawn_below_one: tuple[float, float] = (0.1, 0.9)
     """The same where functions may end at 1, as roots and arc sines do."""
+    near_values: tuple[float, float] = (0.7, 1.3)
+    """Range of a parameter, as a multiple of its value, where what is asked holds near its value only."""
 
     # what a mode holds
     samples: int = 12

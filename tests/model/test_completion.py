@@ -119,6 +119,8 @@ RISE = {"x": "v", "v": "-g - v**2"}
 ACCEPTED = {
     "ball": ball,
     "elastic for some values": lambda: ball(parameters={"e": 1.0}),
+    "loss near its value only": lambda: ball(reset="-v*(e - 100)", parameters={"e": 100.5}),
+    "loss below zero only": lambda: ball(reset="-v*sqrt(-e)", parameters={"e": -0.5}),
     "less than the speed": lambda: ball(reset="-v*(1 - v**2/2)"),
     "drag": lambda: ball(rate="-g - v*sqrt(1 + v**2)"),
     "drive": lambda: ball(rate="-x - cos(w*t)"),

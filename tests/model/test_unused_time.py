@@ -132,6 +132,8 @@ def test_an_integral_of_time_feeds_back_into_nothing():
         ("-x*exp(t)/(1 + exp(t)) - x/(1 + exp(t))", True),
         ("-x + 1e-9*sin(t)", False),
         ("-x + sin(t)**2 + cos(k*t)**2 - 1", False),
+        ("-x - 8*exp(-((t - 60)/0.5)**2)", False),
+        ("-x + exp(-1000*(1 + cos(t)))", False),
     ],
 )
 def test_forced_is_what_depends_on_time_not_what_names_it(rate, autonomous):

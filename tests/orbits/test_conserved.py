@@ -208,3 +208,26 @@ def van_der_pol():
         name="vdp", states="x v", parameters={}, modes={"f": {"x": "v", "v": "(1 - x**2)*v - x"}}, transitions=[],
         initial={"x": 2.0, "v": 0.0},
     )  # fmt: skip
+
+
+FAR = [("sqrt(-a)", -2.0), ("sqrt(a - 100)", 400.0), ("log(1 - a)", -2.0)]
+
+
+@pytest.mark.parametrize(("stiffness", "a"), FAR)
+def test_parameters_are_tried_about_their_values(stiffness, a):
+    spring = HybridSystem(
+        name="spring", states="x v", parameters={"a": a}, modes={"f": {"x": "v", "v": f"-{stiffness}*x"}},
+        transitions=[], initial={"x": 0.5},
+    )  # fmt: skip
+    assert on_level(spring, f"v**2/2 + {stiffness}*x**2/2").parameters["a"] == a
+    with pytest.raises(ModelError, match="mode 'f' changes it"):
+        on_level(spring, f"v**2/2 + {stiffness}*x**2")
+
+
+def test_a_quantity_that_has_no_values_is_not_said_to_change():
+    far = HybridSystem(
+        name="far", states="x v", parameters={}, modes={"f": {"x": "v", "v": "-x*acos(x**2 + v**2 - 1e60)"}},
+        transitions=[], initial={"x": 1e30},
+    )  # fmt: skip
+    with pytest.raises(ModelError, match="mode 'f' has no value at states"):
+        on_level(far, "v**2/2 + x**2/2")

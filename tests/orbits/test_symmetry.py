@@ -391,6 +391,18 @@ def test_map_in_closed_form():
     np.testing.assert_allclose(branch["multiplier_real"][:, 0], 3 - 2 * branch["a"], atol=1e-9)
 
 
+@pytest.mark.parametrize(("stiffness", "a"), [("sqrt(-a)", -4.0), ("sqrt(a - 100)", 400.0)])
+def test_parameters_are_tried_about_their_values(stiffness, a):
+    system = cd.HybridSystem(
+        name="spring",
+        states="x v",
+        parameters={"a": a},
+        modes={"free": {"x": "v", "v": f"-{stiffness}*((x + 1)**3 - (1 - x)**3) + cos(t)"}},
+        period="2*pi",
+    )
+    assert cd.halved(system, ODD).parameters["a"] == a
+
+
 def test_a_parameter_that_must_be_zero_is_left_out():
     gear = cd.build("gear-rattle").with_parameters(drag=0.0)
     half = cd.halved(gear, {"s": "backlash - s", "v": "-v"})
