@@ -144,6 +144,9 @@ def evidence_of(
         with np.errstate(invalid="ignore"):
             found.quarter = course[:, -1] - course[:, blocks - quarter]
             found.steady = steady(course) & ~_paired(exponents, lead)
+            # lengths of tangents that turn come and go, also where nothing grows
+            area = course + averages.course[one_of[0], :, np.minimum(column + 1, exponents.shape[1] - 1)]
+            found.even = (found.steady & (lead > 0)) | (steady(area) & (area[:, -1] > area[:, 0]))
             shrinks = averages.course[:, quarter] - averages.course[:, 0] < -2 * FOLDS
         found.drawn_in = shrinks.any(axis=1) & ~found.steady
     found.noisy[:] = system.draws

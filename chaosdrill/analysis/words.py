@@ -29,10 +29,6 @@ one has no more of it; tangents that grow so far in both halves of a bounded rec
 UNMOVED = 1e-3
 """Logarithm by which they do so at most where they do not at all, as those of phases that run evenly."""
 
-EVEN = 0.4
-"""Part of the growth of a record that either half has at least where it is even, as in chaos on bands too narrow to be
-seen; that along a neutral cycle comes and goes."""
-
 STEADY = 0.05
 """Part of the growth of a record by which it differs from a straight line at most where each step has its part, as on a
 cycle of any length and in chaos on narrow bands. On a torus growth comes and goes."""
@@ -70,6 +66,7 @@ class Evidence(Selectable):
     late: np.ndarray  # its growth rate over the later half of the record
     quarter: np.ndarray  # logarithm of its growth in the last quarter of the record
     steady: np.ndarray  # bool: tangents grow or shrink as fast all the time, however little, not by shear
+    even: np.ndarray  # bool: they grow so, or their areas do, as where they turn: in chaos on bands of any width
     recurs: np.ndarray  # bool: all late points come back within the tolerance, those of a cycle apart from each other
     exact: np.ndarray  # bool: they come back as exactly as a run allows
     stopped: np.ndarray  # bool: the end of the record does so
@@ -213,13 +210,6 @@ class Evidence(Selectable):
     def stays(self) -> np.ndarray:
         """Whether tangents do not grow, not even by less than can be told from chance if they do so evenly."""
         return (self.lead * self.length <= UNMOVED) | (~self.even & (self.lead * self.length <= STILL))
-
-    @property
-    def even(self) -> np.ndarray:
-        """Whether tangents grow as much in both halves, as in chaos, be its bands so narrow that points come back."""
-        later, whole = self.late * self.length / 2, self.lead * self.length
-        with np.errstate(invalid="ignore"):
-            return (whole > UNMOVED) & (later > EVEN * whole) & (whole - later > EVEN * whole)
 
     @property
     def bounded(self) -> np.ndarray:

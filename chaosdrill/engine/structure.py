@@ -329,8 +329,8 @@ class Structure:
         that noise is made of, which no tangent moves. Directions along which the whole system can be
         shifted come first, states that drive others without being driven last. Then the triangular form of the tangent
         map is that of the system, and the exponents which its structure makes exact come out exact, not only in the
-        limit of a long run. Among states that drive each other in a system free of time tangents start in general
-        position, in parts of the sizes of the states: along the axes one may start exactly across the flow, where only
+        limit of a long run. Among states that drive each other tangents start in general position, in parts of the
+        sizes of the states: along the axes one may start exactly across what neither grows nor shrinks, where only
         round-off turns it.
     symmetries : int
         How many rows of the frame are such directions.
@@ -418,24 +418,26 @@ def general_position(n: int) -> np.ndarray:
 
 def examine(system: "HybridSystem") -> Structure:
     """Structure of a system's tangents at its present parameters."""
-    found: Structure = _at_parameters(system, "structure", lambda: _examine(system))
-    return found
+    found, sizes = _at_parameters(system, "coupling", lambda: _examine(system)), sizes_of(system)[0][: system.free]
+    # rounded sizes would not be the same in all units
+    key, known = (*found, *sizes.tolist()), system.shared.get("structure")
+    if known is None or known[0] != key:
+        deficient, groups = found
+        frame = _frame(groups, symmetries_of(system), sizes, len(system.state_names))
+        rows = len(symmetries_of(system))
+        known = system.shared["structure"] = key, Structure(deficient, frame, rows, system.autonomous)
+    examined: Structure = known[1]
+    return examined
 
 
-def _examine(system: "HybridSystem") -> Structure:
-    m, n = system.free, len(system.state_names)
+def _examine(system: "HybridSystem") -> tuple[frozenset[int], list[list[int]]]:
+    """Transitions whose resets may lower the rank, and the states in groups as in `_downstream_first`."""
+    m = system.free
     # a random state may be one that the system never sees
     with np.errstate(all="ignore"):
         jumps = [(transition, matrix[:m, :m]) for transition, matrix in saltations(system)]
     effects = [*(matrix[:m, :m] for matrix in _jacobians(system)), *(matrix - np.eye(m) for _, matrix in jumps)]
-    symmetries = symmetries_of(system)
-    groups = _downstream_first(np.any(np.reshape(effects, (-1, m, m)) != 0, axis=0), together=system.autonomous)
-    return Structure(
-        deficient=_deficient(system, jumps),
-        frame=_frame(groups, [row[:m] for row in symmetries], _rounded_sizes(system)[0][:m], m, n),
-        symmetries=len(symmetries),
-        autonomous=system.autonomous,
-    )
+    return _deficient(system, jumps), _downstream_first(np.any(np.reshape(effects, (-1, m, m)) != 0, axis=0))
 
 
 def symmetries_of(system: "HybridSystem") -> list[list[float]]:
@@ -528,10 +530,9 @@ def _has_full_rank(matrix: np.ndarray) -> bool:
     return bool(np.linalg.matrix_rank(block, tol=TANGENTS.rank * largest) == len(block))
 
 
-def _frame(
-    groups: list[list[int]], symmetries: list[list[float]], sizes: np.ndarray, n: int, states: int
-) -> np.ndarray:
-    rows = [np.array(v) for v in symmetries]
+def _frame(groups: list[list[int]], symmetries: list[list[float]], sizes: np.ndarray, states: int) -> np.ndarray:
+    n = len(sizes)
+    rows = [np.array(v[:n]) for v in symmetries]
     for group in groups:
         general = np.zeros((len(group), n))
         general[:, group] = general_position(len(group)) * sizes[group]
@@ -571,8 +572,8 @@ def _jacobians(system: "HybridSystem", samples: int = STRUCTURE.samples) -> Iter
                 yield matrix
 
 
-def _downstream_first(pattern: np.ndarray, *, together: bool) -> list[list[int]]:
-    """States ordered so that what is driven comes before what drives it, those that drive each other ``together``.
+def _downstream_first(pattern: np.ndarray) -> list[list[int]]:
+    """States ordered so that what is driven comes before what drives it, those that drive each other together.
 
     ``pattern[i, j]``: i depends on j.
     """
@@ -582,5 +583,5 @@ def _downstream_first(pattern: np.ndarray, *, together: bool) -> list[list[int]]
         reach |= np.outer(reach[:, k], reach[k])
     influence = reach.sum(axis=0) - reach.sum(axis=1)
     order = sorted(range(n), key=lambda i: (influence[i], i))
-    groups = [tuple(np.flatnonzero(reach[i] & reach[:, i]).tolist()) if together else (i,) for i in order]
-    return list(map(list, dict.fromkeys(groups)))
+    groups = dict.fromkeys(tuple(np.flatnonzero(reach[i] & reach[:, i]).tolist()) for i in order)
+    return list(map(list, groups))

@@ -9,12 +9,11 @@ from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.setup import constrained_states
-from chaosdrill.engine.structure import Structure, examine
+from chaosdrill.engine.structure import examine
 from chaosdrill.orbits.guess import run_from, standpoint
 from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
     from chaosdrill.orbits.orbit import Orbit
     from chaosdrill.orbits.problem import Problem, Shot
 
@@ -52,14 +51,6 @@ def freedom(problem: "Problem", mode: int) -> int:
     return len(system.state_names) - int(constrained_states(system)[mode].sum()) - kernels_of(system).held[mode]
 
 
-def structure_of(system: "HybridSystem") -> Structure:
-    """What is known of the tangents of a system; examined once for all values of its parameters."""
-    known: Structure | None = system.shared.get("structure of orbits")
-    if known is None:
-        known = system.shared["structure of orbits"] = examine(system)
-    return known
-
-
 def structural_rank(problem: "Problem", orbit: "Orbit") -> int:
     """Rank that the tangent map keeps however often the orbit is gone through, by what its events remove exactly.
 
@@ -69,7 +60,7 @@ def structural_rank(problem: "Problem", orbit: "Orbit") -> int:
     """
     d = problem.states
     free = freedom(problem, orbit.segments[0, at.SEGMENT_MODE])
-    structure = structure_of(problem.plain)
+    structure = examine(problem.plain)
     if not structure.deficient:
         return free
     segment, time, state = standpoint(problem, orbit)

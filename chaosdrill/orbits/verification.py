@@ -13,10 +13,11 @@ from chaosdrill.codegen.formulas import function_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout
 from chaosdrill.engine import shooting as at
+from chaosdrill.engine.structure import examine
 from chaosdrill.orbits.derivatives import derived_of
 from chaosdrill.orbits.guess import run_from, standpoint
 from chaosdrill.orbits.marks import Marks, section_of
-from chaosdrill.orbits.multipliers import graded, structural_rank, structure_of
+from chaosdrill.orbits.multipliers import graded, structural_rank
 from chaosdrill.orbits.path import path
 from chaosdrill.orbits.results import Checks, FoundOrbit
 from chaosdrill.orbits.tuning import TUNING
@@ -270,7 +271,7 @@ def exponents_of(problem: "Problem", orbit: "Orbit", moduli: np.ndarray, rank: i
     rounds = int(np.ceil(max(turned / falls[apart], default=1.0))) + d
     ends = [*(np.flatnonzero(apart) + 1).tolist(), rank]
     segment, time, state = standpoint(problem, orbit)
-    structure = structure_of(problem.plain)
+    structure = examine(problem.plain)
     count = d - 1 if rank == d > 1 and moduli[-1] == 0 < moduli[-2] else d
     frame, symmetries = structure.tangents(count)
     run = run_from(

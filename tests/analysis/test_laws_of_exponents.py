@@ -142,6 +142,35 @@ def test_a_start_across_the_flow_is_no_other_start(states, unit):
         assert found["outcome"].values.ravel().tolist() == [cd.Outcome.PERIODIC]
 
 
+def driven_rotation(states, unit):
+    """A circle that attracts at a rate that a forcing changes, by 2 on average; the angle goes on evenly."""
+    off = f"a*(1 + cos(t)/2)*(1 - (p**2 + q**2)/{unit!r}**2)"
+    field = {"p": f"p*{off} - sqrt(2)*q", "q": f"q*{off} + sqrt(2)*p"}
+    modes = {"turns": {name: field[name] for name in states.split()}}
+    start = {"p": unit, "q": 0.0}
+    return cd.HybridSystem(states=states, modes=modes, time="t", parameters={"a": 1.0}, period="2*pi", initial=start)
+
+
+def turned_points(states, unit):
+    """A circle that attracts by a factor of exp(-2) a step; the angle goes on by 1."""
+    off = f"(1 + a*(1 - exp(-2))/2*(1 - (p**2 + q**2)/{unit!r}**2))"
+    images = {"p": f"{off}*(cos(1)*p - sin(1)*q)", "q": f"{off}*(sin(1)*p + cos(1)*q)"}
+    return cd.Map(states, {"a": 1.0}, {name: images[name] for name in states.split()}, initial={"p": unit, "q": 0.0})
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-9])
+@pytest.mark.parametrize("system", [driven_rotation, turned_points])
+def test_nor_is_one_on_an_axis_across_a_torus(system, unit):
+    """The first tangent stayed across it until round-off turned it: for one order of the states, not for the other."""
+    for states in ("p q", "q p"):
+        here = system(states, unit)
+        alone = cd.lyapunov_spectrum(here, periods=300, transient=0)
+        chart = cd.bifurcation_diagram(here, {"a": [1.0]}, periods=300, transient=0, exponents=2)
+        for found in (alone, chart):
+            np.testing.assert_allclose(found["lyapunov_exponent"].values.ravel(), [0, -2], atol=2e-3)
+            assert found["outcome"].values.ravel().tolist() == [cd.Outcome.QUASIPERIODIC]
+
+
 @pytest.mark.parametrize(
     ("states", "deficient", "asked", "computed"),
     [
