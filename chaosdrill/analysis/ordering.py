@@ -100,7 +100,8 @@ def ordered(points: np.ndarray) -> tuple[bool, bool, bool]:
     moves = any(_moves_on(points[k::curves], turn, WAVES * parts) for k in range(curves))
     # by the extent of one curve, which may be small beside the way from one to the next
     path = points[::curves]
-    moves |= quickens(path[:, full(path).argmax()])
+    # in a few turns along one of several no rate is known, that from one to the next is
+    moves |= any(quickens(points[::each, full(points[::each]).argmax()]) for each in {1, curves})
     back = comes_back(path[:, full(path)]) or (curves > 1 and _returns(points, len(points), 0.0, ROUND_OFF))
     return not moves and not back, moves, _cuts([points[k::curves] for k in range(curves)], turn) > 1
 

@@ -184,7 +184,7 @@ class Evidence(Selectable):
     def regular(self) -> np.ndarray:
         """Whether it is a torus by all opinions: tangents do not grow, in themselves, not only against their error."""
         still = self.settled | (self.converges & self.bounded)
-        return self.torus & self.torus_possible & ~self.recurs & ~self.steady & still
+        return self.torus & self.torus_possible & self.apart & ~self.steady & still
 
     @property
     def settled(self) -> np.ndarray:
@@ -194,7 +194,12 @@ class Evidence(Selectable):
     @property
     def in_order(self) -> np.ndarray:
         """Whether the points are those of a torus by their order, and tangents do not grow but for shear."""
-        return self.ordered & self.torus_possible & ~self.recurs & ~self.steady & (self.bounded | self.sheared)
+        return self.ordered & self.torus_possible & self.apart & ~self.steady & (self.bounded | self.sheared)
+
+    @property
+    def apart(self) -> np.ndarray:
+        """Whether the points do not come back, or do so within the tolerance since they are on a curve that small."""
+        return ~self.recurs | (self.ordered & self.torus)
 
     @property
     def sheared(self) -> np.ndarray:

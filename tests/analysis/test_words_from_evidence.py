@@ -358,6 +358,20 @@ def test_a_slow_focus_of_a_map_is_no_torus():
     assert words(cd.lyapunov_spectrum(focus.with_parameters(a=1.0), periods=1024)) == ["quasiperiodic"]
 
 
+def test_an_angle_that_quickens_is_no_torus_where_its_points_lie_on_four_curves():
+    """By 0.03 turns in the record, at nearly a quarter of a turn a step, so that a curve is gone round four times."""
+    k = np.arange(2048, 4096)
+    angle = 2 * np.pi * (1.3284777713920101e-08 * k * (k - 1) / 2 + 0.24816586490919668 * k)
+    assert ordered(np.column_stack([np.cos(angle), np.sin(angle)]))[:2] == (False, True)
+
+
+def test_a_curve_within_the_tolerance_is_a_torus():
+    """A circle of 1e-6 around a fixed point of size 1: all of its points come back to five digits."""
+    turn = {"x": "1 + cos(r)*(x - 1) - sin(r)*(y - 1)", "y": "1 + sin(r)*(x - 1) + cos(r)*(y - 1)"}
+    circle = cd.Map("x y", {"r": 0.7}, turn, initial={"x": 1 + 1e-6, "y": 1.0})
+    assert words(cd.lyapunov_spectrum(circle, periods=1024, transient=0)) == ["quasiperiodic"]
+
+
 @pytest.mark.parametrize(("start", "word"), [(0.3, "quasiperiodic"), (1.0, "periodic")])
 def test_a_torus_needs_no_area_that_shrinks(start, word):
     """An oscillator without damping beside its forcing; the exponents sum to zero but for round-off."""
