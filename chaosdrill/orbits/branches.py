@@ -28,7 +28,7 @@ from chaosdrill.orbits.marks import NO_COLUMNS, Columns
 from chaosdrill.orbits.multipliers import free_multipliers, is_stable, largest_growth, multipliers, structural_rank
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.points import Border, Point
-from chaosdrill.orbits.problem import CONVERGED, LostError, Problem, Shot
+from chaosdrill.orbits.problem import CONVERGED, LostError, Shot
 from chaosdrill.orbits.rests import point_behind, rest_behind
 from chaosdrill.orbits.results import NO_GRAZING, BranchResult, Cascade, NormalForm
 from chaosdrill.orbits.roots import bracketed
@@ -262,7 +262,7 @@ def _at_rest(branch: Branch, curve: Curve) -> Branch:
 def _ended_at(branch: Branch, curve: Curve, part: Continued, last: BranchSegment, why: str) -> Branch:
     """End a branch at a border beyond which no orbit was found, or none that it goes on with, for a reason."""
     assert part.border is not None
-    if part.lost and _escapes(last.points[-1].orbit, curve.problem):
+    if part.lost and _escapes(last):
         return branch.ended(BranchEnd.ESCAPED)
     away = _degenerate(curve, last)
     if away is not None:
@@ -321,12 +321,14 @@ def _hidden(segment: BranchSegment) -> str:
     return f"{where}: rounding hides the next one"
 
 
-def _escapes(orbit: Orbit, problem: Problem) -> bool:
-    """Whether a state of an orbit reaches its bounds, to within a part of their distance."""
+def _escapes(segment: BranchSegment) -> bool:
+    """Whether a state of the last orbit reaches its bounds, to within a part of the range of the orbits."""
+    orbit, problem = segment.points[-1].orbit, segment.curve.problem
     low, high = bounds_of(problem.plain)
     times = np.linspace(0.0, float(orbit.durations.sum()), TUNING.guard_samples)
     states = np.vstack([problem.at([orbit], times[np.newaxis])[0][0], orbit.starts[:, : problem.states]])
-    near = TUNING.at_bounds * (high - low)
+    starts = np.vstack([p.orbit.starts[:, : problem.states] for p in segment.points])
+    near = TUNING.at_bounds * np.ptp(np.vstack([states, starts]), axis=0)
     return bool(((states < low + near) | (states > high - near)).any())
 
 

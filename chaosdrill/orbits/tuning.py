@@ -375,7 +375,8 @@ class Tuning:
     meeting: float = 1e-6
     """Distance in the norm of the weights at which two orbits of the same events are one."""
     at_bounds: float = 1e-3
-    """Part of the distance of two bounds from either of them within which the last orbit of a branch is at it."""
+    """Distance from a bound, in parts of the range of a branch's orbits, within which the last one is at it: bounds may
+    be far apart, or infinite."""
     longer: float = 3.0
     """Growth of the duration along a segment of an orbit that approaches a point at rest."""
     halves: float = 0.05

@@ -722,15 +722,19 @@ def test_a_map_of_pieces_goes_on_through_its_border(side, size, image):
     assert states == pytest.approx(values / np.where(values < 0, 0.6, 1.7), abs=1e-10)
 
 
-def test_a_branch_ends_where_its_orbits_reach_their_bounds():
-    grows = cd.Map("x", {"r": 0.5}, {"x": "r*x + 1"}, initial={"x": 2.0}, bounds={"x": (-5, 5)})
+@pytest.mark.parametrize("low", [-5, -1e9, -np.inf])
+def test_a_branch_ends_where_its_orbits_reach_their_bounds(low):
+    grows = cd.Map("x", {"r": 0.5}, {"x": "r*x + 1"}, initial={"x": 2.0}, bounds={"x": (low, 5)})
     branch = cd.continue_orbit(grows, {"r": (0.4, 0.95)})
     assert branch["branch_end"].item() == BranchEnd.ESCAPED
     assert float(branch["r"].max()) == pytest.approx(0.8, abs=1e-8)
 
 
-def test_a_canard_that_a_run_does_not_follow_is_no_escape():
+@pytest.mark.parametrize("bound", [(-1e6, 1e6), (-100.0, 1e5), (-100.0, np.inf)])
+def test_a_canard_that_a_run_does_not_follow_is_no_escape(bound):
     """Off it the linear prediction runs away; no orbit is larger than its spikes of 30."""
-    branch = cd.continue_orbit(cd.build("izhikevich"), {"c": (-70.0, -40.0)}, step=0.5, transient=200)
+    neuron = cd.build("izhikevich")
+    bounded = neuron.changed(bounds={**neuron.bounds, "v": bound})
+    branch = cd.continue_orbit(bounded, {"c": (-70.0, -40.0)}, step=0.5, transient=200)
     assert branch["branch_end"].item() == BranchEnd.NO_CONVERGENCE
     assert "as along a canard" in branch["branch_end_text"].item()
