@@ -89,7 +89,7 @@ def continue_curve(
                 sharp = next((k for k in range(len(recent) - 1) if curve.turns_between(*recent[k : k + 2])), None)
                 if sharp is not None:
                     before = points[: len(points) - len(recent) + sharp]
-                    way = (recent[sharp + 1].arclength - recent[sharp].arclength) / 8
+                    way = TUNING.again * (recent[sharp + 1].arclength - recent[sharp].arclength)
                     rest = continue_curve(curve, recent[sharp], step, most - len(before), way, home, birth)
                     return replace(rest, points=before + rest.points)
                 # the polynomial through the last points may lead elsewhere than their tangents

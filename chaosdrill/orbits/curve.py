@@ -16,7 +16,7 @@ import numpy as np
 from chaosdrill.dataset.branches import Special
 from chaosdrill.engine import shooting as at
 from chaosdrill.orbits.find import admissible
-from chaosdrill.orbits.points import Border, Direction, Plane, Point, Root, Trial, Whole, plane_at
+from chaosdrill.orbits.points import Border, Candidate, Direction, Plane, Point, Root, Whole, plane_at
 from chaosdrill.orbits.problem import CONVERGED, LostError
 from chaosdrill.orbits.sliding import Landing
 from chaosdrill.orbits.tuning import TUNING
@@ -42,7 +42,7 @@ class TestFunction(Protocol):
     def kind(self) -> Special:
         """What an orbit is at which it vanishes."""
 
-    def value(self, trial: Trial) -> tuple[float, float]:
+    def value(self, candidate: Candidate) -> tuple[float, float]:
         """The function, and what it goes by on the next orbit: the time at which a guard is touched, or half the sum of
         a pair of multipliers.
         """
@@ -437,7 +437,7 @@ class SpecialCurve(Curve):
         for _ in range(TUNING.secant_steps):
             before, moved = value, step
             orbit, shot = self._solved(guess, near, conditions)
-            value, tracked = self.test.value(Trial(self.problem, orbit, shot, plane, tracked))
+            value, tracked = self.test.value(Candidate(self.problem, orbit, shot, plane, tracked))
             if TUNING.secant_noise < abs(moved) < np.inf:
                 slope = (value - before) / moved
             if slope == 0:
@@ -458,7 +458,7 @@ class SpecialCurve(Curve):
         for sign in (1, -1):
             guess = self.problem.moved(orbit, shot, sign * TUNING.difference * direction.change)
             beside = self._solved(guess, near, plane.duals)
-            values.append(self.test.value(Trial(self.problem, *beside, plane, tracked))[0])
+            values.append(self.test.value(Candidate(self.problem, *beside, plane, tracked))[0])
         return (values[0] - values[1]) / (2 * TUNING.difference)
 
     def turns_between(self, one: Point, other: Point) -> bool:

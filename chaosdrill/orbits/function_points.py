@@ -16,7 +16,7 @@ from chaosdrill.dataset.branches import Special
 from chaosdrill.orbits.codimension_two import Located, insert
 from chaosdrill.orbits.crossings import changes
 from chaosdrill.orbits.functions import Functions, Wanted
-from chaosdrill.orbits.points import Trial, plane_at
+from chaosdrill.orbits.points import Candidate, plane_at
 from chaosdrill.orbits.problem import CONVERGED, LostError
 from chaosdrill.orbits.roots import bracketed
 from chaosdrill.orbits.tuning import TUNING
@@ -38,8 +38,8 @@ class Holding:
     kind = Special.LEVEL
     margin = 0.0
 
-    def value(self, trial: Trial) -> tuple[float, float]:
-        return self.functions.at(self.index, trial.problem, trial.orbit) - self.held, trial.tracked
+    def value(self, candidate: Candidate) -> tuple[float, float]:
+        return self.functions.at(self.index, candidate.problem, candidate.orbit) - self.held, candidate.tracked
 
 
 @dataclass(frozen=True)
@@ -51,9 +51,9 @@ class Extremal:
     kind = Special.OPTIMUM
     margin = 0.0
 
-    def value(self, trial: Trial) -> tuple[float, float]:
-        problem, orbit, shot = trial.problem, trial.orbit, trial.shot
-        here = plane_at(problem, orbit, shot, trial.plane.weights, trial.plane)
+    def value(self, candidate: Candidate) -> tuple[float, float]:
+        problem, orbit, shot = candidate.problem, candidate.orbit, candidate.shot
+        here = plane_at(problem, orbit, shot, candidate.plane.weights, candidate.plane)
         ahead = here.direction(np.array([here.rows[1, -1], -here.rows[0, -1]]))
         conditions, step = np.vstack([ahead.row, np.eye(len(ahead.row))[-1]]), TUNING.function_step
         found = []
@@ -63,7 +63,7 @@ class Extremal:
             if code != CONVERGED:
                 raise LostError("no orbit beside the optimum")
             found.append(self.functions.at(self.index, problem, beside))
-        return float(np.array([1, -8, 8, -1]) @ found) / (12 * step), trial.tracked
+        return float(np.array([1, -8, 8, -1]) @ found) / (12 * step), candidate.tracked
 
 
 def first_test(wanted: Wanted, kind: Special) -> Holding | Extremal:

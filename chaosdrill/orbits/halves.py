@@ -89,7 +89,7 @@ def halves_met(curve: "Curve", points: "Sequence[Point]", alone: bool) -> bool:
 def way_to_doubling(curve: "Curve", points: "Sequence[Point]") -> float:
     """How far the parameter is from where the halves come together: their difference goes with the root of the way."""
     *before, last = (float(np.linalg.norm(curve.problem.halves_apart(p.orbit, points[0].weights))) for p in points)
-    far = max((k for k, gap in enumerate(before) if gap > 2 * last), default=None)
+    far = max((k for k, gap in enumerate(before) if gap > TUNING.opened * last), default=None)
     if far is None:
         return float(curve.spans[0])
     way = abs(float((curve.values(points[far].orbit) - curve.values(points[-1].orbit))[0]))

@@ -134,8 +134,8 @@ def plane_at(
 
 
 @dataclass(frozen=True)
-class Trial:
-    """An orbit at which a test function is asked, with what is known of an orbit near by."""
+class Candidate:
+    """An orbit that may be on a curve, as its test function tells, with what is known of an orbit near by."""
 
     problem: "Problem"
     orbit: "Orbit"

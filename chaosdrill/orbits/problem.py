@@ -312,7 +312,8 @@ class Problem:
                 break
             if self.plain.discrete:
                 # no steps, and thus none of their errors: beside a sharp fold a small residual is no orbit
-                noise, enough = 10 * TUNING.rounding * float(np.abs(shot.equations).max()), TUNING.rounding
+                enough = TUNING.rounding
+                noise = TUNING.rounding_of_maps * enough * float(np.abs(shot.equations).max())
             close = residual <= enough or (residual <= noise and residual > 0.3 * before)
             if turn > 0 and close and (sharper >= TUNING.sharper_steps or shot.sharp(orbit)):
                 code = CONVERGED
@@ -426,8 +427,10 @@ class Problem:
 
     def side(self, orbit: Orbit, row: np.ndarray, weights: np.ndarray) -> float:
         """Sign of the determinant of the linearised equations with one more row; 0 where they are no square."""
+        if len(self.held(orbit)):
+            return 0.0
         rows = np.vstack([self._weighted(orbit, self.shoot(orbit, False), weights), row / weights])
-        return 0.0 if len(self.held(orbit)) else float(np.linalg.slogdet(rows)[0])
+        return float(np.linalg.slogdet(rows)[0])
 
     def off(self, orbit: Orbit, shot: Shot, weights: np.ndarray) -> np.ndarray:
         """How far the unknowns of an orbit may be off where its equations determine them least, shape (columns,).

@@ -20,7 +20,7 @@ from chaosdrill.orbits.tuning import TUNING
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
     from chaosdrill.orbits.orbit import Orbit
-    from chaosdrill.orbits.points import Border, Trial
+    from chaosdrill.orbits.points import Border, Candidate
     from chaosdrill.orbits.problem import Problem
 
 Cycle = tuple[tuple[str, float], ...]
@@ -96,10 +96,10 @@ class Landing:
     kind: Special
     margin = 1e-8
 
-    def value(self, trial: "Trial") -> tuple[float, float]:
+    def value(self, candidate: "Candidate") -> tuple[float, float]:
         """Speed at which the field beyond leaves the surface; negative where the orbit is followed."""
-        speed = self.at(trial.problem, trial.orbit)[0]
-        return (-speed if self.kind == Special.CROSSING_SLIDING else speed), trial.tracked
+        speed = self.at(candidate.problem, candidate.orbit)[0]
+        return (-speed if self.kind == Special.CROSSING_SLIDING else speed), candidate.tracked
 
     def holds(self, problem: "Problem", orbit: "Orbit") -> bool:
         """Whether the field beyond turns as it does at points of this kind."""

@@ -13,7 +13,7 @@ from chaosdrill.orbits.event_changes import distance, left_out, without_events
 from chaosdrill.orbits.find import least_period
 from chaosdrill.orbits.guards_met import Touch, nearest_touch, slowest_event
 from chaosdrill.orbits.multipliers import all_multipliers, based, free_multipliers, pair_near
-from chaosdrill.orbits.points import Border, Trial, plane_at
+from chaosdrill.orbits.points import Border, Candidate, plane_at
 from chaosdrill.orbits.problem import CONVERGED, LostError
 from chaosdrill.orbits.sliding import LANDING, landings, uncrossed, unswitched
 from chaosdrill.orbits.tuning import TUNING
@@ -30,8 +30,8 @@ class Doubling:
     kind = Special.PERIOD_DOUBLING
     margin = 0.0
 
-    def value(self, trial: Trial) -> tuple[float, float]:
-        return float(doubling_test(trial.problem, trial.orbit, trial.shot.monodromy)), trial.tracked
+    def value(self, candidate: Candidate) -> tuple[float, float]:
+        return float(doubling_test(candidate.problem, candidate.orbit, candidate.shot.monodromy)), candidate.tracked
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,10 @@ class Fold:
     kind = Special.FOLD
     margin = 0.0
 
-    def value(self, trial: Trial) -> tuple[float, float]:
-        plane = trial.plane
-        return plane_at(trial.problem, trial.orbit, trial.shot, plane.weights, plane).twist, trial.tracked
+    def value(self, candidate: Candidate) -> tuple[float, float]:
+        near = candidate.plane
+        plane = plane_at(candidate.problem, candidate.orbit, candidate.shot, near.weights, near)
+        return plane.twist, candidate.tracked
 
 
 @dataclass(frozen=True)
@@ -57,9 +58,9 @@ class Circling:
     kind = Special.NEIMARK_SACKER
     margin = 0.0
 
-    def value(self, trial: Trial) -> tuple[float, float]:
-        values = all_multipliers(trial.problem, trial.orbit, trial.shot)
-        half, product, _ = pair_near(values, trial.problem.neutral.count, trial.tracked)
+    def value(self, candidate: Candidate) -> tuple[float, float]:
+        values = all_multipliers(candidate.problem, candidate.orbit, candidate.shot)
+        half, product, _ = pair_near(values, candidate.problem.neutral.count, candidate.tracked)
         return product - 1, half
 
 
@@ -71,8 +72,8 @@ class Touching:
     kind = Special.GRAZING
     margin = 1e-8
 
-    def value(self, trial: Trial) -> tuple[float, float]:
-        return self.touch.greatest(trial.problem, trial.orbit, trial.tracked)
+    def value(self, candidate: Candidate) -> tuple[float, float]:
+        return self.touch.greatest(candidate.problem, candidate.orbit, candidate.tracked)
 
 
 @dataclass(frozen=True)
@@ -84,8 +85,8 @@ class Vanishing:
     # a guard met with the speed v is above zero by no more than v^2 later
     margin = 1e-6
 
-    def value(self, trial: Trial) -> tuple[float, float]:
-        return -float(trial.shot.speeds[self.event]), trial.tracked
+    def value(self, candidate: Candidate) -> tuple[float, float]:
+        return -float(candidate.shot.speeds[self.event]), candidate.tracked
 
 
 def test_function_at(

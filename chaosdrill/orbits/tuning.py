@@ -56,6 +56,8 @@ class Tuning:
     """Times the length of fixed steps for the same: five times the error of order four."""
     rounding: float = 1e-15
     """Residual that rounding leaves at least."""
+    rounding_of_maps: float = 10.0
+    """Times that, and the largest derivative, that the residual of a map may be when it becomes no smaller."""
     hidden: float = 8.0
     """Times the part by which coarser steps change the numbers of an orbit, for errors that two of them may share: so
     999 of 1,000 derivatives of closed forms are within their errors (six times: 998)."""
@@ -230,6 +232,8 @@ class Tuning:
     about a quarter."""
     straight_on: float = 0.01
     """Part of the last step below which the tangent alone predicts the next point."""
+    again: float = 0.125
+    """First step, in parts of one that has led over a sharp fold, where the way there is followed again."""
     shortest_step: float = 1e-7
     """Part of the longest step below which the curve is lost."""
     apart: float = 1e-8
@@ -381,6 +385,9 @@ class Tuning:
     """Growth of the duration along a segment of an orbit that approaches a point at rest."""
     halves: float = 0.05
     """Difference between the halves of a doubled orbit, as a part of the largest, at which it ends as one."""
+    opened: float = 2.0
+    """Times the difference between the halves at the end of a branch that an orbit has from which the way to the
+    doubling is taken: rounding makes little of what is left."""
     together: float = 0.01
     """Difference between them, as a part of those at two orbits on either side, at which they coincide in between."""
     no_effect: float = 1e-12
