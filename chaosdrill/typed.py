@@ -76,6 +76,8 @@ def refuse(error: type[ChaosdrillError], name: str, value: Any, kind: Kind, way:
         raise error(f"{name} is {brief(value)}; it must be {kind.words}{way or kind.way(value)}")
 
 
+_RATES = ("equations", "rhs", "rates", "flow", "odes", "ode", "vector_field")
+
 _SPELT = {
     "tolerance": ("tol", "rtol", "atol", "eps", "accuracy", "precision"),
     "workers": ("n_jobs", "njobs", "jobs", "processes", "n_workers", "cores", "parallel"),
@@ -92,10 +94,10 @@ _SPELT = {
     "exponents": ("k", "n_exponents", "num_exponents"),
     "method": ("solver", "integrator", "algorithm"),
     "ax": ("axes", "axis", "axs"),
-    "modes": ("equations", "rhs", "rates", "flow", "odes", "ode", "vector_field"),
+    "modes": _RATES,
     "transitions": ("events", "jumps", "impacts", "switches", "guards", "resets"),
     "reset": ("jump", "action", "map", "effect"),
-    "field": ("modes", "equations", "rhs", "rates", "flow", "odes", "ode", "vector_field"),
+    "field": ("modes", *_RATES),
     "above": ("positive", "plus", "upper"),
     "below": ("negative", "minus", "lower"),
     "images": ("step", "map", "update", "image", "rule"),
