@@ -16,6 +16,7 @@ import xarray as xr
 from chaosdrill.analysis.saddles import SHORT, Runs, Saddle, reached, sprinkled, staggered, unknown_saddle
 from chaosdrill.analysis.staggers import Walkers
 from chaosdrill.analysis.starts import drawn_or_listed
+from chaosdrill.analysis.tuning import ESCAPES
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.build import dataset
 from chaosdrill.model import HybridSystem
@@ -24,19 +25,6 @@ from chaosdrill.model.surface import surface
 if TYPE_CHECKING:
     from chaosdrill.analysis.base import Job
 
-PARTS = 1024
-"""Units in which lifetimes are given."""
-
-EARLY, LATE = 0.25, 0.625
-"""Quantiles of lives between which the rate of a flow is taken: half of the runs leave meanwhile, and lives that end at
-multiples of a time differ by one."""
-
-NONE_SEEN = 1.5
-"""Expected escapes of which twice as many would have shown one in 95 % of all cases: the error of a rate of zero."""
-
-FEWEST = 20
-"""Escapes in each half without which these are not compared."""
-
 AT_ONCE = (
     "runs that count leave at one age, or soon after each other, and none is watched for longer, so that no rate is "
     "told: take other starts, or more of them"
@@ -44,25 +32,11 @@ AT_ONCE = (
 
 NONE_LEFT = "no run is watched beyond the least age, so that no rate is told: take a shorter transient, or more starts"
 
-APART = 4
-"""Errors by which an exponent differs from zero."""
-
-SLOWER = 3
-"""Standard errors by which runs leave more slowly later on, as where some come to an attractor: beyond, those that stay
-longest tell of it, and not of the saddle. By chance one record of 700 is beyond."""
-
 STAYING = "runs stay where none leaves, as at an attractor, and tell of no saddle: end lives there by until"
 
 NO_FLOW = "no exponent of the saddle is 0, as that of a flow is, so that it is a rest, or runs stay too short"
 
 NO_NUMBER = "an exponent of the saddle is not a number"
-
-STEP = 1e-6
-"""Step of a difference of dimensions, in parts of the largest exponent: they have kinks at whole numbers only."""
-
-ZERO = 1e-6
-"""Part of the largest exponent up to which one may be 0 however small its error: that of runs which are alike does not
-tell what their tolerance and a short life leave of it."""
 
 
 class Rate(NamedTuple):
@@ -79,7 +53,7 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     starts, modes = drawn_or_listed(system, given)
     period = system.forcing_period()
     forced = period is not None
-    unit, count = (given.duration / PARTS, PARTS) if period is None else (period, given.periods)
+    unit, count = (given.duration / ESCAPES.parts, ESCAPES.parts) if period is None else (period, given.periods)
     report = job.report(2 * len(starts))
     runs = Runs(marked, ends, at_surface, unit, job.numerics)
     lives = runs.watched(starts, modes, count, report)
@@ -96,7 +70,7 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
         whole = lives.length[lives.left | (lives.outcome == Outcome.OK)]
         rate, changes = rate_of_flow(whole, lead * unit, count * unit), drift_of_flow(whole, lead * unit, count * unit)
     dimension, dimension_error, unknown = math.nan, math.nan, ""
-    saddle = _saddle(runs, Walkers(starts, modes, lives.units), lead, count, given, slower=changes < -SLOWER)
+    saddle = _saddle(runs, Walkers(starts, modes, lives.units), lead, count, given, slower=changes < -ESCAPES.slower)
     leaves = rate if math.isnan(saddle.rate[0]) else Rate(*saddle.rate, saddle.staggers)
     if len(saddle.rates) and math.isfinite(leaves.value + leaves.error):
         flows = system.autonomous and not system.discrete
@@ -152,7 +126,7 @@ def _saddle(runs: Runs, starts: Walkers, lead: int, count: int, given: Any, *, s
     if found is None and brief:
         walked = staggered(runs, starts, count, seed)
         found = (sprinkled(runs, starts, lead, 1) or walked) if walked.reason else walked
-    if found and not found.staggers and (slower or found.exponents[0] < -APART * found.errors[0]):
+    if found and not found.staggers and (slower or found.exponents[0] < -ESCAPES.apart * found.errors[0]):
         return unknown_saddle(runs.system, STAYING)
     return found or unknown_saddle(runs.system)
 
@@ -176,14 +150,14 @@ def escape_rate(units: np.ndarray, left: np.ndarray, lead: int) -> Rate:
         # nothing was watched, or all left at once
         return Rate(math.nan, math.nan, escapes)
     share = escapes / trials
-    error = math.sqrt(share / ((1 - share) * trials)) if escapes else NONE_SEEN / trials
+    error = math.sqrt(share / ((1 - share) * trials)) if escapes else ESCAPES.none_seen / trials
     return Rate(-math.log1p(-share), error, escapes)
 
 
 def drift(units: np.ndarray, left: np.ndarray, lead: int) -> float:
     """Difference of the rates of the later and the earlier half of all escapes, in its standard errors."""
     gone = np.sort(units[left & (units >= lead)])
-    if len(gone) < 2 * FEWEST:
+    if len(gone) < 2 * ESCAPES.fewest:
         return math.nan
     middle = int(gone[len(gone) // 2])
     early = escape_rate(np.minimum(units, middle), left & (units < middle), lead)
@@ -192,7 +166,7 @@ def drift(units: np.ndarray, left: np.ndarray, lead: int) -> float:
 
 
 def _apart(early: Rate, late: Rate) -> float:
-    if min(early.escapes, late.escapes) < FEWEST or not math.isfinite(early.value + late.value):
+    if min(early.escapes, late.escapes) < ESCAPES.fewest or not math.isfinite(early.value + late.value):
         return math.nan
     return (late.value - early.value) / math.hypot(late.error, early.error)
 
@@ -215,8 +189,8 @@ def rate_of_flow(lengths: np.ndarray, lead: float, longest: float) -> Rate:
     if not exposed > 0:
         return Rate(math.nan, math.nan, len(gone))
     if not len(gone):
-        return Rate(0.0, NONE_SEEN / exposed, 0)
-    early, late = gone[int(EARLY * len(gone))], gone[int(LATE * len(gone))]
+        return Rate(0.0, ESCAPES.none_seen / exposed, 0)
+    early, late = gone[int(ESCAPES.early * len(gone))], gone[int(ESCAPES.late * len(gone))]
     if not late > early:
         late = gone[min(np.searchsorted(gone, early, side="right"), len(gone) - 1)]
     gap = late - early if late > early else (longest - lead) / 2
@@ -234,7 +208,7 @@ def rate_of_flow(lengths: np.ndarray, lead: float, longest: float) -> Rate:
 def drift_of_flow(lengths: np.ndarray, lead: float, longest: float) -> float:
     """As `drift`, of such lives."""
     gone = np.sort(lengths[(lengths > lead) & (lengths < longest)])
-    if len(gone) < 2 * FEWEST:
+    if len(gone) < 2 * ESCAPES.fewest:
         return math.nan
     middle = gone[len(gone) // 2]
     early, late = rate_of_flow(lengths, lead, middle), rate_of_flow(lengths, middle, longest)
@@ -266,13 +240,13 @@ def dimension_of_saddle(rates: np.ndarray, moved: np.ndarray, rate: Rate, *, flo
     if np.isnan(exponents).any():
         return math.nan, math.nan, NO_NUMBER
     with np.errstate(invalid="ignore"):
-        unknown = APART * np.hypot(rates.std(axis=0, ddof=1) / math.sqrt(len(rates)), moved)
+        unknown = ESCAPES.apart * np.hypot(rates.std(axis=0, ddof=1) / math.sqrt(len(rates)), moved)
     sizes = np.abs(exponents)
-    if flows and (sizes > np.fmax(unknown, ZERO * sizes[np.isfinite(sizes)].max(initial=0.0))).all():
+    if flows and (sizes > np.fmax(unknown, ESCAPES.zero * sizes[np.isfinite(sizes)].max(initial=0.0))).all():
         return math.nan, math.nan, NO_FLOW
     found = _information_dimension(exponents, rate.value, flows=flows)
     known = np.flatnonzero(np.isfinite(exponents))
-    step = STEP * (max(float(np.abs(exponents[known]).max(initial=0.0)), rate.value) or 1.0)
+    step = ESCAPES.step * (max(float(np.abs(exponents[known]).max(initial=0.0)), rate.value) or 1.0)
 
     def slope(on: np.ndarray, on_rate: float) -> float:
         ends = [

@@ -172,6 +172,32 @@ class Covariant:
 
 
 @dataclass(frozen=True)
+class Escapes:
+    """Lives that end, and the saddle that they leave from."""
+
+    parts: int = 1024
+    """Units in which lifetimes without forcing are given."""
+    early: float = 0.25
+    late: float = 0.625
+    """Quantiles of lives between which the rate of a flow is taken: half of the runs leave meanwhile, and lives that
+    end at multiples of a time differ by one."""
+    none_seen: float = 1.5
+    """Expected escapes of which twice as many would have shown one in 95 % of all cases: the error of a rate of 0."""
+    fewest: int = 20
+    """Escapes in each half without which these are not compared."""
+    apart: float = 4.0
+    """Errors by which an exponent differs from zero."""
+    slower: float = 3.0
+    """Standard errors by which runs leave more slowly later on, as where some come to an attractor: beyond, those that
+    stay longest tell of it, and not of the saddle. By chance one record of 700 is beyond."""
+    step: float = 1e-6
+    """Step of a difference of dimensions, in parts of the largest exponent: they have kinks at whole numbers only."""
+    zero: float = 1e-6
+    """Part of the largest exponent up to which one may be 0 however small its error: that of runs which are alike does
+    not tell what their tolerance and a short life leave of it."""
+
+
+@dataclass(frozen=True)
 class Boundaries:
     """Boundaries of basins."""
 
@@ -420,6 +446,7 @@ CYCLES = Cycles()
 ATTRACTORS = Attractors()
 WINDOWS = Windows()
 COVARIANT = Covariant()
+ESCAPES = Escapes()
 BOUNDARIES = Boundaries()
 SCALING = Scaling()
 RECURRENCES = Recurrences()
