@@ -10,7 +10,6 @@ from typing import Any
 import click
 
 from chaosdrill.cli.streams import answer, changes_option, given_text, json_option, tell
-from chaosdrill.errors import ArchiveError
 from chaosdrill.progress import Display
 from chaosdrill.scene import check as check_scene
 from chaosdrill.scene.names import TOPICS, new_scene
@@ -54,7 +53,7 @@ def warm(folder: str | None, as_json: bool) -> None:
         # a write names no file
         raise OSError(fault.errno, fault.strerror, fault.filename or folder) from fault
     if lost := [file for file in made if not file.exists()]:
-        raise ArchiveError(
+        raise OSError(
             f"{lost[0].parent}: {len(lost)} of {len(made)} functions cannot be kept there; make room, name another "
             "folder in CHAOSDRILL_CACHE_DIR, or name a DIR"
         )

@@ -1,6 +1,7 @@
 """The engine compiled beforehand is what a process finds that can write nothing."""
 
 import errno
+import json
 import os
 import subprocess
 import sys
@@ -67,9 +68,11 @@ def test_what_cannot_be_kept_is_said_with_its_folder(tmp_path, monkeypatch, caps
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(engine_warm, "warm", full)
-    assert main(["warm", *filter(None, [folder])]) == 1
+    assert main(["warm", "--json", *filter(None, [folder])]) == 1
     told = f"{folder}: No space left on device" if folder else f"{tmp_path}: 1 of 1 functions cannot be kept there"
-    assert capsys.readouterr().err.startswith(told)
+    said = capsys.readouterr()
+    assert said.err.startswith(told)
+    assert json.loads(said.out)["error"]["kind"] == "OSError"
 
 
 SPECTRUM = """
