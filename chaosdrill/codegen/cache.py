@@ -50,9 +50,10 @@ def _named_folder() -> Path:
     if named := os.environ.get("CHAOSDRILL_CACHE_DIR"):
         return Path(named)
     caches = Path(os.environ.get("XDG_CACHE_HOME", ""))
-    # a relative one, or an empty home, would be that of the working directory or of the root
+    # a relative folder would be another one in every working directory
     if not caches.is_absolute():
-        caches = Path(os.environ.get("HOME") or getpwuid(os.getuid()).pw_dir) / ".cache"
+        home = Path(os.environ.get("HOME", ""))
+        caches = (home if home.is_absolute() else Path(getpwuid(os.getuid()).pw_dir)) / ".cache"
     return caches / "chaosdrill"
 
 

@@ -99,7 +99,7 @@ def test_the_user_cache_is_the_default(tmp_path, monkeypatch):
         cache.cache_folder.cache_clear()
 
 
-@pytest.mark.parametrize("home", ["", None])
+@pytest.mark.parametrize("home", ["", None, "not/absolute"])
 def test_without_a_home_in_the_environment_it_is_that_of_the_user(tmp_path, monkeypatch, home):
     monkeypatch.delenv("CHAOSDRILL_CACHE_DIR", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", "not/absolute")
