@@ -219,6 +219,7 @@ def vectors(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
             **_angles(found, given.bins),
             "outcome": ((), np.int8(outcome)),
             **({"forcing_period": ((), blocks.plan.unit)} if blocks.plan.periodic else {}),
+            "interval": ((), blocks.interval),
             "time": start + np.arange(blocks.record) * blocks.interval,
             "state": list(system.state_names),
             "split": np.arange(1, found.angle.shape[1] + 1, dtype=np.int32),
@@ -245,8 +246,7 @@ def _divided(plan: Span, given: Any) -> _Blocks:
         wanted = given.interval or math.ceil(plan.count / COVARIANT.most)
         parts, strobes = max(1, round(1 / wanted)), max(1, round(wanted))
         if given.interval is None:
-            rest = plan.count % strobes
-            plan = replace(plan, transient=plan.transient + rest, count=plan.count - rest)
+            plan = replace(plan, count=plan.count - plan.count % strobes)
         if plan.count % strobes:
             raise SettingsError(
                 f"interval is {wanted:g}, which does not divide the record of {plan.count} forcing periods; "

@@ -364,17 +364,19 @@ def test_memory_is_that_of_the_results_and_of_what_is_kept():
 
 
 def test_memory_does_not_grow_with_the_length(monkeypatch):
-    """With a vector each period, four times the periods took four times the memory."""
+    """With a vector each period, four times the periods took four times the memory; the first lies where it did."""
     monkeypatch.setattr(covariant, "COVARIANT", replace(covariant.COVARIANT, most=500))
     oscillator, peaks = cd.build("impact-oscillator"), []
-    for periods, between in ((2000, 4), (8003, 17)):
+    for periods, between, first in ((2000, 4, 500), (8003, 17, 1003)):
         tracemalloc.start()
         found = cd.covariant_vectors(oscillator, periods=periods, transient=10)
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
         time = found["time"].values / float(found["forcing_period"])
         np.testing.assert_allclose(np.diff(time), between, rtol=1e-9)
+        assert found["interval"] / found["forcing_period"] == pytest.approx(between)
         assert len(time) == periods // between
+        assert time[0] == pytest.approx(10 + first)
     assert peaks[1] < 1.3 * peaks[0]
 
 

@@ -37,6 +37,7 @@ VARIABLES = table(
     need("angle_histogram_error", "split bin", "f8", "standard error of the density", "Of each bin.", "rad-1"),
     need("bin_centre", "bin", "f8", "angle", "Middles of bins of equal width from 0 to pi/2.", "rad"),
     outcome(""),
+    need("interval", "", "f8", "time between two vectors", "In units of model time."),
     forcing()[0],
     bars={"lyapunov_exponent": "lyapunov_error"},
     sampled=("vector", "vector_error", "local_growth", "lost", "angle", "smallest_angle"),
@@ -58,14 +59,15 @@ class CovariantVectors(Record):
         Number(above=0, most=LONGEST),
         None,
         doc="Time between two vectors: in forcing periods, a whole number or one over a whole number, by default 1, "
-        "or of records longer than 32,768 periods as many as leave at most so many vectors; without forcing in units "
-        "of time, rounded to a part of the record, default 1/1024 of it.",
+        "or of records longer than 32,768 periods as many as leave at most so many vectors, the rest at the end being "
+        "left out; without forcing in units of time, rounded to a part of the record, default 1/1024 of it.",
     )
     forward: float | None = setting(
         Amount(least=0, most=LONGEST),
         None,
         doc="Time that the forward pass leads into the record, between it and the transient: in forcing "
-        "periods, else in units of time. Default: a quarter of the record, but 100 to 1000 forcing periods.",
+        "periods, else in units of time; rounded up to whole intervals. Default: a quarter of the record, but 100 to "
+        "1000 forcing periods.",
     )
     backward: float | None = setting(
         Amount(least=0, most=LONGEST), None, doc="Time that the backward pass begins behind the record, as ``forward``."
@@ -123,7 +125,7 @@ def covariant_vectors(system: HybridSystem, given: CovariantVectors, job: Job) -
         (bin); ``lyapunov_exponent``, the mean of the local growth, ``lyapunov_error`` (vector); ``outcome``, ``ok`` for
         a run that reached its end. Of each vector the largest component is positive where the record begins; from there
         on the tangent map determines its sign. NaN if the run ended early, and for angles without vectors on both
-        sides.
+        sides. ``interval``, the time between two vectors.
     """
     from chaosdrill.analysis.covariant import vectors
 
