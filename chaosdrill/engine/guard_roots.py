@@ -145,7 +145,7 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
         _, bend = slope_and_bend(ws[i], n, inflection)
         third = _third(ws[i], n, inflection)
     # a motion that has just left the surface does not meet it before the root that is seen
-    if not 0.0 < inflection < clear:
+    if not 0.0 < inflection < clear or abs(value(ws, uint64(i), inflection)) * unit > doubt:
         return clear, s
     slope, error = _slope_at(functions, tables, state, ws, j, inflection, t, scratch)
     # where it leads back, beyond its error, three roots are apart

@@ -170,6 +170,19 @@ def test_close_roots_rise_and_fall_in_turn(seed, method):
     np.testing.assert_array_equal(together, found["either"])
 
 
+@pytest.mark.parametrize(
+    ("method", "triple", "double", "scale"), [("taylor", 567, 569, -4.816034558996136e-07), ("dop853", 2220, 2227, -9)]
+)
+def test_a_root_of_third_order_beside_one_of_second_is_where_the_guard_is_zero(method, triple, double, scale):
+    roots = np.array([triple, triple, triple, double, double]) / 1024
+    terms = np.polynomial.polynomial.polyfromroots(roots)
+    family, numbers = listed("polynomials of a clock", [0, scale, 1, *terms, 1, *[0] * 5])
+    _, found, _ = lists.single(family, numbers, method, TOLERANCE)
+    (time,) = found["fall"]
+    rounding = np.finfo(float).eps * np.abs(terms) @ time ** np.arange(6)
+    assert abs(np.prod(time - roots)) <= 16 * rounding
+
+
 @pytest.mark.parametrize("case", LAST_DIGIT)
 def test_a_list_that_depends_on_a_last_digit_is_not_drawn(case):
     family, numbers = listed(*LAST_DIGIT[case])
