@@ -54,12 +54,13 @@ def _combine(stages, first, count, weights, h, start, n, out):
 
 
 @series
-def stage(functions, mode, t, c, x, h, k, vectors, live, stages):
-    """Rates of stage k of states and tangents; stages before it are there."""
+def stage(functions, mode, t, c, x, h, k, known, vectors, live, stages):
+    """Rates of stage k of states, unless that is one of the known, and of tangents; stages before it are there."""
     n = x.size
     place = stages[PLACE]
     _combine(stages, 0, k, A[k], h, x, n, place)
-    functions.field(mode, t + C[k] * h, c, place, stages[k])
+    if k >= known:
+        functions.field(mode, t + C[k] * h, c, place, stages[k])
     for v in range(live):
         row = VECTORS + ROWS_A_VECTOR * v
         direction = stages[row + PLACE]
@@ -72,7 +73,7 @@ def attempt(functions, t, c, x, h, vectors, live, run, stages, out):
     """A step of length h from the rates at its start: states and quadratures to ``out``, tangents to their last row."""
     n = x.size
     for k in range(1, STAGES):
-        stage(functions, run.mode, t, c, x, h, k, vectors, live, stages)
+        stage(functions, run.mode, t, c, x, h, k, k, vectors, live, stages)
     run.evaluations += STAGES - 1
     _combine(stages, 0, STAGES, A[STAGES], h, x, n, out)
     for i in range(n, out.size):
@@ -161,12 +162,12 @@ def _polynomial(stages, first, i, start, h, row):
 
 
 @series
-def dense_output(functions, t, c, x, h, vectors, live, run, stages, ws):
-    """Coefficients of states, integrals and as many tangents as are live; the step has been taken."""
+def dense_output(functions, t, c, x, h, known, vectors, live, run, stages, ws):
+    """Coefficients of states, integrals and as many tangents as are live; ``known`` stages of the states are there."""
     n = x.size
     for k in range(STAGES, DENSE_STAGES):
-        stage(functions, run.mode, t, c, x, h, k, vectors, live, stages)
-    run.evaluations += DENSE_STAGES - STAGES
+        stage(functions, run.mode, t, c, x, h, k, known, vectors, live, stages)
+    run.evaluations += DENSE_STAGES - known
     for i in range(stages.shape[1]):
         _polynomial(stages, 0, i, x[i] if i < n else 0.0, h, ws[i])
     for v in range(live):
@@ -213,9 +214,7 @@ def expand(place, p, t):
         return math.nan
     wanted = control.wanted_length(functions, t, state, known, tolerance, stages)
     h = control.up_to_goal(settings, run, wanted)
-    rejected = False
-    ends = False
-    cut = False
+    rejected = ends = cut = False
     halvings = 0
     longer = 0.0
     larger = 0.0
@@ -236,7 +235,7 @@ def expand(place, p, t):
         watching = tables.active[mode, 0] > 0
         steep = tables.steep[mode, 0] > 0
         if watching or steep:
-            dense_output(functions, t, state.c, x, h, vectors, 0, run, stages, scratch.workspace)
+            dense_output(functions, t, state.c, x, h, STAGES, vectors, 0, run, stages, scratch.workspace)
         if watching:
             left = guard_polynomials(functions, tables, settings, state, t, h, scratch)
             ends = ends or left == math.inf
@@ -247,7 +246,7 @@ def expand(place, p, t):
                 continue
         if steep and checked.may_hide_between(functions, tables, settings, h, t, state, scratch):
             if live > 0:
-                dense_output(functions, t, state.c, x, h, vectors, live, run, stages, scratch.workspace)
+                dense_output(functions, t, state.c, x, h, DENSE_STAGES, vectors, live, run, stages, scratch.workspace)
             seen = _look(functions, tables, settings, h, t, state, scratch.workspace, scratch)
             if seen < h:
                 # what is wrong of the dense output may be wrong everywhere

@@ -35,6 +35,10 @@ def guard_polynomials(functions, tables, settings, state, t, h, scratch):
     left = 0.0
     for j in range(tables.active[mode, 0]):
         g = ws[first + j]
+        if j > 0 and tables.surfaces[mode, j] == tables.surfaces[mode, j - 1]:
+            for k in range(GUARD_DEGREE + 1):
+                g[k] = ws[first + j - 1, k]
+            continue
         g[0] = functions.guard(mode, j, t, c, x, gradient)
         slope = gradient[n]
         for i in range(n):
