@@ -97,8 +97,8 @@ def is_moved(key, tables, state):
 
 
 @rare
-def _placed(functions, tables, state, j, t, scratch):
-    """The side of guard j, which is zero, to which the last event has crossed its surface; 0 if that was another one.
+def _ratio(functions, tables, state, j, t, scratch):
+    """The gradient of guard j, which is zero, over that of the surface of the last event; 0 if that was another one.
 
     Surfaces are one where gradients are parallel, states being measured by their sizes and time by the period.
     """
@@ -119,8 +119,8 @@ def _placed(functions, tables, state, j, t, scratch):
         own_square += own * own
         dot += part * own
     if dot == 0.0 or not dot * dot >= (1.0 - GUARDS.parallel) * square * own_square:
-        return 0
-    return run.way if dot > 0.0 else -run.way
+        return 0.0
+    return dot / square * unit / own_unit
 
 
 @inlined
@@ -160,8 +160,9 @@ def is_zero(functions, tables, state, j, here, slope, old, crossed, t, scratch):
     if zero:
         scratch.errors[1] = functions.rate_error(run.mode, j, t, state.c, state.x, state.doubt)
     if zero and old == 0 and run.fresh == at.AFTER and run.way != 0:
-        old = _placed(functions, tables, state, j, t, scratch)
-        if old != 0:
+        ratio = _ratio(functions, tables, state, j, t, scratch)
+        if ratio != 0.0:
+            old = run.way if ratio > 0.0 else -run.way
             state.sides[key] = PLACED * old
     return zero, old
 
@@ -218,11 +219,14 @@ def stand_at_rest(functions, tables, state, j, order, side, slope, t, scratch):
     fired = has_fired(state, key, direction)
     marks = marks_at(functions, tables, state, j, side, t, scratch)
     if crossed and run.way != 0:
+        own = tables.surfaces[run.mode, j] == run.surface
+        ratio = 1.0 if own else _ratio(functions, tables, state, j, t, scratch)
+        speed = ratio * run.speed
         error = ROUNDING * functions.rate_error(run.mode, j, t, state.c, state.x, scratch.none)
         # a wall that is met with no speed may have turned it
-        told = abs(run.speed) > error or marks & (at.MARKS | at.PASSES)
-        if told and abs(slope - run.speed) <= error:
-            side = run.way
+        told = abs(speed) > error or marks & (at.MARKS | at.PASSES)
+        if told and abs(slope - speed) <= error:
+            side = run.way if ratio > 0.0 else -run.way
     return stand(True, side, order, old, direction, run.fresh, fired, marks)
 
 

@@ -86,6 +86,27 @@ def test_switches_in_either_direction_push_and_pass_and_bounce(method):
     assert run["event_time"].values == pytest.approx([1.0, 2.0], abs=1e-12)
 
 
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("other", "way"), [("tan(3*({}))", -1), ("-tan({})", 1)])
+@pytest.mark.parametrize(("roots", "count"), [([3.875] * 5, 1), ([0.5, 2.25, 2.25, 2.25, 3.0], 3)])
+def test_a_surface_is_crossed_whichever_way_the_guard_beyond_it_grows(roots, count, other, way, method):
+    """At a root of odd order the gradients of both guards tell what has been crossed, by their signs and sizes."""
+    coefficients = np.polynomial.polynomial.polyfromroots(roots)
+    coefficients /= 4 * np.abs(np.polynomial.polynomial.polyval(np.linspace(0, 6, 50), coefficients)).max()
+    first = " + ".join(f"({a!r})*c**{k}" for k, a in enumerate(coefficients.tolist()))
+    system = cd.HybridSystem(
+        states="c",
+        modes={"a": {"c": "1"}, "b": {"c": "1"}},
+        transitions=[
+            cd.Transition("rise", "a", "b", first, 1),
+            cd.Transition("fall", "b", "a", other.format(first), way),
+        ],
+        initial={"mode": "a", "c": 0.0},
+    )
+    run = cd.trajectory(system, duration=6.0, samples=1, method=method)
+    assert run["event_kind"].values.tolist() == [0, 1, 0][:count]
+
+
 # A mode that is entered on its own guard
 
 
