@@ -73,12 +73,32 @@ def _slope_at(functions, tables, state, ws, j, s, t, scratch):
     return slope, ROUNDING * functions.rate_error(mode, j, t + s, state.c, place, scratch.none)
 
 
+@rare
+def _nearer(functions, state, ws, i, j, s, side, doubt, t, scratch):
+    """When, before a root, a guard is clear of its doubt and rounds to far less than that; or -1."""
+    mode, place = state.run[0].mode, scratch.before[: state.x.size]
+    away = EPSILON * s
+    while away < s and not side * value(ws, uint64(i), s - away) > doubt:
+        away *= 2.0
+    away *= GUARDS.clear
+    if not away < s:
+        return -1.0
+    state_at(ws, place.size, s - away, place)
+    # states are rounded there in parts of what they are the sum of
+    for a in range(place.size):
+        scratch.doubt[a] = size(ws, uint64(a), s - away)
+    error = functions.guard_error(mode, j, t + s - away, state.c, place, scratch.doubt)
+    error += away * functions.rate_error(mode, j, t + s - away, state.c, place, scratch.doubt)
+    return s - away if GUARDS.finer * ROUNDING * error < doubt else -1.0
+
+
 @inner
 def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scratch):
     """What a root at s, approached from a side, is to the guard's error: (when it is clear of that, root or -1).
 
     The time is -1 for a simple root. For a root of even order, which is no crossing, the root is -1; one of odd order
-    is where the second derivative vanishes, which is known far better than where the value does.
+    is where the second derivative vanishes, which is known far better than where the value does. Of roots that a series
+    from nearby tells far better, as those of a product, the root is -1, too, and the time is where that begins.
     """
     n, mode = settings.order, state.run[0].mode
     marks = tables.marks[mode, j]
@@ -101,11 +121,17 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
         return -1.0, s
     place = scratch.before[: state.x.size]
     state_at(ws, place.size, s, place)
-    off = max(off, ROUNDING * functions.guard_error(mode, j, t + s, state.c, place, scratch.none))
+    own = ROUNDING * functions.guard_error(mode, j, t + s, state.c, place, scratch.none)
+    begun, off = off, max(off, own)
     slack = ROUNDING * functions.rate_error(mode, j, t + s, state.c, place, scratch.none) * unit
     doubt = (off + 2.0 * EPSILON * size(ws, uint64(i), s) + left) * unit
     told = abs(steep) - slack
-    if told > 0.0 and told * told > 2.0 * doubt * abs(bend):
+    simple = told > 0.0 and told * told > 2.0 * doubt * abs(bend)
+    if left == 0.0 and GUARDS.finer * own < begun and not (simple and doubt <= settings.tolerance * h * told):
+        nearer = _nearer(functions, state, ws, i, j, s, side, doubt / unit, t, scratch)
+        if nearer > 0.0:
+            return nearer, -1.0
+    if simple:
         return -1.0, s
     if bend != 0.0:
         # by as much as that the value is in doubt where the rate, with its own error, may vanish

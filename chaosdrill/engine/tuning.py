@@ -177,6 +177,11 @@ class Guards(NamedTuple):
     short: float = 1e-2
     """Part of a step below which a rebound is told better by the interpolated polynomial than by values of the guard:
     rounding has about 1e7 times as large a part in the fourth order of that as in a value."""
+    finer: float = 8.0
+    """Factor by which a guard has to round less near roots that its terms at the start of the step do not tell apart,
+    for a step to begin there: written as a product it may by 1e10."""
+    clear: float = 4.0
+    """Distances from such a root to where the guard is clear of its error from which that step begins."""
     near: float = 1e-6
     """Part of the step within which two roots, or a root and a strobe, are looked at for whether they coincide."""
     far: float = 1e15

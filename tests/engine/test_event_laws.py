@@ -152,15 +152,20 @@ def test_what_is_hardly_more_than_rounding_is_counted(roots, scale, rises, falls
     assert_counted(family, numbers, {name: (range(count), 0) for name, count in found.items()}, method, 64)
 
 
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("seed", [1, 2, 92])
-def test_close_roots_rise_and_fall_in_turn(seed, method):
+def close_roots(seed, most):
+    """Five roots up to so far apart, and the numbers that tell their drawing on."""
     rng = np.random.default_rng(seed)
-    roots = rng.uniform(0.3, 3.5) + np.cumsum(rng.uniform(1e-3, 8e-3, 5))
+    return rng.uniform(0.3, 3.5) + np.cumsum(rng.uniform(most / 8, most, 5)), rng
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("seed", [1, 2, 3, 34, 92])
+def test_close_roots_rise_and_fall_in_turn(seed, method):
+    """All of them, where the guard between them is clear of its rounding: that of its terms, each by half a digit."""
+    roots, rng = close_roots(seed, 8e-3)
     scale = rng.choice([-1, 1]) * 10 ** rng.uniform(-9, 9)
-    family, numbers = listed(
-        "polynomials of a clock", [0, scale, 1, *np.polynomial.polynomial.polyfromroots(roots), 1, *[0] * 5]
-    )
+    coefficients = np.polynomial.polynomial.polyfromroots(roots)
+    family, numbers = listed("polynomials of a clock", [0, scale, 1, *coefficients, 1, *[0] * 5])
     _, found, _ = lists.single(family, numbers, method, TOLERANCE)
     first, second = ("rise", "fall") if scale > 0 else ("fall", "rise")
     together = np.full(len(found["either"]), np.nan)
@@ -168,6 +173,27 @@ def test_close_roots_rise_and_fall_in_turn(seed, method):
     together[::2], together[1::2] = found[first], found[second]
     assert np.all(np.diff(together) >= 0)
     np.testing.assert_array_equal(together, found["either"])
+    between = np.abs(np.prod((roots[1:, None] + roots[:-1, None]) / 2 - roots, axis=1)).min()
+    rounding = 2.0**-53 * np.polynomial.polynomial.polyval(roots[-1], np.abs(coefficients))
+    assert len(together) == 5 or between < (64 if method == "taylor" else 2048) * rounding
+
+
+@pytest.mark.parametrize("most", [8e-3, 1e-4])
+def test_close_roots_of_a_product_are_as_exact_as_its_factors(most):
+    """At the start of a step it rounds by far more than it is between them."""
+    product = "*".join(f"(c - r{k})" for k in range(5))
+    system = cd.HybridSystem(
+        states="c",
+        parameters={f"r{k}": 0.0 for k in range(5)},
+        modes={"m": {"c": "1"}},
+        transitions=[cd.Transition("rise", "m", "m", product, 1), cd.Transition("fall", "m", "m", product, -1)],
+        initial={"c": 0.0},
+    )
+    for seed in (19, 22, 41):
+        roots, _ = close_roots(seed, most)
+        run = cd.trajectory(system.with_parameters(**{f"r{k}": r for k, r in enumerate(roots)}), duration=6, samples=1)
+        np.testing.assert_allclose(run["event_time"], roots, rtol=1e-15)
+        assert run["event_kind"].values.tolist() == [0, 1, 0, 1, 0]
 
 
 @pytest.mark.parametrize(
