@@ -45,8 +45,9 @@ def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
                 if min(seen.values()) >= STRUCTURE.samples:
                     break
                 x, t = sizes * rng.normal(size=n) * 10.0 ** rng.uniform(-4, 0.5), unit * rng.uniform(0, 7)
-                # a guard of time alone is met in any state, and its matrix tells nothing of the time
-                if not events[j].timed and not _onto_guard(functions, mode, j, t, c, sizes, x, gradient):
+                if events[j].timed:
+                    t = _onto_clock(functions.guard, mode, j, t, c, x, gradient)
+                elif not _onto_guard(functions, mode, j, t, c, sizes, x, gradient):
                     continue
                 transition = functions.event_map(mode, j, t, c, x, 1, np.ones(n), 0.0, event)
                 speed = in_python(normal_speed)(event, n)
@@ -205,6 +206,15 @@ def _unit_of_time(system: "HybridSystem", sizes: np.ndarray, rates: list[tuple[n
 def _onto_guard(functions, mode, j, t, c, sizes, x, gradient):
     """As `brought_onto`, for who is not compiled."""
     return 1 if brought_onto(functions, mode, j, t, c, sizes, x, gradient) else 0
+
+
+def _onto_clock(guard: Any, mode: int, j: int, t: float, c: np.ndarray, x: np.ndarray, gradient: np.ndarray) -> float:
+    """When a guard of time alone is zero, by Newton's method from t; t itself where that does not arrive."""
+    there = t
+    for _ in range(STRUCTURE.halvings):
+        there -= guard(mode, j, there, c, x, gradient) / gradient[-1]
+    value = guard(mode, j, there, c, x, gradient)
+    return there if abs(value) <= STRUCTURE.on * abs(gradient[-1] * there) else t
 
 
 def passes(system: "HybridSystem") -> frozenset[tuple[int, int]]:

@@ -41,6 +41,15 @@ def test_rank_is_lost_where_the_derivative_has_no_inverse() -> None:
     assert examine(cd.Map("x y", {}, ["2*x + y", "4*x + 2*y"])).deficient == {0}
 
 
+@pytest.mark.parametrize(("factor", "lost"), [("sin(pi*t)", {0}), ("cos(pi*t)", set())])
+def test_rank_is_that_at_the_times_of_the_events(factor, lost) -> None:
+    kick = cd.Transition("kick", "m", "m", "sin(pi*t)", 0, reset={"y": f"y*{factor}"})
+    system = cd.HybridSystem(
+        states="x y", time="t", modes={"m": {"x": "y", "y": "x"}}, transitions=[kick], initial={"x": 0.0}, period=2
+    )
+    assert examine(system).deficient == lost
+
+
 def test_sweeps_equal_the_clock_to_the_bit() -> None:
     own, other = cd.Map(**LOGISTIC), clocked("clocked", **LOGISTIC)
     sweep = {"a": [2.8, 3.2, 3.5, 3.6, 3.83, 3.9, 4.2]}
