@@ -34,6 +34,8 @@ EXPONENTIAL = Shape(0.6, 1.0, 745.0, 4.0, 0.3, 0.0, CROSSED)
 SIGMOID = Shape(0.3, 1.0, 19.0, 1.5, 0.3, 0.0, CROSSED)
 # one over cosh(w) and over 1 + exp(w) have the poles of tanh, and the tails of exp
 PULSE = Shape(0.15, 0.9, 745.0, 0.5, 0.25, 0.0, CROSSED)
+# the range of a sine, in what another operation is applied to, is known where it moves by a part of a turn
+TURN = Shape(0.2, 0.0, 0.0, 1.0, 0.0, 0.0, CROSSED)
 
 
 def _singular(exponent: float, through: int = AT_ALL) -> Shape:
@@ -61,17 +63,25 @@ def steep_operations(expressions: Iterable[Any], moving: Iterable[Any]) -> tuple
     ``moving``: states and time; what is made of parameters alone hides nothing.
     """
     symbols = frozenset(moving)
-    found: dict[tuple[Any, float], Steep] = {}
+    found: dict[tuple[Any, float, float], Steep] = {}
     seen: set[Any] = set()
     for expression in expressions:
         for part in _parts(sympy.sympify(expression), seen):
-            for argument, shape in _watched(part, symbols):
+            for argument, shape in _with_turns(_watched(part, symbols)):
                 if argument.free_symbols.isdisjoint(symbols):
                     continue
-                key = (argument, shape.dead + shape.through)
+                key = (argument, shape.dead + shape.through, shape.unit)
                 if key not in found or found[key].shape.part > shape.part:
                     found[key] = Steep(argument, shape, part)
     return tuple(found.values())
+
+
+def _with_turns(watched: Iterable[tuple[Any, Shape]]) -> Iterator[tuple[Any, Shape]]:
+    """What is watched, each after the angles of which it is made."""
+    for argument, shape in watched:
+        for wave in sorted(argument.atoms(sympy.sin, sympy.cos, sympy.tan), key=sympy.default_sort_key):
+            yield wave.args[0], TURN
+        yield argument, shape
 
 
 def _parts(expression: Any, seen: set[Any]) -> Iterator[Any]:

@@ -226,8 +226,15 @@ def looks(agrees: Any) -> Callable[..., float]:
         for _ in range(CHECKS.places):
             # the last place is the end of the step to the bit
             end = s + ds if s + 1.01 * ds < h else h
-            watch(functions, mode, t, c, ws, n, end, place, then)
-            apart, active = _apart(shapes, count, settings.stepping == at.BY_SERIES, now, then, largest)
+            apart = 0.0
+            active = False
+            if s == 0.0:
+                # no place before the first one tells whether an argument has been elsewhere and is back there
+                watch(functions, mode, t, c, ws, n, 0.5 * end, place, then)
+                apart, active = _apart(shapes, count, settings.stepping == at.BY_SERIES, now, then, largest)
+            if apart <= 1.0:
+                watch(functions, mode, t, c, ws, n, end, place, then)
+                apart, active = _apart(shapes, count, settings.stepping == at.BY_SERIES, now, then, largest)
             if not apart <= 1.0:
                 if end - s <= CHECKS.finest * h:
                     return 0.0 if has_ended(functions, tables, settings, t, state, scratch) >= 0 else s

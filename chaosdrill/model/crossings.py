@@ -114,18 +114,27 @@ def _stripped_once(g: Any) -> tuple[Any, int]:
 def _undone(g: Any) -> tuple[Any, int] | None:
     """What vanishes with a sum of a monotone function and a number, as u - log(3) with exp(u) - 3; None if g is none.
 
-    Roots and logarithms stay: where they are no numbers, the guard has no value, and its run ends.
+    Roots and logarithms stay: where they are no numbers, the guard has no value, and its run ends. So do exponentials
+    that may be pulses: far from one the exponent is so large that its rounding hides both roots.
     """
     number, rest = g.as_independent(*g.free_symbols, as_Add=True)
     factor, f = rest.as_coeff_Mul()
     value, there = -number / factor, None
     if not (value.is_real and g.free_symbols):
         return None
-    if isinstance(f, sympy.exp) and value > 0:
+    if isinstance(f, sympy.exp) and value > 0 and not _may_turn_back(f.args[0]):
         there = sympy.log(value)
     elif f.is_Pow and f.exp.is_Integer and f.exp > 0 and f.exp % 2 == 1 and number:
         there = sympy.sign(value) * abs(value) ** (1 / f.exp)
     return None if there is None else (f.args[0] - there, 1 if factor > 0 else -1)
+
+
+def _may_turn_back(u: Any) -> bool:
+    """Whether a value may have a maximum: it is bounded above, or has even parts of a sign that is not known."""
+    low, high = bounds_of(u)
+    parts = sympy.preorder_traversal(u)
+    even = any(isinstance(p, BOUNDED) or (p.is_Pow and p.exp.is_even) for p in parts)
+    return high < math.inf or (low == -math.inf and even)
 
 
 def _as_a_whole(g: Any) -> tuple[Any, int]:

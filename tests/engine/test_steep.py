@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import special
 
 import chaosdrill as cd
 from chaosdrill.engine.batch import Batch
@@ -174,6 +175,69 @@ def test_a_pulse_of_a_guard_within_a_step_is_found(method):
     )
     run = cd.trajectory(system, duration=3.0, samples=3, method=method)
     assert run["event_time"].values == pytest.approx([1 - np.sqrt(np.log(2) / 1000)], abs=1e-9)
+
+
+@pytest.mark.parametrize("method", ADAPTIVE)
+@pytest.mark.parametrize(
+    ("exponent", "half"),
+    [
+        ("-((x - c)/w)**2", lambda w: w * np.sqrt(np.log(2))),
+        ("-((x - c)/w)**4", lambda w: w * np.log(2) ** 0.25),
+        ("-(40*sin((t - c)/40)/w)**2", lambda w: 40 * np.arcsin(w / 40 * np.sqrt(np.log(2)))),
+    ],
+)
+def test_a_narrow_pulse_of_a_guard_is_met_on_both_sides(method, exponent, half):
+    """Far from the pulse its exponent is so large that its rounding hides where it is log(1/2)."""
+    system = cd.HybridSystem(
+        states="x",
+        parameters={"c": 33.3, "w": 0.01},
+        modes={"all": {"x": "1"}},
+        transitions=[cd.Transition("pulse", "all", "all", f"exp({exponent}) - 1/2", 0)],
+    )
+    for c, w in ((33.3, 1e-2), (71.9, 1e-4), (20.01, 1e-6)):
+        run = cd.trajectory(system.with_parameters(c=c, w=w), duration=100.0, samples=1, method=method)
+        assert run["event_time"].values == pytest.approx([c - half(w), c + half(w)], abs=1e-10)
+
+
+@pytest.mark.parametrize("method", ADAPTIVE)
+@pytest.mark.parametrize(
+    ("pulse", "area"),
+    [
+        ("exp(2000*(cos(t) - 1))", special.ive(0, 2e3)),
+        ("exp(-60000*sin(a/2)**2)", special.ive(0, 3e4)),
+        ("((1 + cos(t))/2)**200", special.binom(400, 200) / 4.0**200),
+    ],
+)
+def test_no_pulse_of_many_is_passed_over(method, pulse, area):
+    """Between them the rates are 0 to doubles, and a step may be as long as many turns."""
+    system = cd.HybridSystem(states="a q", modes={"all": {"a": "1", "q": pulse}})
+    run = cd.trajectory(system, duration=2000 * np.pi, samples=1, method=method)
+    assert run["states"].values[-1, 1] == pytest.approx(2000 * np.pi * area, rel=1e-9)
+
+
+@pytest.mark.parametrize("method", ADAPTIVE)
+def test_a_pulse_in_the_middle_of_the_first_look_counts(method):
+    """Wherever the first look is: its exponent there is that of the start."""
+    system = cd.HybridSystem(
+        states="x q", parameters={"c": 1.0}, modes={"all": {"x": "1", "q": "exp(-(10000*(x - c))**2)"}}
+    )
+    for c in 50 * 2.0 ** -np.arange(6, 16):
+        run = cd.trajectory(system.with_parameters(c=c), duration=100.0, samples=1, method=method)
+        assert run["states"].values[-1, 1] * 1e4 == pytest.approx(np.sqrt(np.pi), rel=1e-10)
+
+
+@pytest.mark.parametrize("method", ADAPTIVE)
+def test_no_gate_of_many_is_passed_over(method):
+    """One opens and closes 100 times, for a small part of each turn."""
+    system = cd.HybridSystem(
+        states="x",
+        parameters={"k": 3e4},
+        modes={"all": {"x": "1"}},
+        transitions=[cd.Transition("opens", "all", "all", "1/3 + tanh(k*(cos(t) - 1 + 1/k))", +1)],
+    )
+    run = cd.trajectory(system, duration=200 * np.pi, samples=1, method=method)
+    first = np.arccos(1 - (1 + np.arctanh(1 / 3)) / 3e4)
+    assert run["event_time"].values == pytest.approx(2 * np.pi * np.arange(1, 101) - first, abs=1e-8)
 
 
 # A case of the study for every method: none is ok and off by more than a hundred tolerances.
