@@ -147,6 +147,34 @@ def error_of(x, h, scale, least, longest, vectors, live, rounding, stages):
     return error
 
 
+@inner
+def _parted(functions, t, state, h, least, stages):
+    """Largest part of itself by which the rate of a state that begins differs between the last stage and the end.
+
+    Both are at one time. Where a step is far too long for what the rate depends on, its stages explode, and what they
+    move is no size of the motion, even if the rate at the start is zero.
+    """
+    run, x, scale = state.run[0], state.x, state.scale
+    last, after = stages[STAGES - 1], stages[STAGES]
+    known = False
+    largest = 0.0
+    for i in range(stages.shape[1]):
+        if not control.is_new(scale[i], x[i] if i < x.size else 0.0, stages[0, i], least, run.period):
+            continue
+        fastest = 0.0
+        for j in range(STAGES):
+            fastest = max(fastest, abs(stages[j, i]))
+        if fastest == 0.0:
+            continue
+        if not known:
+            functions.field(run.mode, t + h, state.c, stages[END], after)
+            run.evaluations += 1
+            known = True
+        part = abs(after[i] - last[i]) / fastest
+        largest = largest if part <= largest else part
+    return largest
+
+
 @series
 def _polynomial(stages, first, i, start, h, row):
     """Coefficients from the rates of the stages, which stand from row ``first`` on."""
@@ -218,8 +246,16 @@ def expand(place, p, t):
     halvings = 0
     longer = 0.0
     larger = 0.0
+    parted = math.inf
     while h > STEPS.underflow * run.longest:
         attempt(functions, t, state.c, x, h, vectors, live, run, stages, stages[END])
+        part = _parted(functions, t, state, h, least, stages)
+        # what begins with a high power of time, or a root of itself, looks alike at all lengths
+        if not part <= DOP853.parted and (part < 0.5 * parted or not math.isfinite(part)):
+            parted = min(parted, part)
+            h *= STEPS.smallest_growth
+            rejected = True
+            continue
         error = error_of(x, h, scale, least, run.period, vectors, live, scratch.none, stages) / tolerance
         if error > 1.0:
             checked.coarsest(functions, tables, tolerance, h, t, state, stages[END], scratch)

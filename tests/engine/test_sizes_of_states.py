@@ -149,3 +149,46 @@ def test_a_filter_behind_a_drive_with_pauses_goes_on(method, om):
     rise = -np.expm1(-5.0 * np.minimum(phase, 0.1) * period)
     right = rise * np.exp(-5.0 * np.maximum(phase - 0.1, 0.0) * period)
     np.testing.assert_allclose(run["states"].values[:, 0], np.where(phase > 0, right, 0.0), rtol=0, atol=1e-11)
+
+
+SLOW = cd.HybridSystem(
+    name="slow",
+    states="x v",
+    parameters={"k": 1.0, "u": 1.0},
+    modes={"one": {"x": "-k*(x - u*cos(t))", "v": "0"}, "two": {"x": "v", "v": "-k*v - k*(x - u*sin(t))"}},
+    bounds=dict.fromkeys("xv", (-1e300, 1e300)),
+)
+"""A relaxation to a drive, of one state or of two."""
+
+
+def relaxed(k, off, t):
+    """The state of mode one in units of the drive, exactly, from 1 + off."""
+    return (k * k * np.cos(t) + k * np.sin(t)) / (k * k + 1) + (off + 1 / (k * k + 1)) * np.exp(-k * t)
+
+
+def relaxed_twice(k, t):
+    """The same of mode two, from rest at zero."""
+    a = k * (k - 1) / ((k - 1) ** 2 + k * k)
+    b = -k * k / ((k - 1) ** 2 + k * k)
+    fast = -(k + np.emath.sqrt(k * k - 4 * k)) / 2
+    slow = k / fast
+    c = (b * fast - a) / (slow - fast)
+    return (a * np.sin(t) + b * np.cos(t) + c * np.exp(slow * t) - (b + c) * np.exp(fast * t)).real
+
+
+@pytest.mark.parametrize("off", [0.0, 2.0**-52, 1e-9, -0.5, None])
+@given(k=st.floats(0, 7), tolerance=st.floats(-12, -6), unit=st.floats(-9, 9), reach=st.floats(2, 5.5))
+@example(k=5.0, tolerance=-8.0, unit=0.0, reach=5.7)
+@example(k=6.0, tolerance=-12.0, unit=9.0, reach=5.5)
+@settings(max_examples=8)
+def test_a_start_at_rest_on_what_is_slow_of_what_is_stiff(off, k, tolerance, unit, reach):
+    k, tolerance, unit = 10.0**k, 10.0**tolerance, 10.0**unit
+    start = {"mode": "two"} if off is None else {"mode": "one", "x": unit * (1 + off)}
+    system = SLOW.with_parameters(k=k, u=unit).with_initial(x=0.0, v=0.0).with_initial(**start)
+    # where stages have exploded, that decays again soon
+    t = min(5.0, 10.0**reach / k) * np.geomspace(1e-4, 1.0, 50)
+    run = cd.trajectory(system, duration=t[-1], times=t, method="dop853", tolerance=tolerance)
+    assert Outcome(int(run["outcome"])) == Outcome.OK
+    exact = relaxed_twice(k, t) if off is None else relaxed(k, off, t)
+    size = np.abs(exact).max()
+    assert np.abs(run["states"].values[:, 0] / unit - exact).max() <= 100 * tolerance * size + 1e-14
