@@ -4,7 +4,7 @@ Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd ed. 1996, sectio
 (doi:10.1007/978-3-642-05221-7). The stages are solved for by Newton's method on all of them, and so the derivative of
 a step by the state at its start is one more solution with the same matrix: tangents are those of the step itself, and
 no second derivative of the field is needed. Guards become polynomials through the one on which the stages lie;
-events are found on steps of their own of exactly the length asked for. Samples are read off that polynomial.
+samples and events are found on steps of their own of exactly the length asked for.
 """
 
 import math
@@ -247,14 +247,12 @@ def locate(place, p, te, h, t):
 
 @offered
 def evaluate(place, p, t, s):
-    """States and quadratures at s, from the polynomial through the stages."""
-    scratch = machine_at(place).scratch
-    ws, out = scratch.workspace, scratch.out
-    for i in range(out.size):
-        total = 0.0
-        for k in range(DEGREE, -1, -1):
-            total = total * s + ws[i, k]
-        out[i] = total
+    """States and quadratures after a step of length s: where it is stiff, no polynomial through stages is as exact."""
+    machine = machine_at(place)
+    scratch = machine.scratch
+    _arrive(
+        machine.functions, machine.tables, machine.settings[0], t, state_of(machine.states, p), s, scratch, scratch.out
+    )
 
 
 @offered

@@ -336,7 +336,7 @@ def errors_of(kind, x, h, scale, least, longest, rounding, room, stages):
     is smaller than ``rounding`` has it, see `checked.coarsest`; a state whose own would be has none for tangents.
 
     It is that of an embedded formula of the order of the stages, which takes part of the rate at the start (Hairer and
-    Wanner, section IV.8). The polynomial through the stages is as exact.
+    Wanner, section IV.8). Between the stages their polynomial is as exact only where nothing is stiff.
     """
     n = x.size
     s = 3 + 2 * kind

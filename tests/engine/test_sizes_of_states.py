@@ -176,19 +176,20 @@ def relaxed_twice(k, t):
     return (a * np.sin(t) + b * np.cos(t) + c * np.exp(slow * t) - (b + c) * np.exp(fast * t)).real
 
 
-@pytest.mark.parametrize("off", [0.0, 2.0**-52, 1e-9, -0.5, None])
+@pytest.mark.parametrize("method", ["dop853", "radau"])
+@pytest.mark.parametrize("off", [0.0, 2.0**-52, -0.5, None])
 @given(k=st.floats(0, 7), tolerance=st.floats(-12, -6), unit=st.floats(-9, 9), reach=st.floats(2, 5.5))
 @example(k=5.0, tolerance=-8.0, unit=0.0, reach=5.7)
 @example(k=6.0, tolerance=-12.0, unit=9.0, reach=5.5)
 @settings(max_examples=8)
-def test_a_start_at_rest_on_what_is_slow_of_what_is_stiff(off, k, tolerance, unit, reach):
+def test_a_start_at_rest_on_what_is_slow_of_what_is_stiff(method, off, k, tolerance, unit, reach):
     k, tolerance, unit = 10.0**k, 10.0**tolerance, 10.0**unit
     start = {"mode": "two"} if off is None else {"mode": "one", "x": unit * (1 + off)}
     system = SLOW.with_parameters(k=k, u=unit).with_initial(x=0.0, v=0.0).with_initial(**start)
     # where stages have exploded, that decays again soon
-    t = min(5.0, 10.0**reach / k) * np.geomspace(1e-4, 1.0, 50)
-    run = cd.trajectory(system, duration=t[-1], times=t, method="dop853", tolerance=tolerance)
+    t = np.geomspace(1e-4, 1.0, 50) * (5.0 if method == "radau" else min(5.0, 10.0**reach / k))
+    run = cd.trajectory(system, duration=t[-1], times=t, method=method, tolerance=tolerance)
     assert Outcome(int(run["outcome"])) == Outcome.OK
     exact = relaxed_twice(k, t) if off is None else relaxed(k, off, t)
     size = np.abs(exact).max()
-    assert np.abs(run["states"].values[:, 0] / unit - exact).max() <= 100 * tolerance * size + 1e-14
+    assert np.abs(run["states"].values[:, 0] / unit - exact).max() <= 500 * tolerance * size + 1e-14
