@@ -58,8 +58,8 @@ def stand(zero, side, order, old, direction, fresh, fired, marks):
         if ahead and (order > 1 or fired == HELD) and marks & (at.MARKS | at.PASSES) == 0:
             return at.FIRE, -HELD * side
     elif old == 0:
-        # a root of even order is no crossing; but a wall that is stood upon is met
-        crosses = order % 2 == 1 or marks & (at.MARKS | at.PASSES) == 0
+        # by a root of even order a run that may begin beyond the guard comes from there, and does not cross it
+        crosses = order % 2 == 1 or marks & at.OPEN == 0
         if zero and ((ahead and crosses) or (direction == 0 and fresh == at.BEGIN and order % 2 == 1)):
             return at.FIRE, -side
         if not zero and ahead and marks & at.OPEN == 0:
@@ -291,6 +291,10 @@ def settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch):
             # clear of the error there, whatever the other terms are
             return how, side, order
     left = left_out(functions, tables, settings, state, ws, i, j, h, t, scratch)
+    moved = ROUNDING * scratch.errors[1] * h
+    if settings.stepping != at.BY_SERIES and math.isfinite(moved):
+        # of a rate that cancels, the later terms of an interpolation have the rounding
+        left += moved
     affine = tables.marks[state.run[0].mode, j] & at.AFFINE
     # derivatives of what an interpolation leaves out over the whole step are larger than that
     part = h / state.run[0].tried if left > 0.0 else 0.0
@@ -315,7 +319,7 @@ def settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch):
         ahead = _clear_side(ws, i, h, off + left)
         if ahead != 0:
             how, side = stand_at_rest(functions, tables, state, j, max(order, 2), ahead, slope, t, scratch)
-            g[0] = side * off
+            g[0] = side * (off + left)
             return how, side, 0
     if order == 0:
         return at.NOWHERE, side, 0
