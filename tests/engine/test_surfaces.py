@@ -140,6 +140,46 @@ def test_a_mode_that_is_entered_on_its_guard_is_left_at_once(entry, guard, way, 
     assert abs(found[1][1] - found[0][1]) < 1e-7
 
 
+# A switch on whose guard a motion begins, with a speed or without
+
+
+ORDERS = (1, 2, 3, 4)
+CHAIN = {"x": "v", "v": "w", "w": "z", "z": "1", "s": "1"}
+
+
+@pytest.fixture(scope="module")
+def departures():
+    """Modes to begin in, or to enter where s is c, each with a guard that leaves zero then: by states, or by time."""
+    modes, transitions = {"out": CHAIN}, []
+    for k in ORDERS:
+        for of, q in (("states", "zwvx"[k - 1]), ("time", f"(1 + v**2)*(t - c)**{k}")):
+            name = f"{of} {k}"
+            modes |= {name: CHAIN, f"before {name}": dict.fromkeys(CHAIN, "0") | {"s": "1"}}
+            transitions.append(cd.Transition(f"enter {name}", f"before {name}", name, "s - c", 1))
+            for way in (-1, 1):
+                transitions.append(cd.Transition(f"{way} {name}", name, "out", f"a*{q}", way))
+    return cd.HybridSystem(
+        states=list(CHAIN),
+        parameters={"a": 1.0, "c": 0.0},
+        modes=modes,
+        transitions=transitions,
+        initial={"mode": "out"},
+    )
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("of", ["states", "time"])
+@pytest.mark.parametrize("k", ORDERS)
+def test_a_switch_acts_at_once_if_its_guard_leads_across_by_whichever_derivative(departures, k, of, method):
+    name = f"{of} {k}"
+    for a, way in ((1.0, 1), (-3.0, -1)):
+        for first, c in (([], 0.0), ([f"enter {name}"], 0.25)):
+            system = departures.with_parameters(a=a, c=c).with_initial(mode=f"before {name}" if first else name)
+            found = events(cd.trajectory(system, duration=0.5, samples=1, method=method), system)
+            assert [event for event, _ in found] == [*first, f"{way} {name}"]
+            assert [time for _, time in found] == pytest.approx([c] * len(found), abs=1e-15)
+
+
 # Resets that land on a guard up to rounding
 
 

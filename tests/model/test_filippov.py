@@ -491,3 +491,19 @@ def test_pi_is_the_number_unless_something_is_called_so():
     x, symbol = sympy.symbols("x pi")
     grown = cd.HybridSystem(states="x", modes={"on": {x: symbol * x}})
     assert grown.modes["on"][grown.states[0]] == sympy.pi * grown.states[0]
+
+
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau"])
+@pytest.mark.parametrize("start", [1.0, -1.0])
+def test_friction_that_vanishes_holds_nothing_at_the_turn_of_its_demand(start, method):
+    """At x = 1 the force on a body at rest is zero, and so is its rate: its next derivative moves the body."""
+    rates = {"x": "v", "v": "-x - v/10 + cos(4*t/5)"}
+    parts = {"states": "x v", "period": "5*pi/2", "initial": {"x": start}}
+    rubbed = {side: rates | {"v": f"{rates['v']} {sign} S"} for side, sign in (("above", "-"), ("below", "+"))}
+    friction = cd.filippov(parameters={"S": 0.0}, surface="v", **rubbed, **parts)
+    free = cd.HybridSystem(modes={"free": rates}, **parts)
+    runs = [cd.trajectory(system, periods=3, samples=5, method=method)["states"] for system in (friction, free)]
+    np.testing.assert_allclose(*runs, rtol=0, atol=1e-9)
+    if method == "taylor":
+        exponents = cd.lyapunov_spectrum(friction, periods=100, transient=10)["lyapunov_exponent"].values
+        assert exponents == pytest.approx([-0.05, -0.05], abs=1e-3)
