@@ -157,7 +157,7 @@ def parting(vectors: "np.ndarray", window: int, followed: int) -> tuple[float, f
     import numpy as np
     from scipy.spatial import cKDTree
 
-    from chaosdrill.analysis.scaling import STEP, Sums, scaling_region
+    from chaosdrill.analysis.scaling import STEP, Sums, even_region
     from chaosdrill.analysis.statistics import in_blocks
 
     at, stride = np.arange(len(vectors) - followed), -(-followed // RECURRENCES.looked_at)
@@ -176,7 +176,7 @@ def parting(vectors: "np.ndarray", window: int, followed: int) -> tuple[float, f
     if 0 < (end := stride * int(near.sum())) < followed and stride > 1:
         return parting(vectors, window, end)
     sums = Sums(mean, in_blocks(logs - mean, RECURRENCES.blocks), np.zeros(len(mean)), near)
-    region = scaling_region(sums, RECURRENCES.shortest)
+    region = even_region(sums, RECURRENCES.shortest)
     if region is None:
         steps = max(int(near.sum()) - 1, 0)
         lacking = f"{steps} steps, and a rate needs {RECURRENCES.shortest}: take more values, or shorter steps"

@@ -207,28 +207,50 @@ def local_slopes(sums: Sums) -> tuple[np.ndarray, np.ndarray]:
     return np.diff(sums.values) / STEP, standard_error(np.diff(sums.blocks, axis=1) / STEP)
 
 
-def scaling_region(sums: Sums, shortest: int = SCALING.shortest) -> Region | None:
+def scaling_region(sums: Sums) -> Region | None:
     """The dimension over the distances that determine it best; None where too few are of use.
 
-    Over every range of distances with enough pairs the dimension is the least-squares slope. Its error joins the one by
-    chance, from blocks of the record; the one by which local slopes scatter and drift over the range, by
-    `standard_error`; how far the slope over the finer half of the range is off; and, on a torus, what counting a point
-    itself would change. Of all ranges whose errors are near the least one the longest is taken, and its error joins how
-    far the dimensions over all other ranges are off, weighted by one over their squared errors.
+    A range of distances counts if the number of neighbours grows over each half of it, wherever that begins: between
+    clusters of points it rests, whatever their dimension. Points that are met again exactly, with no others beside
+    them, are a finite set, of dimension 0.
+    """
+    if sums.sound[0] and not np.diff(sums.values[: SCALING.shortest + 1]).any():
+        return Region(0.0, 0.0, 0, SCALING.shortest)
+    return even_region(sums, SCALING.shortest, SCALING.growth)
+
+
+def even_region(sums: Sums, shortest: int, growth: float = -np.inf) -> Region | None:
+    """The slope over the distances that determine it best; None where too few are of use.
+
+    Over every range of distances with enough pairs, over each half of which the logarithms have that growth, the slope
+    is the least-squares one. Its error joins the one by chance, from blocks of the record; the one by which local
+    slopes scatter and drift over the range, by `standard_error`; how far the slope over the finer half of the range is
+    off; and, on a torus, what counting a point itself would change. Of all ranges whose errors are near the least one
+    the longest is taken, and its error joins how far the slopes over all other ranges are off, weighted by one over
+    their squared errors.
     """
     places = np.flatnonzero(sums.sound)
     if not len(places) or places[-1] - places[0] < shortest:
         return None
     sums = Sums(*(part[..., places[0] : places[-1] + 1] for part in sums))
-    low, high = np.array(
-        [(low, high) for low in range(len(sums.values)) for high in range(low + shortest, len(sums.values))]
-    ).T
+    count = len(sums.values)
+    ranges = [(low, high) for low in range(count) for high in range(low + shortest, count)]
+    ranges = [(low, high) for low, high in ranges if _least_growth(sums.values[low : high + 1]) >= growth]
+    if not ranges:
+        return None
+    low, high = np.array(ranges).T
     dimension, error = _fitted(sums, low, high)
     near = np.flatnonzero(error <= SCALING.nearly * error.min())
     best = near[np.lexsort((error[near], (low - high)[near]))[0]]
     elsewhere = np.average((dimension - dimension[best]) ** 2, weights=error**-2)
     whole = float(np.sqrt(error[best] ** 2 + elsewhere))
     return Region(float(dimension[best]), whole, int(places[0] + low[best]), int(places[0] + high[best]))
+
+
+def _least_growth(values: np.ndarray) -> float:
+    """The least that values grow over half their range."""
+    half = (len(values) - 1) // 2
+    return float((values[half:] - values[:-half]).min())
 
 
 def _fitted(sums: Sums, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -257,6 +279,8 @@ def refusal(sums: Sums) -> str:
     steps = int(sums.sound.sum()) - 1
     if steps < 0:
         return "no points are near each other, or none apart"
+    if steps >= SCALING.shortest:
+        return "no scaling region; the points lie in clusters that are not resolved: record more points"
     return (
         f"no scaling region; the points resolve distances over a factor of {2 ** (steps / 2):.3g}, and a region needs "
         f"{2 ** (SCALING.shortest / 2):.3g}: record more points, for a factor of 2 more 2^D times as many"

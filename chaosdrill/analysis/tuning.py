@@ -228,6 +228,9 @@ class Scaling:
 
     shortest: int = 7
     """Steps of the distance in a scaling region, at least: a factor of 11."""
+    growth: float = 0.34
+    """What the logarithm of the number of neighbours grows by over each half of a region, at least: a dimension of 1/3
+    does so over the shortest one."""
     nearly: float = 2.0
     """Times the least error up to which a longer range is taken instead: slopes of sets with gaps oscillate at all
     scales, those of the Henon map by a tenth, and are level where they turn."""

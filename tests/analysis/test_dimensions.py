@@ -106,6 +106,30 @@ def test_a_closed_curve_and_a_cycle():
     assert (cycle["dimension_error"].values == 0).all()
 
 
+def test_gaps_between_clusters_are_no_scaling():
+    """A circle near a resonance: neighbours rest in number from the width of the clusters to their distance."""
+    rng, orders, ratio = np.random.default_rng(12), np.array([1, 2, 3]), []
+    near = [rng.integers(1, q) / q + 10 ** rng.uniform(-7, -3) for q in rng.integers(2, 130, 12)]
+    for turn in [*near, *rng.random(4), *(np.array([0.5, 1, 2, 3]) / (2 * np.pi))]:
+        for count in (2000, 5000):
+            angles = 2 * np.pi * (turn * np.arange(count) % 1)
+            points = np.column_stack([np.cos(angles), np.sin(angles)])
+            for sums in sums_of(points / points.std(axis=0), 10, orders):
+                if found := scaling_region(sums):
+                    ratio.append(abs(found.dimension - 1) / found.error)
+                elif sums.sound.sum() > SCALING.shortest:
+                    assert "clusters" in refusal(sums)
+    assert max(ratio) <= 2
+    assert len(ratio) > 100
+
+
+def test_a_long_cycle_is_a_finite_set():
+    """Longer than periods that are looked for."""
+    angles = 2 * np.pi * 7 / 1001 * (np.arange(5000) % 1001)
+    for sums in sums_of(np.column_stack([np.cos(angles), np.sin(angles)]), 10, np.array([2, 3])):
+        assert scaling_region(sums)[:2] == (0, 0)
+
+
 def test_phase_of_the_forcing_is_a_coordinate_at_events():
     """A clock turns by a golden part of the forcing from event to event; nothing else moves."""
     clock = cd.HybridSystem(

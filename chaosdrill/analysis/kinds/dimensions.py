@@ -77,12 +77,13 @@ def dimensions(system: HybridSystem, given: Dimensions, job: Job) -> Dataset:
     comes back.
 
     The dimension is the slope over a range of distances, a factor of at least 11, with 500 pairs at its smallest one
-    and at most a fifth of all pairs at its largest one. Its error combines the statistical error, from 128 blocks of
-    the record; the scatter and drift of local slopes over the range; the difference of the slope over the finer half;
-    and the differences of the dimensions over other ranges. The longest range with an error close to the smallest is
-    used. Without a range the dimension is NaN, and the attribute ``reason`` says why; the outcome is ``undecided`` if
-    no order has one. The coverage of twice the error is given in docs/howto/dimensions.md. It does not include
-    distances that the record does not resolve.
+    and at most a fifth of all pairs at its largest one, over each half of which the number of neighbours grows by a
+    factor of 1.4: between clusters, as near a resonance of a torus, it rests. Its error combines the statistical error,
+    from 128 blocks of the record; the scatter and drift of local slopes over the range; the difference of the slope
+    over the finer half; and the differences of the dimensions over other ranges. The longest range with an error close
+    to the smallest is used. Without a range the dimension is NaN, and the attribute ``reason`` says why; the outcome is
+    ``undecided`` if no order has one. The coverage of twice the error is given in docs/howto/dimensions.md. It does not
+    include distances that the record does not resolve.
 
     Returns
     -------
