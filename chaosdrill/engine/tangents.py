@@ -111,14 +111,6 @@ def keep_to_surfaces(functions, tables, state, scratch):
                 vectors[i, a] = 0.0
 
 
-@rare
-def begin_tangents(functions, tables, state, scratch):
-    """Put tangents into the surfaces that the mode holds in which a run begins, or its averages do."""
-    run = state.run[0]
-    if tables.held[run.mode] > 0 and run.steps == 0 and run.live > 0:
-        keep_to_surfaces(functions, tables, state, scratch)
-
-
 @inlined
 def log_growth(state, i):
     """Logarithm of the growth of the tangents of exponent i."""
@@ -226,3 +218,23 @@ def orthonormalise(functions, tables, state, scratch):
         run.qr_wait = max(run.qr_wait // 2, 1)
     elif growth < TANGENTS.seldom:
         run.qr_wait = min(run.qr_wait * 2, TANGENTS.longest_wait)
+
+
+@rare
+def begin_tangents(functions, tables, state, scratch):
+    """Put tangents into the freedom that the mode leaves in which a run begins, or its averages do.
+
+    What they lose by it is no growth: tangents in general position would bring it into every exponent.
+    """
+    run = state.run[0]
+    if run.steps > 0 or run.live == 0:
+        return
+    holds = tables.held[run.mode] > 0
+    for i in range(tables.constrained.shape[1]):
+        holds = holds or tables.constrained[run.mode, i] == 1
+    if holds:
+        wait = run.qr_wait
+        orthonormalise(functions, tables, state, scratch)
+        run.qr_wait = wait
+        state.logs[:] = 0.0
+        state.grown[:] = 1.0
