@@ -52,7 +52,7 @@ def flow(place, p, samples, events):
     state = state_of(machine.states, p)
     run = state.run[0]
     row = state.x.size + settings.quadratures
-    begin_tangents(functions, tables, state, scratch)
+    begin_tangents(functions, tables, settings, state, scratch)
     while run.strobes < settings.target:
         if settings.recording == at.EVENLY and run.sample_rows + settings.samples + 1 > samples.shape[0]:
             return at.FULL

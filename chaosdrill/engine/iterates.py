@@ -52,7 +52,7 @@ def iterate(place, p, samples, events):
     functions, settings, tables, scratch = machine.functions, machine.settings[0], machine.tables, machine.scratch
     state = state_of(machine.states, p)
     run, x = state.run[0], state.x
-    begin_tangents(functions, tables, state, scratch)
+    begin_tangents(functions, tables, settings, state, scratch)
     while run.strobes < settings.target:
         if settings.recording == at.EVENLY and run.sample_rows + 2 > samples.shape[0]:
             return at.FULL

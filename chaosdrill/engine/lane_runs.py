@@ -36,7 +36,8 @@ def bring_in_order(window, taken, spare):
 def begin(p, machine, results, stretches):
     progress = results.progress[p]
     strobes = machine.states.run[p].strobes
-    begin_tangents(machine.functions, machine.tables, state_of(machine.states, p), machine.scratch)
+    state = state_of(machine.states, p)
+    begin_tangents(machine.functions, machine.tables, machine.settings[0], state, machine.scratch)
     progress[at.STAGE] = 0
     progress[at.TAKEN] = 0
     if progress[at.CELL] > 0:
@@ -100,7 +101,7 @@ def is_over(p, machine, results, frame, stretches, spare):
         stage = progress[at.STAGE]
         if stage == 0:
             forget(state, frame, machine.tables.constrained)
-            begin_tangents(machine.functions, machine.tables, state, machine.scratch)
+            begin_tangents(machine.functions, machine.tables, machine.settings[0], state, machine.scratch)
         else:
             for i in range(m):
                 results.growth[p, stage, i] = -math.inf if state.lost[i] == 1 else log_growth(state, i)

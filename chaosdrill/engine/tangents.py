@@ -221,7 +221,7 @@ def orthonormalise(functions, tables, state, scratch):
 
 
 @rare
-def begin_tangents(functions, tables, state, scratch):
+def begin_tangents(functions, tables, settings, state, scratch):
     """Put tangents into the freedom that the mode leaves in which a run begins, or its averages do.
 
     What they lose by it is no growth: tangents in general position would bring it into every exponent.
@@ -230,6 +230,10 @@ def begin_tangents(functions, tables, state, scratch):
     if run.steps > 0 or run.live == 0:
         return
     holds = tables.held[run.mode] > 0
+    if settings.orthonormalise == 0:
+        if holds:
+            keep_to_surfaces(functions, tables, state, scratch)
+        return
     for i in range(tables.constrained.shape[1]):
         holds = holds or tables.constrained[run.mode, i] == 1
     if holds:
