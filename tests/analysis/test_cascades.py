@@ -85,7 +85,7 @@ def test_no_period_is_found_in_chaos(logistic):
 def test_impact_oscillator_at_the_wall():
     system = cd.build("impact-oscillator", {"wall": 0.0, "zeta": 0.0, "e": 0.8})
     off = np.array([-1e-2, -1e-3, -1e-4, 1e-4, 1e-3])
-    period, outcome, found = diagram(system, "omega", IMPACT_DOUBLING + off)
+    period, outcome, found = diagram(system, "omega", IMPACT_DOUBLING + off, periods=1024)
     np.testing.assert_array_equal(period, [1, 1, 1, 2, 2])
     assert (outcome == cd.Outcome.PERIODIC).all()
     w = IMPACT_DOUBLING + off[:3]

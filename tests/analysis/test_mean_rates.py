@@ -60,7 +60,7 @@ def test_bars_of_a_chaotic_mean_cover_the_truth(lorenz, starts, length):
 @pytest.mark.parametrize(
     "measure",
     [
-        lambda lorenz: cd.lyapunov_spectrum(lorenz, duration=300, transient=20),
+        lambda lorenz: cd.lyapunov_spectrum(lorenz, duration=600, transient=20),
         lambda lorenz: cd.lyapunov_spectrum(lorenz, periods=400, transient=20, at=ABOVE, exponents=0),
         lambda lorenz: cd.poincare_section(lorenz, periods=400, transient=20, at=ABOVE),
     ],

@@ -37,7 +37,7 @@ ORBITS = [
     ({"max_period": 3}, ['max_period is 3; applies with start = "search" only']),
     ({"start": "guess", "seeds": [{"x": 0.1}]}, ["seeds is [{'x': 0.1}]", "search"]),
     ({"random": {"count": 3, "seed": 1, "x": (0, 1)}}, ["random: applies", "search"]),
-    ({"start": "search", "max_period": 1, "seeds": []}, ["seeds is empty"]),
+    ({"start": "search", "max_period": 1, "seeds": []}, ["seeds is []", "must not be empty"]),
     ({"start": "search", "max_period": 1, "random": {"count": 3, "seed": 1}}, ["random: names no state"]),
     ({"tolerance": 0}, ["tolerance is 0"]),
     ({"method": "euler"}, ["unknown method 'euler'"]),
