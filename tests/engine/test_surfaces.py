@@ -257,7 +257,9 @@ def test_lanes_see_that_guards_vanish_together():
     for other in others:
         for name in ("period", "outcome", "events_per_period"):
             np.testing.assert_array_equal(other[name], plain[name])
-        np.testing.assert_allclose(other["lyapunov_exponent"], plain["lyapunov_exponent"], atol=1e-9)
+        # of a complex pair the tangents go on turning from where they began, and the sum alone is that of any record
+        sums = (each["lyapunov_exponent"].sum("exponent") for each in (other, plain))
+        np.testing.assert_allclose(*sums, atol=1e-9)
 
 
 @pytest.mark.parametrize("method", METHODS)
