@@ -155,12 +155,10 @@ def _columns(count: int, turns: np.ndarray, terms: np.ndarray) -> np.ndarray:
 
 def _solver(columns: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
     """Least squares, by normal equations that keep coefficients small."""
-    from scipy.linalg import cho_factor, cho_solve
-
     square = columns.T @ columns
     square[np.diag_indices_from(square)] += len(columns) * WEIGHT
-    factor = cho_factor(square, overwrite_a=True, check_finite=False)
-    return lambda values: np.asarray(cho_solve(factor, columns.T @ values, check_finite=False))
+    # solved anew for each side: to load a library that keeps the factors takes longer than to find them
+    return lambda values: np.asarray(np.linalg.solve(square, columns.T @ values))
 
 
 def _solved(columns: np.ndarray, values: np.ndarray) -> np.ndarray:
