@@ -235,6 +235,18 @@ def eventless(name, parameters, **given):
     return [*found["multiplier_real"].values.ravel(), found["period_time"].item()]
 
 
+def close(method):
+    """Roots of order one to three that are close, of a clock and of time alone, for guards of either direction."""
+    guards = ["(c - 1)*(c - 1003/1000)*(c - 1007/1000)", "(c - 1)**2*(c - 1004/1000)", "(c - 1)**3", "sin(t - 1)**3"]
+    guards += ["(c - 1)**3 - 3*(c - 1)**2/1000 + (c - 1)/400000", "(t - 1)**2*(t - 1.5)"]
+    found = []
+    for guard in guards:
+        kicks = [cd.Transition(name, "m", "m", guard, way, {"n": "n + 1"}) for name, way in (("up", 1), ("down", -1))]
+        system = cd.HybridSystem(states="c n", time="t", modes={"m": {"c": "1", "n": "0"}}, transitions=kicks)
+        found += cd.trajectory(system, duration=2.0, samples=1, method=method)["event_time"].values.tolist()
+    return found
+
+
 METHODS = ("taylor", "dop853", "rk4", "radau")
 RUNS = {
     **{
@@ -249,6 +261,7 @@ RUNS = {
     "iterates": (iterates,),
     "unmoved": (unmoved,),
     **{f"counted {method}": (counted, method) for method in ("taylor", "dop853")},
+    **{f"close {method}": (close, method) for method in ("taylor", "dop853")},
     "alone dop853": (alone, "dop853"),
     "eventless forced": (lambda: eventless("duffing", {"amplitude": 0.1}, transient=3),),
     "eventless free": (lambda: eventless("roessler", {"c": 2.5}, at="y > 0", transient=3),),
