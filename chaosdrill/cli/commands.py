@@ -40,7 +40,7 @@ def warm(folder: str | None, as_json: bool) -> None:
     The code is kept where every process of this user finds it. With DIR it is put there, too: for an installation that
     cannot be written, name that folder in CHAOSDRILL_WARM_DIR. The code is that of this machine's kind of processor.
     """
-    if folder is not None and (not folder or "\0" in folder):
+    if folder is not None and (not folder or "\0" in folder or Path(folder).is_file()):
         # a shell's variable that is not set is empty: the code would lie in the working directory
         raise click.UsageError(f"DIR is {folder!r}, which names no folder; name one, or leave it out")
     from chaosdrill.engine.warm import warm as warm_engine

@@ -224,7 +224,8 @@ def explained(folder: Path, what: str) -> Iterator[None]:
         ) from fault
     except (OSError, RuntimeError) as fault:
         reason = (isinstance(fault, OSError) and fault.strerror) or f"{fault} (is the disk full?)"
-        raise ArchiveError(f"{folder}: {what}: {reason}; finished chunks are kept") from fault
+        kept = "; finished chunks are kept" if any(folder.rglob("*.chunk")) else ""
+        raise ArchiveError(f"{folder}: {what}: {reason}{kept}") from fault
 
 
 def kept_points(folder: Path) -> tuple[int, int]:

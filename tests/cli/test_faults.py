@@ -38,6 +38,7 @@ def test_wrong_scene(call, scene, tmp_path):
         ["verify"],
         ["warm", ""],
         ["warm", "a\0b"],
+        ["warm", __file__],
     ],
     ids=" ".join,
 )

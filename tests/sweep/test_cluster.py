@@ -70,6 +70,14 @@ def test_an_address_without_a_scheduler(task, address, monkeypatch):
         execute(task, scheduler=address)
 
 
+@pytest.mark.parametrize("address", ["10.0.0.5", "nowhere://1:2"])
+def test_no_client_of_an_address_that_is_none(task, address, monkeypatch):
+    # it would print a traceback and wait for 20 s when it is collected
+    monkeypatch.setattr("distributed.Client", lambda *_, **__: pytest.fail("a client was made"))
+    with pytest.raises(SettingsError, match=r"missing port|unknown address scheme"):
+        execute(task, scheduler=address)
+
+
 def test_dask_is_not_installed(task, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(SettingsError, match=r"pip install 'chaosdrill\[dask\]'"):
