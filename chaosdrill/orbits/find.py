@@ -154,8 +154,8 @@ def understood(problem: Problem, place: Place, period: int, failure: NoOrbitErro
     told = ", ".join(f"{system.state_names[i]} changes by {net[i]:.3g}" for i in np.flatnonzero(growing))
     return NoOrbitError(
         Outcome.OPEN,
-        f"the motion cannot close: {told} {each} on average and never returns; begin nearer to the orbit if it falls or "
-        "runs away, carry a state that only grows as a quadrature, or write a phase as a function of time",
+        f"the motion cannot close: {told} {each} on average and never returns; begin nearer to the orbit if it falls "
+        "or runs away, carry a state that only grows as a quadrature, or write a phase as a function of time",
         failure.residuals,
     )
 

@@ -223,10 +223,12 @@ def _lacks(ds: Dataset) -> str | None:
     """What a part of a result lacks, of which a picture may fail; None for a whole one."""
     declared, axes = table_of(str(ds.attrs["kind"]), map(str, ds.variables)), axes_of(settings(ds))
     placeholders = {SWEEP: axes, STARTS_OF_RUNS: () if "run" in ds.coords else axes}
-    for name, variable in ds.variables.items():
-        for dim in declared[str(name)].dims if name in declared else ():
+    for name, declaration in declared.items():
+        if declaration.required and name not in ds.variables and "{" not in name:
+            return f"ds lacks the variable {name!r}; draw the whole result, or what ds.sel or ds.isel select of it"
+        for dim in declaration.dims if name in ds.variables else ():
             for one in placeholders.get(dim, () if dim.startswith("{") else (dim,)):
-                if one not in variable.dims:
+                if one not in ds[name].dims:
                     return f"ds has one entry of {one!r} alone; select it as a list, as in ds.isel({one}=[0])"
     return _without_entries(ds, map(str, ds.sizes))
 

@@ -87,8 +87,6 @@ def connect(address: str) -> "Client":
             f"scheduler is {address!r}, but Dask is not installed ({fault}); install it with: "
             "pip install 'chaosdrill[dask]'"
         ) from fault
-    if not isinstance(address, str) or not address:
-        raise SettingsError(f"scheduler is {address!r}; it must be an address, as in 'tcp://10.0.0.5:8786'")
     try:
         resolve_address(address)  # a client of an address that is none prints a traceback when it is collected
         return Client(address, timeout=TUNING.answer_s, set_as_default=False, name="chaosdrill")

@@ -206,11 +206,9 @@ def _make(folder: Path) -> None:
     except FileExistsError as fault:
         raise ArchiveError(f"{folder}: is no folder, and cannot hold finished chunks; name another one") from fault
     except UnicodeError as fault:
-        letters = "the name has letters that names of files do not have here"
-        raise ArchiveError(f"{str(folder)!a}: {letters}; name another one") from fault
+        raise ArchiveError(f"{str(folder)!a}: letters that names of files do not have here; take another") from fault
     except OSError as fault:
-        remedy = "name one where files can be written"
-        raise ArchiveError(f"{folder}: this folder cannot be made ({fault.strerror}); {remedy}") from fault
+        raise ArchiveError(f"{folder}: this folder cannot be made ({fault.strerror}); name a writable one") from fault
 
 
 @contextmanager

@@ -651,6 +651,11 @@ def test_a_part_that_a_picture_cannot_be_drawn_of_is_told(request, result, part,
         cd.plot(request.getfixturevalue(result).isel(part))
 
 
+def test_a_variable_that_a_picture_needs_is_named(diagram):
+    with pytest.raises(SettingsError, match="lacks the variable 'section'; draw the whole result"):
+        cd.plot(diagram.drop_vars("section"))
+
+
 def test_spreads_are_told_to_need_variances():
     logistic = cd.Map("x", {"a": 3.9}, ["a*x*(1 - x)"], initial={"x": 0.3})
     ds = cd.finite_time_exponents(logistic, periods=64, sweep={"a": [3.7, 3.9]})
