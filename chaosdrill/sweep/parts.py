@@ -58,8 +58,8 @@ class Parts:
         self.resume = resume
 
     def __enter__(self) -> Self:
-        self._refuse_link(self.folder)
         with explained(self.folder, "cannot be used for finished parts"):
+            self._refuse_link(self.folder)
             remove_drafts(self.folder)
             self.folder.mkdir(exist_ok=True)
             self._lock = open_own(self.folder / _LOCK, os.O_RDWR)

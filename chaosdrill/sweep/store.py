@@ -206,7 +206,7 @@ def _make(folder: Path) -> None:
     except FileExistsError as fault:
         raise ArchiveError(f"{folder}: is no folder, and cannot hold finished chunks; name another one") from fault
     except UnicodeError as fault:
-        raise ArchiveError(f"{str(folder)!a}: letters that names of files do not have here; take another") from fault
+        raise ArchiveError(f"{str(folder)!a}: letters that names of files do not have; name another one") from fault
     except OSError as fault:
         raise ArchiveError(f"{folder}: this folder cannot be made ({fault.strerror}); name a writable one") from fault
 
@@ -222,8 +222,8 @@ def explained(folder: Path, what: str) -> Iterator[None]:
         ) from fault
     except (OSError, RuntimeError) as fault:
         reason = (isinstance(fault, OSError) and fault.strerror) or f"{fault} (is the disk full?)"
-        kept = "; finished chunks are kept" if any(folder.rglob("*.chunk")) else ""
-        raise ArchiveError(f"{folder}: {what}: {reason}{kept}") from fault
+        kept = any(_CHUNK.fullmatch(name) for _, _, names in os.walk(folder) for name in names)
+        raise ArchiveError(f"{folder}: {what}: {reason}{'; finished chunks are kept' if kept else ''}") from fault
 
 
 def kept_points(folder: Path) -> tuple[int, int]:

@@ -391,6 +391,12 @@ def test_a_time_of_files_that_is_no_number(call, monkeypatch, seconds):
     assert call("list", "methods").code == 0
 
 
+def test_a_name_too_long_for_the_folder_of_parts(tmp_path):
+    (tmp_path / "scene.toml").write_text(SCENE)
+    with pytest.raises(cd.ArchiveError, match=r"\.nc\.parts: cannot be used for finished parts: File name too long$"):
+        cd.run(tmp_path / "scene.toml", tmp_path / f"{250 * 'f'}.nc")
+
+
 @pytest.mark.parametrize("name", ["\ud800.nc", "a/\ud800/b.nc"])
 def test_a_name_that_no_file_can_have(tmp_path, monkeypatch, motion, name):
     monkeypatch.setattr("chaosdrill.workflow.run_scene.compute", lambda *_, **__: pytest.fail("it ran"))
