@@ -217,9 +217,7 @@ def explained(folder: Path, what: str) -> Iterator[None]:
     try:
         yield
     except FileNotFoundError as fault:
-        raise ArchiveError(
-            f"{folder}: {what}: the folder was removed or renamed during the run, or takes no files"
-        ) from fault
+        raise ArchiveError(f"{folder}: {what}: removed or renamed during the run, or takes no files") from fault
     except (OSError, RuntimeError) as fault:
         reason = (isinstance(fault, OSError) and fault.strerror) or f"{fault} (is the disk full?)"
         kept = any(_CHUNK.fullmatch(name) for _, _, names in os.walk(folder) for name in names)
