@@ -50,6 +50,8 @@ def _take_turns(turns: int, wanted: Callable[[], object]) -> None:
 
 def compile_for_another(part: str) -> None:
     """Compile a part, and then units in turn with the process that has started this one, which ends here."""
+    # numba would import it to ask for matrix products, which the engine has by itself
+    sys.modules["scipy.linalg"] = None  # type: ignore[assignment]
     getattr(import_module(part), _function(part)).compile()
     _take_turns(sys.stdin.fileno(), lambda: True)
     # to clear up what numba has made takes a while

@@ -80,9 +80,27 @@ class _Codegen(codegen.JITCPUCodegen):  # type: ignore[misc]
 class _Context(cpu.CPUContext):  # type: ignore[misc]
     """A target of its own, so that nothing of it is found by other code that numba compiles."""
 
+    _known = False
+    """Whether all of numba's declarations have been loaded."""
+
     def init(self) -> None:
         super().init()
         self._internal_codegen = _Codegen("chaosdrill")
+        self._sizes: dict[ir.Type, int] = {}
+
+    def load_additional_registries(self) -> None:
+        """Look into those that are known: numba asks at most functions, and imports all of its parts each time."""
+        if not self._known:
+            super().load_additional_registries()
+            self._known = True
+        for known in list(self._registries):
+            self.install_registry(known)
+
+    def get_abi_sizeof(self, kind: Any) -> int:
+        """Bytes of a type, asked once: LLVM reads a module to answer, and every access to an array asks."""
+        if kind not in self._sizes:
+            self._sizes[kind] = super().get_abi_sizeof(kind)
+        return self._sizes[kind]
 
     def create_cpython_wrapper(self, *given: Any, **more: Any) -> None:
         pass
