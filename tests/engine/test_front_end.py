@@ -21,7 +21,7 @@ from numba.np import arrayobj
 
 from chaosdrill.codegen.kinds import NamedTuple, Pointer, Tuple, float64, int64
 from chaosdrill.codegen.machine import optimised_object
-from chaosdrill.codegen.signatures import LaneFunctions, matrix, vector
+from chaosdrill.codegen.signatures import LaneFunctions, integers, matrix, vector
 from chaosdrill.engine import front_end, inner_parts, records
 from chaosdrill.engine.jit import (
     Layout,
@@ -66,6 +66,28 @@ def test_what_an_operator_makes_of_types_is_asked_of_numba_once(monkeypatch):
     put_real()
     front_end.llvm_module(many, "many", float64(float64).real, set())
     assert asked.count(operator.mul) == 1
+
+
+def test_declarations_and_sizes_of_types_are_asked_for_once(monkeypatch):
+    asked = []
+
+    def counted(ask):
+        def of_engine(context, *given):
+            if isinstance(context, inner_parts._Context):
+                asked.append((ask.__name__, *map(str, given)))
+            return ask(context, *given)
+
+        return of_engine
+
+    for name in ("load_additional_registries", "get_abi_sizeof"):
+        monkeypatch.setattr(cpu.CPUContext, name, counted(getattr(cpu.CPUContext, name)))
+
+    def both(values, counts):
+        return values[0] + values[1] + counts[0] + counts[1]
+
+    put_real()
+    front_end.llvm_module(both, "both", float64(vector, integers).real, set())
+    assert len(asked) == len(set(asked))
 
 
 def test_passes_that_are_left_out_are_there():
