@@ -186,7 +186,7 @@ def _measure(
         shared = free[:, :2].mean(axis=1)
         multiplier = np.where(pair, shared, free[:, 0]) * batch.length * period / ends[-1]
     if not neutral:
-        verdict.exponents[pair, :2] = shared[pair, np.newaxis]
+        verdict.exponents[pair, :2], verdict.apart[pair, :2] = shared[pair, np.newaxis], 0.0
     good = verdict.moves & np.isin(verdict.outcome, MEASURED) & (verdict.period > 0) & (multiplier < -HYPERBOLIC)
     path, known = aside(path, plan.shifts), plan.shifts.sizes(begun.known)
     back, trail = recurrence(path, known, period, 2 * period), aside(trail, plan.shifts)

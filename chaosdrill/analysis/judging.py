@@ -46,7 +46,8 @@ class Verdict(Selectable):
     period: np.ndarray  # int (P,)
     decided: np.ndarray  # bool (P,): whether that is beyond doubt
     exponents: np.ndarray  # (P, m): descending spectra
-    errors: np.ndarray  # (P, m): their standard errors
+    errors: np.ndarray  # (P, m): their standard errors, of lengths that no unit changes
+    apart: np.ndarray  # (P, m): how far exponents of such lengths are from them, which is an error as well
     evidence: Evidence
     cycle: np.ndarray  # int (P,): length of the cycle that the record repeats, in units of lengths; 0: unknown, or none
     moves: np.ndarray  # bool (P,): whether nothing says that the motion dies out
@@ -73,10 +74,14 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     points = np.full(len(which), ends[-1])
     if plan.section is not None:
         points = batch.counts[which][:, sorted(plan.section)].sum(axis=1)
-    errors = errors_of(plan, batch, which)
-    averages = averages_of(plan, batch, which, points, errors, begin, np.where(whole[:, np.newaxis], plain, np.nan))
+    sums = batch.sums_by_size(which)
+    errors = errors_of(plan, batch, which, sums)
+    known_means = np.where(whole[:, np.newaxis], plain, np.nan)
+    averages = averages_of(plan, batch, which, sums, points, errors, begin, known_means)
     order = np.argsort(-plain, axis=1, kind="stable")
-    exponents, errors = (np.take_along_axis(one, order, 1) for one in (plain, errors))
+    with np.errstate(invalid="ignore"):
+        apart = np.abs(np.where(np.isneginf(plain), 0.0, plain - _means(sums, begin, times)))
+    exponents, errors, apart = (np.take_along_axis(one, order, 1) for one in (plain, errors, apart))
     full, known = undrawn(plan.system, batch.window[which]), batch.sizes[which]
     windows = last_rows(full, LENGTH) if full.shape[1] > LENGTH else full
     early = None if before is None else undrawn(plan.system, before[which])
@@ -119,7 +124,7 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     repeats = periodic & e.recurs & ((e.lead < e.margin) | e.exact | ~e.measured)
     period = np.where(repeats, found.period, 0)
     cycle = np.where(certain & (period > 0), cycle, 0)
-    return Verdict(outcome, period, decided, exponents, errors, e, cycle, moves)
+    return Verdict(outcome, period, decided, exponents, errors, apart, e, cycle, moves)
 
 
 def _returned(paths: np.ndarray, known: np.ndarray, rounding: np.ndarray) -> np.ndarray:
@@ -138,6 +143,7 @@ def averages_of(
     plan: "Plan",
     batch: Batch,
     which: np.ndarray,
+    sums: np.ndarray,
     points: np.ndarray | int,
     errors: np.ndarray,
     begin: np.ndarray | int = 0,
@@ -164,9 +170,9 @@ def averages_of(
     return Averages(exponents, errors, late, course, length, rounding, neutral, plan.computed == plan.system.free)
 
 
-def errors_of(plan: "Plan", batch: Batch, which: np.ndarray) -> np.ndarray:
-    """Errors of the mean growth of each tangent from all blocks, shape (P, m), by lengths that no unit changes."""
-    sums, spans, length = batch.sums_by_size(which), np.diff(batch.times[which], axis=1), batch.length[which]
+def errors_of(plan: "Plan", batch: Batch, which: np.ndarray, sums: np.ndarray) -> np.ndarray:
+    """Errors of the mean growth of each tangent from all blocks, shape (P, m), by lengths of which ``sums`` are."""
+    spans, length = np.diff(batch.times[which], axis=1), batch.length[which]
     with np.errstate(invalid="ignore", divide="ignore"):
         rates = np.diff(sums, axis=1) / spans[..., np.newaxis]
         if batch.counts_returns:

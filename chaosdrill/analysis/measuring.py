@@ -192,8 +192,8 @@ def _look_at_instants(group: _Group, begun: Begun, evidence: Evidence, left: np.
     runs.run(fine.transient, np.array([0]))
     first = runs.x[:, np.newaxis].copy()
     runs.proceed(which, 0, np.array([0, fine.periods]))
-    errors, known = errors_of(plan, group.batch, open_), runs.sizes
-    averages = averages_of(plan, group.batch, open_, fine.periods, errors)
+    sums, known = group.batch.sums_by_size(open_), runs.sizes
+    averages = averages_of(plan, group.batch, open_, sums, fine.periods, errors_of(plan, group.batch, open_, sums))
     for p in which[runs.outcome == Outcome.OK].tolist():
         one, at = np.array([p]), open_[[p]]
         of = (averages.at(one), runs.window[one], known[one], first[one], 1.0, partial(runs.rates, p))
@@ -350,7 +350,7 @@ def _results(plan: Plan, batch: Batch, which: np.ndarray, verdict: Verdict) -> A
         "period": verdict.period,
         "outcome": verdict.outcome,
         "lyapunov_exponent": verdict.exponents[:, : plan.exponents],
-        "lyapunov_error": verdict.errors[:, : plan.exponents],
+        "lyapunov_error": np.hypot(verdict.errors, verdict.apart)[:, : plan.exponents],
         **{name: np.where(ended, np.nan, values) for name, values in means.items()},
         "moments": of_motion,
         "state": states,

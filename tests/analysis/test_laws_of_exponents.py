@@ -219,6 +219,28 @@ def test_a_round_that_ends_on_an_event_keeps_its_rank(count):
     np.testing.assert_allclose(found["lyapunov_exponent"].values, expected, atol=1e-2)
 
 
+@pytest.mark.parametrize("damping", [0.2, 0.01])
+def test_the_error_tells_of_ellipses_that_hardly_turn(damping):
+    """A hundred swings fit the forcing period: from strobe to strobe tangents turn by 0.01 of a turn at most.
+
+    In parts of the sizes of the states, which a swing has set, they have one length.
+    """
+    swinging = cd.HybridSystem(
+        name="swinging", states="x v", time="t", parameters={"d": damping}, period="2*pi",
+        modes={"on": {"x": "v", "v": "cos(t) - 10000*x - d*v"}}, initial={"x": 0.0, "v": 0.0},
+    )  # fmt: skip
+    given = {"periods": 100, "transient": 30}
+    alone, diagram = (
+        cd.lyapunov_spectrum(swinging, **given),
+        cd.bifurcation_diagram(swinging, {"d": [damping]}, **given),
+    )
+    for found in (alone, diagram):
+        gap = np.abs(found["lyapunov_exponent"].values + damping / 2).ravel()
+        error = found["lyapunov_error"].values.ravel()
+        assert (gap < 2 * error).all()
+        assert (error < 2 * np.log(100) / (200 * np.pi)).all()
+
+
 @pytest.mark.parametrize("tolerance", [1e-12, 1e-8, 1e-5])
 def test_on_a_cycle_the_error_is_that_of_the_method(tolerance):
     """Real multipliers of the impact oscillator's period-1 orbit, its mean place and power, in closed form.
