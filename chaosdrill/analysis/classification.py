@@ -203,7 +203,8 @@ def evidence_of_records(
     Parameters
     ----------
     windows, known
-        As in `evidence_of`; the last states, all of a length, which are this ``part`` of the records.
+        As in `evidence_of`; the last states, all of a length, which are this ``part`` of the records. Of a map the last
+        `LENGTH` tell, and all where these leave a record open.
     coarse : ndarray, shape (P, B + 1, n)
         States at the beginning of the records and at the ends of their blocks.
     flow : callable, optional
@@ -212,17 +213,20 @@ def evidence_of_records(
         States and modes after the events of a transition, as in `add_passages`, of a system free of time.
     """
     ended = np.full(len(windows), int(Outcome.OK))
-    windows, coarse = undrawn(system, windows), undrawn(system, coarse)
+    whole, coarse = undrawn(system, windows), undrawn(system, coarse)
+    points = round(whole.shape[1] / part)
+    windows = whole[:, -LENGTH:] if flow is None else whole
+    part = min(1.0, windows.shape[1] / points)
     e = evidence_of(system, structure, shifts, averages, windows, known, ended, coarse[:, 0], part)
     if system.draws:
         return e
     if flow is None:
-        paths, size, points = aside(windows, shifts), shifts.sizes(known), round(windows.shape[1] / part)
+        paths, size = aside(windows, shifts), shifts.sizes(known)
         found = recurrence(paths, size, USUAL, 2 * USUAL)
-        whole = (found.period > 0) & (points % np.maximum(found.period, 1) == 0)
-        add_returns(e, found, found.period * averages.length / points, whole, paths, size)
+        cycles = (found.period > 0) & (points % np.maximum(found.period, 1) == 0)
+        add_returns(e, found, found.period * averages.length / points, cycles, paths, size)
         add_ends(e, averages, paths, size, part)
-    add_record(e, windows, known, coarse, shifts, part, flow)
+    add_record(e, whole, known, coarse, shifts, points, flow)
     if passages is not None:
         # along an unstable cycle that round-off does not leave, tangents grow as in chaos
         open_ = np.flatnonzero(np.isin(words(e), (*OPEN_ANSWERS, Outcome.CHAOTIC)))
@@ -239,11 +243,12 @@ def add_record(
     known: np.ndarray,
     coarse: np.ndarray,
     shifts: Shifts,
-    part: float,
+    points: int,
     flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
 ) -> None:
-    """Add what all points of records say by themselves, as in `evidence_of_records`."""
-    paths, sizes, most = aside(windows, shifts), shifts.sizes(known), windows.shape[1] // REPEATS
+    """Add what all of so many points of records say by themselves, as in `evidence_of_records`."""
+    lengths = [min(LENGTH, windows.shape[1]) if flow is None else windows.shape[1], windows.shape[1]]
+    paths, sizes, most = aside(windows[:, -lengths[0] :], shifts), shifts.sizes(known), lengths[0] // REPEATS
     found = recurrence(paths, sizes, most)
     e.recurs |= found.period > 0
     residual, neutral = found.residual.copy(), np.flatnonzero((found.period > 0) & e.unmoved)
@@ -251,24 +256,40 @@ def add_record(
     residual[neutral] = recurrence(paths[neutral], sizes[neutral] / FLOOR, most).residual
     period = np.where(closes_exactly(e, residual, found.period), found.period, 0)
     e.exact |= stays(paths, sizes, period, e.rounding)
-    if part < 1.0:
+    if lengths[0] < points:
         earlier = stationarity(shifts.quotient(coarse), shifts.sizes(known))
         e.leaving, e.settling = e.leaving | earlier[0], e.settling | earlier[1]
-    unclear = np.flatnonzero(~e.positive & ~e.negative)
-    drifts = e.drifts.copy()
-    asked = e.may_be_torus[unclear], e.settled[unclear]
-    seen = examine(windows[unclear], known[unclear], shifts, e.rounding[unclear], flow, *asked)
-    _add_seen(e, unclear, seen)
-    if part < 1.0 and flow is None:
-        of, count = np.flatnonzero(e.ordered), windows.shape[1]
-        ends = block_ends(round(count / part), coarse.shape[1] - 1)
+    drifts, open_ = e.drifts.copy(), np.flatnonzero(~e.positive & ~e.negative)
+    for count in sorted(set(lengths)):
+        _add_regularity_of(e, open_, windows[open_, -count:], known[open_], coarse[open_], shifts, points, flow)
+        # the whole record tells more of growth than its last points
+        e.drifts |= drifts
+        open_ = open_[words(e)[open_] == Outcome.UNDECIDED]
+
+
+def _add_regularity_of(
+    e: Evidence,
+    which: np.ndarray,
+    windows: np.ndarray,
+    known: np.ndarray,
+    coarse: np.ndarray,
+    shifts: Shifts,
+    points: int,
+    flow: Callable[[np.ndarray, int], np.ndarray] | None,
+) -> None:
+    """Add what the last of so many points of some records say, see `examine`, and whether the earlier ones agree."""
+    asked = e.may_be_torus[which], e.settled[which]
+    _add_seen(e, which, examine(windows, known, shifts, e.rounding[which], flow, *asked))
+    count = windows.shape[1]
+    if count < points and flow is None:
+        here = np.flatnonzero(e.ordered[which])
+        ends = block_ends(points, coarse.shape[1] - 1)
         steps = ends - ends[-1] + count - 1
         # what the record begins with may still be on its way
         early = np.flatnonzero((steps < 0) & (ends > 0))
-        goes = goes_on(windows[of], known[of], coarse[of][:, early], steps[early], shifts)
+        goes = goes_on(windows[here], known[here], coarse[here][:, early], steps[early], shifts)
+        of = which[here]
         e.ordered[of], e.torus[of] = goes, goes & e.torus[of]
-    # the whole record tells more of growth than its last points
-    e.drifts |= drifts
 
 
 def closes_exactly(e: Evidence, residual: np.ndarray, period: np.ndarray) -> np.ndarray:

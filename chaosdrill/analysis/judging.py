@@ -26,7 +26,7 @@ from chaosdrill.analysis.classification import (
 from chaosdrill.analysis.recurrence import CLOSE, FLOOR, ROUND_OFF, recurrence
 from chaosdrill.analysis.resting import is_left, rests
 from chaosdrill.analysis.statistics import block_ends, error_of_exponents, rounding_of_unit
-from chaosdrill.analysis.tori import END, LENGTH, aside, stays
+from chaosdrill.analysis.tori import END, KEPT, LENGTH, aside, stays
 from chaosdrill.analysis.tuning import PLAN
 from chaosdrill.analysis.words import Evidence, Selectable, words
 from chaosdrill.dataset import Outcome
@@ -203,7 +203,7 @@ def _look_closer(
         # the last states of blocks; of longer records than are kept only the later ones are known
         ends = block_ends(points, PLAN.blocks)
         coarse = full[:, np.maximum(ends - points + full.shape[1] - 1, 0), :-1]
-        add_record(some, windows, known[which], coarse, plan.shifts, part)
+        add_record(some, full[:, -KEPT:], known[which], coarse, plan.shifts, points)
         add_later(some, windows, known[which], plan.shifts, part)
     e.put(which, some)
 

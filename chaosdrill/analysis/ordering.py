@@ -94,7 +94,7 @@ def ordered(points: np.ndarray) -> tuple[bool, bool, bool]:
     Returns ``on_curves`` that stay where they are and are no cycle, ``on_a_spiral``: on curves that move evenly, and
     ``cut``: on curves with several jumps.
     """
-    curves, turn, parts = _order(points)
+    curves, turn, parts, cuts = _likeliest(points)
     if not curves:
         return False, False, False
     moves = any(_moves_on(points[k::curves], turn, WAVES * parts) for k in range(curves))
@@ -103,7 +103,7 @@ def ordered(points: np.ndarray) -> tuple[bool, bool, bool]:
     # in a few turns along one of several no rate is known, that from one to the next is
     moves |= any(quickens(points[::each, full(points[::each]).argmax()]) for each in {1, curves})
     back = comes_back(path[:, full(path)]) or (curves > 1 and _returns(points, len(points), 0.0, ROUND_OFF))
-    return not moves and not back, moves, _cuts([points[k::curves] for k in range(curves)], turn) > 1
+    return not moves and not back, moves, cuts > 1
 
 
 def goes_on(points: np.ndarray, others: np.ndarray, steps: np.ndarray) -> bool:
@@ -114,10 +114,8 @@ def goes_on(points: np.ndarray, others: np.ndarray, steps: np.ndarray) -> bool:
     ``points``, shape (W, n): as in `ordered`. ``others``, shape (K, n): states before or behind them. ``steps``, int,
     shape (K,): how many points behind the first of them, negative before it.
     """
-    curves, turn, _ = _order(points)
-    if not curves:
-        return False
-    if _repeat(points, others, steps):
+    curves, turn, *_ = _likeliest(points)
+    if not curves or _repeat(points, others, steps):
         return False
     paths = [points[k::curves] for k in range(curves)]
     asked = [(others[steps % curves == k], (steps[steps % curves == k] - k) // curves) for k in range(curves)]
@@ -149,31 +147,49 @@ def _beside(points: np.ndarray, turn: float, others: np.ndarray, later: np.ndarr
     return np.asarray((lacks <= LEFT * extent).all(axis=1))
 
 
-def _order(points: np.ndarray) -> tuple[int, float, int]:
-    """On how many curves points lie in the order of an angle, its turn from one on a curve to the next, and its parts.
+def _likeliest(points: np.ndarray) -> tuple[int, float, int, int]:
+    """The first order of points without several jumps, with their number, or else the first one; no curves for none.
 
-    On none, 0, if they do not.
+    Beside a fraction, points of several curves seem to be on fewer that are cut.
+    """
+    found = (0, 0.0, 0, 0)
+    for curves, turn, parts in _orders(points):
+        cuts = _cuts([points[k::curves] for k in range(curves)], turn)
+        if cuts <= 1 or not found[0]:
+            found = curves, turn, parts, cuts
+        if cuts <= 1:
+            break
+    return found
+
+
+def _orders(points: np.ndarray) -> Iterator[tuple[int, float, int]]:
+    """On how many curves points lie in the order of an angle, its turn from one on a curve to the next, and its parts,
+    the fewest curves first.
     """
     for curves in range(1, len(points) // FEWEST + 1):
         path = points[::curves]
         fills = full(path)
         if not fills.any():
             continue
+        path = path / np.ptp(path, axis=0)
         told = path[:, [fills.argmax()]]
         for turn, parts in _turns(told[:, 0]):
-            way = _way(told, turn)[0]
-            if way > LONGEST * np.ptp(told):
+            ways = _way(path, turn)
+            way = ways[fills.argmax()]
+            # no turn nearby closes a gap that is wider, nor shortens a way by more
+            gap = _gap(len(path), turn) - 2 * NEARBY.max() / len(path)
+            if way > LONGEST or gap * RESOLVED * way > 1.0 or ways.max() > NEARBY.max() * LONGEST:
                 continue
             nearby = turn + NEARBY / len(path) ** 2
             best = nearby[np.argmin([way, *(_way(told, one)[0] for one in nearby[1:])])]
             paths = [points[k::curves] for k in range(curves)]
             if _follow(paths, best):
-                return curves, float(best), parts
+                yield curves, float(best), parts
+                continue
             # jumps move the shortest way, but not what is between them
-            refined = _refined(path[:, fills] / np.ptp(path[:, fills], axis=0), best, *_halves(path))[0]
+            refined = _refined(path[:, fills], best, *_halves(path))[0]
             if _follow(paths, refined):
-                return curves, refined, parts
-    return 0, 0.0, 0
+                yield curves, refined, parts
 
 
 def _turns(values: np.ndarray) -> Iterator[tuple[float, int]]:
@@ -215,8 +231,7 @@ def _follows(points: np.ndarray, turn: float) -> bool:
     grown = np.maximum(way - halves.min(axis=0), (halves.mean(axis=0) - quarters.mean(axis=0)) / 2)
     if not ((way <= LONGEST) & (grown <= LONGER)).all():
         return False
-    angle = np.sort(_angles(len(points), turn))
-    return bool(np.diff(angle, append=angle[0] + 1.0).max() * RESOLVED * way.max() <= 1.0)
+    return bool(_gap(len(points), turn) * RESOLVED * way.max() <= 1.0)
 
 
 def comes_back(points: np.ndarray, stays: float = STAYS) -> bool:
@@ -358,6 +373,12 @@ def _steps(points: np.ndarray, turn: float) -> np.ndarray:
     """How far neighbours along it are apart, shape (W, n)."""
     path = points[np.argsort(_angles(len(points), turn), kind="stable")]
     return np.asarray(np.abs(np.concatenate([path[1:] - path[:-1], path[:1] - path[-1:]])))
+
+
+def _gap(count: int, turn: float) -> float:
+    """The widest gap between angles of points, in parts of a turn."""
+    angle = np.sort(_angles(count, turn))
+    return float(np.diff(angle, append=angle[0] + 1.0).max())
 
 
 def _angles(count: int, turn: float) -> np.ndarray:

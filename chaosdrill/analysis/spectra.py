@@ -22,7 +22,7 @@ from chaosdrill.analysis.statistics import (
     kaplan_yorke_error,
     rounding_of_unit,
 )
-from chaosdrill.analysis.tori import LENGTH
+from chaosdrill.analysis.tori import KEPT, LENGTH
 from chaosdrill.analysis.tuning import PLAN
 from chaosdrill.analysis.words import Evidence, reason, words
 from chaosdrill.dataset import Outcome
@@ -39,8 +39,8 @@ from chaosdrill.model import HybridSystem
 ALL = 32
 """States up to which all exponents are computed, however few are asked for. Beyond, tangents take most of the time."""
 
-EVENTS, AT_ONCE = 4 * LENGTH, 1024
-"""Events that are kept at most, among which those of one transition tell, and those between two looks at a run."""
+AT_ONCE = 1024
+"""Events between two looks at a run."""
 
 
 def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: int, job: Job) -> xr.Dataset:
@@ -57,7 +57,8 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
     judged = np.flatnonzero(np.isin(ends, block_ends(plan.count, PLAN.blocks)))
     if len(judged) <= min(PLAN.blocks, plan.count):
         judged = np.arange(len(ends))
-    path = _Path(run, ends, m, passed=not plan.periodic and system.autonomous)
+    kept = KEPT if plan.periodic else LENGTH
+    path = _Path(run, ends, m, kept, passed=not plan.periodic and system.autonomous)
     if outcome == Outcome.OK:
         outcome = path.follow(job)
     complete, why, dimension_error = outcome == Outcome.OK, "", float("nan")
@@ -155,18 +156,19 @@ class _Path:
     """A run over its blocks, with its last samples and modes, and, if asked for, the last events that moved its states.
 
     ``run``: at the beginning of the record. ``ends``, int, shape (B + 1,): where blocks begin and end. ``exponents``:
-    tangents whose growth is kept; without any there are no samples. ``passed``: whether events are kept.
+    tangents whose growth is kept; without any there are no samples. ``kept``: last samples that are. ``passed``:
+    whether events are kept.
     """
 
-    def __init__(self, run: Run, ends: np.ndarray, exponents: int, *, passed: bool) -> None:
-        self._run, n = run, len(run.system.state_names)
+    def __init__(self, run: Run, ends: np.ndarray, exponents: int, kept: int, *, passed: bool) -> None:
+        self._run, self._kept, n = run, kept, len(run.system.state_names)
         self._moves = np.array([not t.marks_only() for t in run.system.transitions], dtype=bool)
         # only the last of all is sampled, of a long block its end
-        late = int(((ends[-1] - ends[1:]) * run.samples >= LENGTH).sum()) if exponents else len(ends) - 1
+        late = int(((ends[-1] - ends[1:]) * run.samples >= kept).sum()) if exponents else len(ends) - 1
         self._before, begin = late, int(ends[late])
         self._ends = ends[1:]
-        if late < len(ends) - 1 and ends[late + 1] - begin > LENGTH:
-            begin = int(ends[late + 1]) - LENGTH
+        if late < len(ends) - 1 and ends[late + 1] - begin > kept:
+            begin = int(ends[late + 1]) - kept
             self._ends, self._before = np.insert(self._ends, late, begin), late + 1
         self._wanted = np.append(0, np.searchsorted(self._ends, ends[1:]) + 1)
         self._blocks, self._start = Blocks(run, self._ends, exponents), run.x.copy()
@@ -207,7 +209,7 @@ class _Path:
     def samples(self) -> np.ndarray:
         """The last samples with their modes."""
         n, filled = len(self._run.system.state_names), self._run.filled()[0]
-        return np.delete(self._rows[:filled], np.s_[n:-1], axis=1)[-LENGTH:]
+        return np.delete(self._rows[:filled], np.s_[n:-1], axis=1)[-self._kept :]
 
     def follow(self, job: Job) -> Outcome:
         """Let the run go on to its end."""
@@ -224,12 +226,12 @@ class _Path:
             events = self._buffer[:met]
             self._events.append(events[self._moves[events[:, EVENT_KIND].astype(int)]])
             self.met += len(self._events[-1])
-        if self.met > 2 * EVENTS:
-            self._events, self.met = [np.concatenate(self._events)[-EVENTS:]], EVENTS
+        if self.met > 2 * KEPT:
+            self._events, self.met = [np.concatenate(self._events)[-KEPT:]], KEPT
 
     def passages(self) -> np.ndarray:
         """States after the last events of the transition that moved them most often, and the modes before."""
-        events, n = np.concatenate(self._events)[-EVENTS:], len(self._run.system.state_names)
+        events, n = np.concatenate(self._events)[-KEPT:], len(self._run.system.state_names)
         kinds = events[:, EVENT_KIND].astype(int)
         kept = events[kinds == np.bincount(kinds).argmax()]
         modes = kept[:, EVENT_MODE, np.newaxis]

@@ -26,8 +26,8 @@ from chaosdrill.codegen.signatures import matrix, vector
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.shifts import Shifts
 
-LENGTH = 2048
-"""Number of section points that decide."""
+LENGTH, KEPT = 2048, 8192
+"""Number of section points that decide, and of those that are asked where these leave open what a motion is on."""
 
 LEAST = 512
 """Smallest number of section points for a decision."""

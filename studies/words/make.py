@@ -25,7 +25,7 @@ from runs import called as called_by_spectra
 import chaosdrill
 from chaosdrill.analysis.classification import Averages, evidence_of_records
 from chaosdrill.analysis.statistics import block_ends, standard_error
-from chaosdrill.analysis.tori import LENGTH
+from chaosdrill.analysis.tori import KEPT
 from chaosdrill.analysis.tuning import PLAN
 from chaosdrill.analysis.words import words
 from chaosdrill.dataset import Outcome
@@ -78,11 +78,11 @@ def called(states, growth):
         shared={},
     )
     structure = Structure(frozenset(), np.eye(n), 0, False)
-    windows = np.concatenate([states[:, -LENGTH:], np.zeros((points, min(length, LENGTH), 1))], axis=2)
+    windows = np.concatenate([states[:, -KEPT:], np.zeros((points, min(length, KEPT), 1))], axis=2)
     coarse = states[:, np.maximum(ends - 1, 0)]
     evidence = evidence_of_records(
         *(forced, structure, Shifts.none(n), averages),
-        *(np.ascontiguousarray(windows), known, coarse, min(1.0, LENGTH / length)),
+        *(np.ascontiguousarray(windows), known, coarse, min(1.0, KEPT / length)),
     )
     return [Outcome(int(code)).meaning for code in words(evidence)]
 

@@ -31,6 +31,18 @@ def test_a_torus_is_known_from_off_it(length):
         assert clocked("x angle", images | {"x": "x/2 + cos(angle)"}, {"x": 9.0}, length) == "quasiperiodic"
 
 
+@pytest.mark.parametrize("length", [4096, 16384])
+def test_more_points_tell_a_torus_of_many_curves(length):
+    """An angle moves the logistic map's cycle of 16 points a little; 2,048 points of 16 curves are too few."""
+    turned = {"u": "cos(w)*u - sin(w)*v", "v": "sin(w)*u + cos(w)*v"}
+    images = {"x": "3.5668*x*(1 - x)*(1 + u/1e5)", **turned}
+    many = cd.Map("x u v", {"w": np.pi * (np.sqrt(5) - 1)}, images, name="many-curves", initial={"x": 0.4, "u": 1.0})
+    assert cd.lyapunov_spectrum(many, periods=length, transient=20_000).cd.outcome == "quasiperiodic"
+    given = {"transient": 20_000, "periods": length, "max_extension": 0}
+    found = cd.bifurcation_diagram(many, {"w": [np.pi * (np.sqrt(5) - 1)]}, **given)
+    assert found["outcome"].values.ravel().tolist() == [cd.Outcome.QUASIPERIODIC]
+
+
 @pytest.mark.parametrize("length", [600, 1024])
 def test_a_clock_turns_two_angles_on_a_torus(length):
     turns = {"a": "sqrt(2) + sin(b)/20", "b": "sqrt(3) + sin(a)/20"}
