@@ -34,9 +34,10 @@ SAFE = 3.0
 ROUND_OFF = 1e-13
 """Error of a frequency at least: part of a turn a sample that round-off of states and times moves it by."""
 
-PARTS, EVENLY = 8, 1e-3
-"""Parts of a sequence whose lines tell whether its rate changes, and part of the mean change from one to the next by
-which each differs from it at most where it does: beats of a torus that are slow move its lines less evenly."""
+PARTS, EVENLY = (8, 4), 1e-3
+"""Parts of a sequence whose lines tell whether its rate changes, fewer where lines are not apart in many, and part of
+the mean change from one to the next by which each differs from it at most where it does: beats of a torus that are slow
+move its lines less evenly."""
 
 PASSES = 8
 """Newton's steps to the top of a line, each of which doubles the digits."""
@@ -80,11 +81,12 @@ def strongest(points: np.ndarray) -> float:
 def quickens(values: np.ndarray) -> bool:
     """Whether the strongest line of a sequence is ever higher, or lower, from part to part, by as much each time."""
     guess = strongest(values[:, np.newaxis])
-    parts = np.array_split(values, PARTS)
-    if not np.isfinite(guess) or not _is_apart(guess, len(parts[-1])):
-        return False
-    steps = np.diff([_top(part, guess) for part in parts])
-    return bool((np.abs(steps - steps.mean()) <= EVENLY * np.abs(steps.mean()) - ROUND_OFF).all())
+    for parts in (np.array_split(values, count) for count in PARTS):
+        if np.isfinite(guess) and _is_apart(guess, len(parts[-1])):
+            steps = np.diff([_top(part, guess) for part in parts])
+            if (np.abs(steps - steps.mean()) <= EVENLY * np.abs(steps.mean()) - ROUND_OFF).all():
+                return True
+    return False
 
 
 def _lines(values: np.ndarray) -> Iterator[tuple[float, float, float]]:

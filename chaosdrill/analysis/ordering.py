@@ -101,7 +101,7 @@ def ordered(points: np.ndarray) -> tuple[bool, bool, bool]:
     # by the extent of one curve, which may be small beside the way from one to the next
     path = points[::curves]
     # in a few turns along one of several no rate is known, that from one to the next is
-    moves |= any(quickens(points[::each, full(points[::each]).argmax()]) for each in {1, curves})
+    moves |= any(quickens(told) for each in {1, curves} for told in points[::each, full(points[::each])].T)
     back = comes_back(path[:, full(path)]) or (curves > 1 and _returns(points, len(points), 0.0, ROUND_OFF))
     return not moves and not back, moves, cuts > 1
 
