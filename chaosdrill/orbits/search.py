@@ -6,6 +6,7 @@ from functools import partial
 from itertools import chain, zip_longest
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout
@@ -99,7 +100,8 @@ class CloseReturns:
         Different sequences of events lead to different orbits: first comes the nearest return of each sequence,
         then the second nearest of each.
         """
-        found: dict[tuple[int, ...], list[tuple[float, int, int, int]]] = {}
+        groups: dict[tuple[int, ...], int] = {}
+        tables = [np.zeros((5, 0))]
         for number, record in enumerate(self.records):
             for steps in self._steps(period):
                 last = len(record.states) - steps
@@ -108,17 +110,18 @@ class CloseReturns:
                 same = record.kinds[steps:] == record.kinds[:last]
                 if not self.problem.forced and self.eventful:
                     same &= _busiest(record.kinds, steps) == period
-                moved = self.problem.shifts.across(record.states[steps:] - record.states[:last])
+                begun = np.flatnonzero(same)
+                moved = self.problem.shifts.across(record.states[begun + steps] - record.states[begun])
                 away = (np.abs(moved) / self.extent).max(axis=1)
-                for j in np.flatnonzero(same).tolist():
-                    sequence = _least_turn(record.sequences[j + 1 : j + steps + 1].tolist())
-                    found.setdefault(sequence, []).append((float(away[j]), number, j, steps))
-        for group in found.values():
-            group.sort()
-        rounds = zip_longest(*found.values())
-        for away_, number, j, steps in chain.from_iterable(sorted(filter(None, turn)) for turn in rounds):
-            place = self.records[number].states[j]
-            yield Return(away_, place, partial(self._attempt, self.records[number], j, steps, period))
+                which = _groups_of(sliding_window_view(record.sequences[1:], steps)[begun], groups)
+                tables.append(np.array(np.broadcast_arrays(which, away, number, begun, steps)))
+        which, away, numbers, begun, steps = np.concatenate(tables, axis=1)
+        order = np.lexsort((away, which))
+        turn = np.zeros(len(which))
+        turn[order] = np.arange(len(which)) - np.searchsorted(which[order], which[order])
+        for i in np.lexsort((away, turn)).tolist():
+            record, j, length = self.records[int(numbers[i])], int(begun[i]), int(steps[i])
+            yield Return(float(away[i]), record.states[j], partial(self._attempt, record, j, length, period))
 
     def pieced(self, period: int) -> Iterator[Return]:
         """Rounds joined from pieces of several motions.
@@ -186,9 +189,11 @@ class CloseReturns:
         table = constrained_states(self.problem.plain)
         rng = np.random.default_rng(20260106)
         modes = np.concatenate([self._modes(record) for record in self.records])
-        for _ in range(TUNING.random_starts if len(known) else 0):
+        if not len(known):
+            return
+        low, high = known.min(axis=0), known.max(axis=0)
+        for _ in range(TUNING.random_starts):
             chosen = int(rng.integers(len(known)))
-            low, high = known.min(axis=0), known.max(axis=0)
             with np.errstate(divide="ignore", invalid="ignore"):
                 beyond = TUNING.wider * np.where(most > span, span * (most / span) ** rng.uniform(), span)
             drawn = rng.uniform(low - beyond, high + beyond)
@@ -231,6 +236,14 @@ def _busiest(kinds: np.ndarray, steps: int) -> np.ndarray:
     """How often the most frequent kind occurs among the given number of events after each event."""
     counts = np.cumsum(kinds[:, np.newaxis] == np.unique(kinds), axis=0)
     return np.asarray((counts[steps:] - counts[:-steps]).max(axis=1))
+
+
+def _groups_of(sequences: np.ndarray, groups: dict[tuple[int, ...], int]) -> np.ndarray:
+    """Number of each sequence, a row, shape (k, steps), the same for all its cyclic shifts; new ones are added."""
+    factors = 1000003 ** np.arange(sequences.shape[1], dtype=np.uint64)
+    _, first, which = np.unique(sequences.astype(np.uint64) @ factors, return_index=True, return_inverse=True)
+    least = [_least_turn(row) for row in sequences[first].tolist()]
+    return np.array([groups.setdefault(word, len(groups)) for word in least], dtype=np.int64)[which]
 
 
 def _least_turn(sequence: list[int]) -> tuple[int, ...]:
