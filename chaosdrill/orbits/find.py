@@ -26,7 +26,7 @@ from chaosdrill.orbits.guess import (
 from chaosdrill.orbits.marks import Marks
 from chaosdrill.orbits.multipliers import based, free_multipliers
 from chaosdrill.orbits.orbit import Orbit
-from chaosdrill.orbits.place import Place, reached
+from chaosdrill.orbits.place import Place, drifts_until_guard, reached
 from chaosdrill.orbits.problem import CONVERGED, SINGULAR, SLOW, Problem, Shot
 from chaosdrill.orbits.results import FoundOrbit
 from chaosdrill.orbits.tuning import TUNING
@@ -149,6 +149,8 @@ def understood(problem: Problem, place: Place, period: int, failure: NoOrbitErro
             return failure
         words = f"{failure.message}; the motion from the start repeats after {after} period{'s' * (after > 1)}"
         return NoOrbitError(failure.outcome, f"{words}: give period={after}", failure.residuals)
+    if np.isfinite(drifts_until_guard(run, np.where(growing, points[-1] - begun, 0.0))):
+        return failure
     each = "a period" if problem.forced else "a unit of time"
     net = (points[-1] - begun) / (count if problem.forced else count * unit)
     told = ", ".join(f"{system.state_names[i]} changes by {net[i]:.3g}" for i in np.flatnonzero(growing))

@@ -15,7 +15,15 @@ from chaosdrill.engine import shooting as at
 from chaosdrill.engine.run import Run
 from chaosdrill.engine.setup import values_of_constrained
 from chaosdrill.orbits.orbit import Orbit
-from chaosdrill.orbits.place import Place, characteristic_time, events_of, reached, started, within_bounds
+from chaosdrill.orbits.place import (
+    Place,
+    characteristic_time,
+    events_of,
+    is_slow,
+    reached,
+    started,
+    within_bounds,
+)
 from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
@@ -272,6 +280,10 @@ def guess_of_return(problem: "Problem", place: Place, values: np.ndarray) -> tup
     while guess is None and outcome == Outcome.OK and units <= TUNING.return_units[1]:
         outcome, guess = guess_of_autonomous(problem, place, units * unit, values, near=units < TUNING.return_units[1])
         units *= 8
+    while guess is None and outcome == Outcome.OK and is_slow(place, problem.numerics, units * unit / 8):
+        unit *= 8
+        problem.set_unit(unit)
+        outcome, guess = guess_of_autonomous(problem, place, units / 8 * unit, values)
     return outcome, guess
 
 
@@ -325,7 +337,9 @@ def guess_of_autonomous(
     starts = np.concatenate([state, values])[np.newaxis]
     resting = shifts.still(path)
     extent = np.ptp(resting, axis=0)
-    if (extent <= 1e-9 * np.maximum(problem.sizes, np.abs(path).max(axis=0))).all():
+    # a state that moves less than this rests, but for rounding
+    least = 1e-9 * np.maximum(problem.sizes, np.abs(path).max(axis=0))
+    if (extent <= least).all():
         return outcome, None
     if expected is not None:
         return Outcome.OK, Orbit(segments, 1, starts, 0.0, np.array([expected]), drift_in(problem, moved))
@@ -335,7 +349,7 @@ def guess_of_autonomous(
     away = shifts.across(path - state)
     if len(shifts.turns) and not ended:
         extent = np.ptp(away, axis=0)
-    back = _first_return(np.abs(away) / np.where(extent > 0, extent, 1.0), near or ended)
+    back = _first_return(np.abs(away) / np.maximum(extent, least), near or ended)
     if back is None:
         return outcome, None
     lasting = np.array([back * unit / TUNING.return_samples])

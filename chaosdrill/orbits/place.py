@@ -136,6 +136,41 @@ def events_until_escape(place: Place, numerics: Numerics, unit: float) -> np.nda
     return within_bounds(place.system, events) if outcome == Outcome.ESCAPED else events[:0]
 
 
+def drifts_until_guard(run: Run, drift: np.ndarray) -> float:
+    """How often the state of a run moves on by ``drift``, shape (d,), until it meets a guard; infinite if it does not.
+
+    Guards that a drift leaves as they are, as that of a foot that moves on with the body, do not count.
+    """
+    kernels, mode = kernels_of(run.system), run.system.mode_names.index(run.mode)
+    gradient, nearest = np.zeros(len(drift) + 1), np.inf
+    for j, event in enumerate(kernels.events[mode]):
+        if all(run.system.transitions[k].marks_only() for k in event.outcomes):
+            continue
+        value = kernels.functions.guard(mode, j, run.elapsed, run.c, run.x, gradient)
+        moves = gradient[:-1] * drift
+        if value * moves.sum() < 0 and abs(moves.sum()) > TUNING.drifts * np.abs(moves).sum():
+            nearest = min(nearest, -value / moves.sum())
+    return nearest
+
+
+def is_slow(place: Place, numerics: Numerics, time: float) -> bool:
+    """Whether a motion, followed for this time in few steps, meets events in its second half, or drifts towards one."""
+    if numerics.traits.fixed_step:
+        # its steps grow with the time
+        return False
+    run = place.run(time / 4, numerics)
+    states, met = [run.x.copy()], []
+    for _ in range(4):
+        outcome, events = events_of(run, 1)
+        if outcome != Outcome.OK or run.steps > TUNING.slow_steps:
+            return False
+        states.append(run.x.copy())
+        met.append(len(events))
+    before, last = np.diff(states, axis=0)[-2:]
+    even = np.abs(last - before) <= TUNING.drifts * np.abs(last)
+    return sum(met[2:]) > 0 or np.isfinite(drifts_until_guard(run, np.where(even, last, 0.0)))
+
+
 def within_bounds(system: "HybridSystem", events: np.ndarray) -> np.ndarray:
     """The events of a run up to the first whose reset leaves the bounds or gives NaN."""
     low, high = bounds_of(system)

@@ -87,6 +87,11 @@ class Tuning:
     """Places from which an orbit near an attractor is looked for."""
     return_units: tuple[int, int] = (32, 2048)
     """Characteristic times within which a system without a period is to return: the first tried, and the last."""
+    drifts: float = 1e-6
+    """Change of the way of a state within equal times, as a part of it, up to which it drifts, and of a guard's value
+    in which parts of several states are left to move it."""
+    slow_steps: int = 200_000
+    """Steps up to which a motion that has not returned is followed for longer, a second or so."""
     transient_parts: int = 64
     """Parts of a transient given as a time."""
     return_samples: int = 64

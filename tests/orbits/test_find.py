@@ -589,6 +589,28 @@ def test_an_angle_that_only_grows():
     nothing(turning, Outcome.OPEN, "angle changes by", start="attractor")
 
 
+@pytest.mark.parametrize(
+    ("slow", "start"), [(1e-4, {"start": "attractor", "transient": 5e4}), (1e-6, {"start": "guess"})]
+)
+def test_a_slow_switch_returns(slow, start):
+    # between two switches the other state comes to rest, but for rounding
+    system = cd.HybridSystem(
+        name="slow switch",
+        states="x s",
+        parameters={"slow": slow},
+        modes={"up": {"x": "1 - x", "s": "slow"}, "down": {"x": "-x", "s": "-slow"}},
+        transitions=[
+            cd.Transition("top", "up", "down", guard="s - 1", direction=+1),
+            cd.Transition("bottom", "down", "up", guard="s", direction=-1),
+        ],
+        initial={"x": 0.0, "s": 0.5, "mode": "up"},
+    )
+    found = cd.periodic_orbit(system, **start)
+    assert int(found["outcome"]) == Outcome.PERIODIC
+    assert float(found["period_time"]) == pytest.approx(2 / slow, rel=1e-11)
+    assert np.sort(found["event_state_before"].sel(state="x").values) == pytest.approx([0, 1], abs=1e-12)
+
+
 def test_a_wrong_period_makes_no_motion_grow():
     """To and fro in 2, looked at every 2.01: each time it is a little farther on its way."""
     to_and_fro = cd.HybridSystem(
