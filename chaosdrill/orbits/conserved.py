@@ -1,5 +1,7 @@
 """Conserved quantities that the expressions do not show, found at an orbit that belongs to a family."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,12 +38,24 @@ def conserved_at(problem: "Problem", orbit: "Orbit", shot: "Shot") -> np.ndarray
     fixed = np.vstack([np.eye(problem.columns(orbit))[d + 1 + count :], problem.held(orbit)]) / weights
     _, _, right = np.linalg.svd(np.vstack([_scaled(problem, orbit, shot, weights)[0], fixed]))
     beside = problem.moved(orbit, shot, TUNING.beside_family * right[-1] / weights)
-    code, other, seen, _ = problem.newton(beside, weights=weights)
+    rows = _gradients(problem, orbit, left, weights)
+    with on_level(problem, rows):
+        code, other, seen, _ = problem.newton(beside, weights=weights)
     if code or not len(_dependencies(problem, other, seen, weights)):
         return nothing
     if np.linalg.norm((other.starts - orbit.starts)[:, :d] * weights[:d]) < TUNING.beside_family / 10:
         return nothing
-    return _gradients(problem, orbit, left, weights)
+    return rows
+
+
+@contextmanager
+def on_level(problem: "Problem", rows: np.ndarray) -> Iterator[None]:
+    """Let Newton's method hold what has these differentials, shape (m, d), for a while."""
+    before, problem.conserved = problem.conserved, rows
+    try:
+        yield
+    finally:
+        problem.conserved = before
 
 
 def other_family(problem: "Problem", orbit: "Orbit", shot: "Shot") -> str:
@@ -57,20 +71,23 @@ def other_family(problem: "Problem", orbit: "Orbit", shot: "Shot") -> str:
     return ""
 
 
-def likely_at(problem: "Problem", guess: "Orbit") -> np.ndarray:
-    """What would be conserved, if anything is, at a guess of an orbit, as `conserved_at`; one row, or none.
+def likely_at(problem: "Problem", guess: "Orbit") -> tuple[np.ndarray, np.ndarray]:
+    """What may be conserved at a guess of an orbit, as `conserved_at`: all that one which closes shows; one quantity.
 
     There the equations depend on each other only as nearly as the guess closes, and Newton's method leaps to and fro
     in the family: it is kept on a level.
     """
+    nothing = np.zeros((0, problem.states))
     if problem.neutral.conserved.size or problem.forced:
-        return np.zeros((0, problem.states))
+        return nothing, nothing
     shot, weights = problem.shoot(guess, watched=False), problem.weights(guess)
     matrix, scale = _scaled(problem, guess, shot, weights)
     if not np.isfinite(matrix).all():
-        return np.zeros((0, problem.states))
+        return nothing, nothing
     vectors, sizes = _from_the_left(problem, guess, matrix)
-    return _gradients(problem, guess, (vectors[:, len(sizes) - 1] / scale)[np.newaxis], weights)
+    left = vectors[:, : len(sizes)].T / scale
+    closed = (sizes <= TUNING.of_family * sizes[0]) & (shot.residual <= TUNING.closes)
+    return _gradients(problem, guess, left[closed], weights), _gradients(problem, guess, left[-1:], weights)
 
 
 def _gradients(problem: "Problem", orbit: "Orbit", left: np.ndarray, weights: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ from chaosdrill.engine import shooting as at
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 from chaosdrill.model import HybridSystem
-from chaosdrill.orbits.conserved import conserved_at, family_words, likely_at
+from chaosdrill.orbits.conserved import conserved_at, family_words, likely_at, on_level
 from chaosdrill.orbits.guess import (
     InitialGuess,
     guess_of_autonomous,
@@ -338,22 +338,28 @@ def solved(
     if words := _comes_with_another(problem, guess):
         raise NoOrbitError(Outcome.NO_ORBIT, words)
     guess = based(problem, guess)
+    closed, likely = likely_at(problem, guess) if level else ((), ())
+    if len(closed) and (found := _solved_on_level(problem, guess, reach, closed)):
+        return found
     try:
         return _solved(problem, guess, reach)
     except NoOrbitError:
-        likely = likely_at(problem, guess) if level else ()
-        if not len(likely):
+        found = _solved_on_level(problem, guess, reach, likely) if len(likely) else None
+        if found is None:
             raise
-        before, problem.conserved = problem.conserved, np.asarray(likely)
-        try:
-            orbit, shot, residuals = _solved(problem, guess, reach)
-        except NoOrbitError:
-            orbit = None
-        finally:
-            problem.conserved = before
-        if orbit is None or not len(conserved_at(problem, orbit, shot)):
-            raise
-        return orbit, shot, residuals
+        return found
+
+
+def _solved_on_level(
+    problem: Problem, guess: Orbit, reach: float, rows: np.ndarray
+) -> tuple[Orbit, Shot, np.ndarray] | None:
+    """The orbit where what has these differentials stays as it is; None if it is not conserved."""
+    try:
+        with on_level(problem, rows):
+            found = _solved(problem, guess, reach)
+    except NoOrbitError:
+        return None
+    return found if len(conserved_at(problem, *found[:2])) else None
 
 
 def _solved(problem: Problem, guess: Orbit, reach: float) -> tuple[Orbit, Shot, np.ndarray]:

@@ -1,7 +1,7 @@
 """Initial guesses for orbits, read from ordinary simulations."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -353,7 +353,23 @@ def guess_of_autonomous(
     if back is None:
         return outcome, None
     lasting = np.array([back * unit / TUNING.return_samples])
-    return Outcome.OK, Orbit(segments, 1, starts, 0.0, lasting, drift_in(problem, path[back] - state))
+    guess = Orbit(segments, 1, starts, 0.0, lasting, drift_in(problem, path[back] - state))
+    return Outcome.OK, _to_plane(problem, guess, unit / TUNING.return_samples)
+
+
+def _to_plane(problem: "Problem", guess: Orbit, most: float) -> Orbit:
+    """A smooth path that ends on the plane across the flow at its start, if it does so within a time ``most``.
+
+    Newton's method leaves a motion that returns exactly where it is, also where it is one of a family.
+    """
+    state, sizes, one = guess.starts[0, : problem.states], problem.sizes, guess
+    flow = problem.flow_at(guess) / sizes
+    for _ in range(TUNING.to_plane):
+        moved = problem.shifts.across(problem.at([one], one.durations[np.newaxis])[0][0, 0] - state) / sizes
+        one = replace(one, durations=one.durations - flow @ moved / (flow @ flow))
+        if not abs(one.durations[0] - guess.durations[0]) <= most:
+            return guess
+    return one
 
 
 def own_path(

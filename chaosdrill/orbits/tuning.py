@@ -44,6 +44,10 @@ class Tuning:
     """Pivot, where the largest entry of a row is 1, above round-off: entries are known to about 1e-13 at best."""
     smallest_singular_value: float = 1e-10
     """Singular value, as a part of the largest, below which linearised equations depend on each other."""
+    closes: float = 1e-9
+    """Residual of a guess that closes, so that its equations tell whether it is one of a family."""
+    of_family: float = 1e-8
+    """Singular value of a guess that closes, as a part of the largest, below which it may be one."""
     beside_family: float = 1e-3
     """Distance of another orbit of a family, in the norm of the weights, that shows that it is one."""
     reach_beside: float = 0.2
@@ -96,6 +100,8 @@ class Tuning:
     """Parts of a transient given as a time."""
     return_samples: int = 64
     """Samples a unit, where a path without events is searched for its return."""
+    to_plane: int = 6
+    """Corrections of the time of a return by the flow, which differs from that at the start by the distance."""
     left: float = 0.2
     """Part of the extent of a state by which a motion without events has left its start, and is back."""
     back: float = 0.05

@@ -1,5 +1,6 @@
 """Orbits that are one of a family because a quantity is conserved, here in closed form."""
 
+import math
 import re
 
 import numpy as np
@@ -231,3 +232,21 @@ def test_a_quantity_that_has_no_values_is_not_said_to_change():
     )  # fmt: skip
     with pytest.raises(ModelError, match="mode 'f' has no value at states"):
         on_level(far, "v**2/2 + x**2/2")
+
+
+@pytest.mark.parametrize("speed", [0.9, 1.2])
+def test_an_ellipse_is_its_own_start(speed):
+    # all orbits of one energy have one period: of the family that of the start is meant
+    pull = "/sqrt(x**2 + y**2)**3"
+    kepler = HybridSystem(
+        name="kepler",
+        states="x y u v",
+        parameters={},
+        modes={"only": {"x": "u", "y": "v", "u": f"-x{pull}", "v": f"-y{pull}"}},
+        transitions=[],
+        initial={"x": 1.0, "v": speed},
+    )
+    found = periodic_orbit(kepler, start="guess")
+    assert found["orbit_state"].values == pytest.approx([1, 0, 0, speed], abs=1e-11)
+    assert float(found["period_time"]) == pytest.approx(math.tau * (2 - speed**2) ** -1.5, rel=1e-11)
+    assert int(found["neutral"]) == 4
