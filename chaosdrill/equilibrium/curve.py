@@ -171,7 +171,7 @@ class Curve:
         parts = (away * chords).sum(axis=1) / lengths
         apart = np.linalg.norm(away - parts[:, np.newaxis] * chords, axis=1)
         beside = (parts >= -TUNING.beyond) & (parts <= 1 + TUNING.beyond) & (apart <= np.sqrt(lengths))
-        near = TUNING.same + TUNING.same_errors * np.nan_to_num(np.append(one.error, 0.0)) / weights
+        near = TUNING.same + TUNING.same_errors * np.nan_to_num(np.append(one.error, 0.0), posinf=np.inf) / weights
         for k in np.flatnonzero(beside).tolist():
             try:
                 other = self.between(points[k], points[k + 1], float(parts[k]))

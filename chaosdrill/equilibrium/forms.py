@@ -253,7 +253,7 @@ def beyond(
             continue
         there = equilibrium(other, found)
         apart = np.abs(there.states - point.at.states)
-        near = TUNING.same * sizes + TUNING.same_errors * np.nan_to_num(there.state_errors())
+        near = TUNING.same * sizes + TUNING.same_errors * np.nan_to_num(there.state_errors(), posinf=np.inf)
         if (apart > near).any():
             continue
         doubt = np.maximum(there.height_errors, _reach(there, near))
@@ -274,8 +274,10 @@ def beyond(
 
 def _reach(one: Equilibrium, near: np.ndarray) -> np.ndarray:
     """By how much guards change over a distance of the states."""
-    found: np.ndarray = np.abs(one.field.slopes(one.numbers)) @ near[list(one.field.free)]
-    return found
+    slopes = np.abs(one.field.slopes(one.numbers))
+    # where states are not known at all, guards that do not read them are
+    parts = np.multiply(slopes, near[list(one.field.free)], out=np.zeros_like(slopes), where=slopes > 0)
+    return np.asarray(parts.sum(axis=1))
 
 
 def _side_slope(curve: Curve, one: Equilibrium, sides: list[int]) -> int:

@@ -87,7 +87,7 @@ class Equilibrium:
 
     def met(self, other: "Equilibrium", sizes: np.ndarray) -> bool:
         """Whether this is the same as another one of its mode at the same parameters."""
-        near = TUNING.same * sizes + TUNING.same_errors * np.nan_to_num(self.error + other.error)
+        near = TUNING.same * sizes + TUNING.same_errors * np.nan_to_num(self.error + other.error, posinf=np.inf)
         return bool((np.abs(self.free - other.free) <= near).all())
 
 
@@ -158,7 +158,7 @@ def spectrum_of(field: Field, numbers: np.ndarray, error: np.ndarray) -> Spectru
     shift = float(np.linalg.norm(whole))
     elsner = (2 * size + shift) ** (1 - 1 / m) * shift ** (1 / m)
     errors = np.minimum(each, elsner)
-    order = np.lexsort((-values.imag, -values.real.round(300)))
+    order = np.lexsort((-values.imag, -values.real))
     return Spectrum(values[order], errors[order])
 
 

@@ -287,6 +287,11 @@ def test_what_follows_a_boundary_equilibrium_of_sliding(k, what):
         assert set(admissible[(modes == mode) & (beyond < -1e-12)]) == {"virtual"}
 
 
+def test_what_follows_between_persistence_and_a_fold_is_undecided():
+    # at k = 1 that sign is zero
+    assert cd.equilibria(sliding(1.0), {"m": (-0.5, 0.5)}).cd.words("special_beyond").values.tolist() == ["undecided"]
+
+
 def test_boundaries_of_a_continuous_field_and_of_a_wall():
     stop = cd.in_modes(
         name="stop",

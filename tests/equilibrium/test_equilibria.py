@@ -88,6 +88,13 @@ def test_a_centre_and_a_double_eigenvalue_are_told_within_their_errors():
     assert (np.abs(found["eigenvalue_real"] + 1) <= found["eigenvalue_error"]).all()
 
 
+@pytest.mark.parametrize("unit", [1.0, 1e10])
+def test_eigenvalues_fall_in_any_unit_of_time(unit):
+    rates = {"x": f"-{unit}*x", "y": f"-3*{unit}*y", "z": f"-2*{unit}*z"}
+    found = cd.equilibria(cd.HybridSystem(states="x y z", modes={"on": rates}, initial={"x": 1.0}))
+    assert found["eigenvalue_real"].values[0] / unit == pytest.approx([-1, -2, -3], rel=1e-12)
+
+
 def test_a_region_bounds_what_is_found_and_names_states():
     found = cd.equilibria(lorenz(), region={"x": (1, 20)})
     assert found.sizes["point"] == 1
