@@ -55,8 +55,9 @@ def traced(where: Section, given: Any, job: "Job") -> Path:
     even = start + np.arange(len(rows)) * (plan.unit / samples)
     times = even if wanted is None else np.array(wanted[: len(rows)], dtype=float)
     outcome = found.outcome if outcome == Outcome.OK else outcome
-    tangents, told = _followed(beside, plan.length if since is None else float(since[-1]), outcome)
-    return Path(outcome, times, rows, found.of(set(range(where.own))), tangents, run.stopped(outcome) or told)
+    told = run.stopped(outcome)
+    tangents, outcome, own = _followed(beside, plan.length if since is None else float(since[-1]), outcome)
+    return Path(outcome, times, rows, found.of(set(range(where.own))), tangents, told or own)
 
 
 def _beside(run: Run, tangents: np.ndarray, numerics: Numerics) -> Run:
@@ -68,10 +69,11 @@ def _beside(run: Run, tangents: np.ndarray, numerics: Numerics) -> Run:
     return beside
 
 
-def _followed(beside: Run | None, length: float, outcome: Outcome) -> tuple[np.ndarray | None, str]:
-    """The tangents of a run a time later, NaN where it or the record ended early, and what ended it alone."""
+def _followed(beside: Run | None, length: float, outcome: Outcome) -> tuple[np.ndarray | None, Outcome, str]:
+    """The tangents of a run a time later, NaN where it or the record ended early; the outcome of both, and what ended
+    the run with tangents alone."""
     if beside is None:
-        return None, ""
+        return None, outcome, ""
     told = ""
     if outcome == Outcome.OK:
         whole, rest = divmod(Fraction(length), Fraction(beside.period))
@@ -83,7 +85,8 @@ def _followed(beside: Run | None, length: float, outcome: Outcome) -> tuple[np.n
             beside.change_period(float(rest))
             outcome, _ = beside.advance(1)
         told = beside.stopped(outcome)
-    return beside.vectors.copy() if outcome == Outcome.OK else np.full(beside.vectors.shape, np.nan), told
+    tangents = beside.vectors.copy() if outcome == Outcome.OK else np.full(beside.vectors.shape, np.nan)
+    return tangents, outcome, told
 
 
 def _since(start: float, plan: Span, times: list[float]) -> np.ndarray:
@@ -121,9 +124,10 @@ def _traced_to_points(where: Section, given: Any, job: "Job") -> Path:
         again.settings["samples"] = parts
         rows.append(record(again, 1, events=False, slices=1).samples)
     table = np.vstack(rows)
-    tangents, told = _followed(beside, length, outcome)
+    told = run.stopped(outcome)
+    tangents, outcome, own = _followed(beside, length, outcome)
     times = start + np.arange(len(table)) * (length / parts)
-    return Path(outcome, times, table, found.of(set(range(where.own))), tangents, run.stopped(outcome) or told)
+    return Path(outcome, times, table, found.of(set(range(where.own))), tangents, told or own)
 
 
 def _present(run: Run) -> np.ndarray:

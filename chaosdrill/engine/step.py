@@ -213,9 +213,14 @@ def end_step(functions, tables, settings, te, strobe, j, ties, backs, outcome, s
     if strobe >= 0.0:
         for i in range(state.x.size):
             state.extent[i] = max(state.extent[i], abs(state.x[i]))
+        numbers = True
         for i in range(settings.quadratures):
-            if not abs(state.sums[0, i]) < math.inf:
-                outcome = at.NONFINITE
+            numbers &= abs(state.sums[0, i]) < math.inf
+        for v in range(run.live):
+            for i in range(state.x.size):
+                numbers &= abs(state.vectors[v, i]) < math.inf
+        if outcome == at.DONE and not numbers:
+            outcome = at.NONFINITE
     run.fresh = at.ONGOING
     run.longest = max(run.longest, te)
     if te > STEPS.smallest * run.longest:

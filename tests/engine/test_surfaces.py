@@ -1,6 +1,7 @@
 """What is zero together is one surface: events and tangents do not depend on how a system is written."""
 
 import importlib
+import math
 from itertools import pairwise
 
 import numpy as np
@@ -165,6 +166,25 @@ def departures():
         transitions=transitions,
         initial={"mode": "out"},
     )
+
+
+@pytest.mark.parametrize("method", [*METHODS, "rk4"])
+@pytest.mark.parametrize("k", ORDERS)
+def test_tangents_pass_two_switches_of_one_instant(departures, method, k):
+    """In the mode between the two, where no time passes, states that are zero have only begun to move."""
+    system = departures.with_parameters(c=0.5).with_initial(mode=f"before states {k}")
+    run = cd.trajectory(system, duration=2.0, samples=1, method=method, tangents=True)
+    assert run.cd.outcome == "ok"
+    np.testing.assert_allclose(run["event_time"], 0.5, rtol=1e-12)
+    assert run.sizes["event"] == 2
+    time = 1.5
+    powers = [time**m / math.factorial(m) for m in range(4)]
+    expected = np.eye(5)
+    for row in range(4):
+        expected[row, : row + 1] = powers[row::-1]
+    # each began as much sooner as s is larger
+    expected[4, :4] = powers[::-1]
+    np.testing.assert_allclose(run["final_tangent"], expected, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("method", METHODS)

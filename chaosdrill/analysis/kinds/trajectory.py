@@ -159,7 +159,7 @@ def trajectory(system: HybridSystem, given: Trajectory, job: Job) -> Dataset:
         so that forces do work between both. With ``initial`` all but events have the leading dimension ``run``; events
         stand run by run, ``event_count`` (run) of each, as after `join`, and there are ``initial_state`` (run, state)
         and ``initial_mode`` (run). With ``tangents`` there are ``initial_tangent`` and ``final_tangent`` (tangent,
-        state), NaN where a run ended early.
+        state), NaN where a run ended early; where its tangents alone did, ``outcome`` and the message are theirs.
     """
     from chaosdrill.analysis.ensembles import ensemble, one_run
 
