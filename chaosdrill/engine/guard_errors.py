@@ -19,12 +19,12 @@ INTERPOLATION_NOISE = 4 * EPSILON * float((np.abs(TO_CHEBYSHEV[-2:]) / NODES**2)
 
 _WEIGHTS = TO_CHEBYSHEV.T / NODES[:, np.newaxis] ** 2
 _PLACES = np.linspace(0.0, 1.0, 101)
-_VALUE_NOISE = 2.0 + float(
+VALUE_NOISE = 2.0 + float(
     (np.abs(chebvander(2 * _PLACES - 1, GUARD_DEGREE - 2) @ _WEIGHTS.T).sum(axis=1) * _PLACES**2).max()
 )
 """Errors of a guard's values by which it moves the polynomial: of those between, and of that at the start."""
 
-POWER_NOISE = np.concatenate([(1.0, 1.0), np.abs(_WEIGHTS @ TO_POWERS).sum(axis=0) / _VALUE_NOISE])
+POWER_NOISE = np.concatenate([(1.0, 1.0), np.abs(_WEIGHTS @ TO_POWERS).sum(axis=0) / VALUE_NOISE])
 """Of that, what the coefficients may be moved by, each times its power of the step."""
 
 _FROM_POWERS = np.linalg.inv(TO_POWERS[-2:, -2:])
@@ -60,7 +60,7 @@ def left_out(functions, tables, settings, state, ws, i, j, h, t, scratch):
     last = g[GUARD_DEGREE] * whole**GUARD_DEGREE
     before = g[GUARD_DEGREE - 1] * whole ** (GUARD_DEGREE - 1)
     rest = abs(_FROM_POWERS[0, 0] * before + _FROM_POWERS[1, 0] * last) + abs(_FROM_POWERS[1, 1] * last)
-    return 2.0 * rest + _VALUE_NOISE * ROUNDING * noise
+    return 2.0 * rest + VALUE_NOISE * ROUNDING * noise
 
 
 @series

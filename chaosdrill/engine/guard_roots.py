@@ -5,11 +5,20 @@ import math
 from chaosdrill.codegen.kinds import uint64
 from chaosdrill.codegen.layout import EPSILON, ROUNDING
 from chaosdrill.engine import layout as at
-from chaosdrill.engine.guard_errors import is_told, last_terms, left_out, slope_and_bend, state_at
+from chaosdrill.engine.guard_errors import (
+    POWER_NOISE,
+    VALUE_NOISE,
+    is_told,
+    last_terms,
+    left_out,
+    slope_and_bend,
+    state_at,
+)
 from chaosdrill.engine.jit import inlined, inner, rare, series
 from chaosdrill.engine.lanes import exponent, power_of_two
 from chaosdrill.engine.polynomial import derivative, size, value
 from chaosdrill.engine.radau_tables import DEGREE
+from chaosdrill.engine.roots import first_crossing
 from chaosdrill.engine.tuning import GUARDS
 
 
@@ -106,6 +115,8 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
     left = 0.0
     if marks & at.AFFINE == 0:
         left = left_out(functions, tables, settings, state, ws, i, j, h, t, scratch)
+        # value and slope at the start of the step are known
+        left *= min(1.0, POWER_NOISE[2] * (2.0 * s / state.run[0].tried) ** 2)
     error = functions.guard_error(mode, j, t, state.c, state.x, scratch.none)
     # of its terms, which are rounded where the step begins
     off = ROUNDING * (error + s * functions.rate_error(mode, j, t, state.c, state.x, scratch.none))
@@ -176,6 +187,35 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
     slope, error = _slope_at(functions, tables, state, ws, j, inflection, t, scratch)
     # where it leads back, beyond its error, three roots are apart
     return (-1.0, s) if slope * side > error else (clear, inflection)
+
+
+@rare
+def told_before(functions, tables, settings, state, ws, i, j, root, order, side, h, t, scratch):
+    """Until when the interpolated polynomial of guard j, on a side, tells of its roots what a step from there would.
+
+    That is up to where it comes as near to zero as it may be off by, if the guard itself rounds to far less there; not
+    before a simple root, whose time is given, else -1. At the start of the step its value and slope are known.
+    """
+    g, run = ws[i], state.run[0]
+    off = left_out(functions, tables, settings, state, ws, i, j, h, t, scratch)
+    k = 0
+    if order == 1 or not side * g[0] > off:
+        k, off = 2, POWER_NOISE[2] * off / run.tried**2
+    kept = g[k]
+    g[k] -= side * off
+    s = first_crossing(g, order, settings.order - order, h, side < 0, scratch.polynomial, scratch.stack, scratch.ends)
+    g[k] = kept
+    if not GUARDS.nearest * max(h, run.longest) < s < h:
+        return h
+    off *= s**k
+    if root >= 0.0:
+        slope, bend = slope_and_bend(g, settings.order, root)
+        if (root - s) * abs(slope) <= 2.0 * off and slope * slope > 4.0 * off * abs(bend):
+            return h
+    place = scratch.before[: state.x.size]
+    state_at(ws, place.size, s, place)
+    own = VALUE_NOISE * ROUNDING * functions.guard_error(run.mode, j, t + s, state.c, place, scratch.none)
+    return s if GUARDS.finer * own < off else h
 
 
 @inlined

@@ -9,8 +9,8 @@ from collections.abc import Callable
 from typing import Any
 
 from chaosdrill.codegen.layout import ROUNDING
-from chaosdrill.engine.dop853_tables import GUARD_DEGREE, NODES, PLACE, STAGES, TO_CHEBYSHEV, TO_POWERS
-from chaosdrill.engine.guard_errors import INTERPOLATION_NOISE, truncation
+from chaosdrill.engine.dop853_tables import END, GUARD_DEGREE, NODES, PLACE, STAGES, TO_CHEBYSHEV, TO_POWERS
+from chaosdrill.engine.guard_errors import INTERPOLATION_NOISE, VALUE_NOISE, truncation
 from chaosdrill.engine.guard_roots import unit_of
 from chaosdrill.engine.jit import inlined, inner, series
 from chaosdrill.engine.layout import AFFINE, AFTER, TIMED
@@ -53,10 +53,15 @@ def guard_polynomials(functions, tables, settings, state, t, h, scratch):
         else:
             rest, largest = _interpolate(functions, mode, j, t, c, h, place, gradient, ws, g)
             allowed = truncation(settings, marks[j]) * largest
-            if rest > allowed:
-                noise = functions.guard_error(mode, j, t, c, x, scratch.none)
-                noise = max(noise, functions.guard_error(mode, j, t + h, c, place[:n], scratch.none))
+            told = max(abs(g[0]), GUARDS.flat * h * abs(slope))
+            hides = 0.0 < told < 100.0 * allowed and h > GUARDS.nearest * run.longest
+            if rest > allowed or hides:
+                own = functions.guard_error(mode, j, t, c, x, scratch.none)
+                noise = max(own, functions.guard_error(mode, j, t + h, c, scratch.stages[END][:n], scratch.none))
                 left = max(left, rest / (allowed + INTERPOLATION_NOISE * noise))
+                if hides and 2.0 * VALUE_NOISE * ROUNDING * own < told < 4.0 * (rest + VALUE_NOISE * ROUNDING * noise):
+                    # the far end of the step hides what the guard does near its start
+                    left = max(left, 2.0)
             if _rebounds(run, tables, mode, j):
                 # of a rebound far shorter than the step these alone tell
                 g[2] = 0.5 * run.pull

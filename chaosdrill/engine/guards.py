@@ -13,7 +13,7 @@ from chaosdrill.codegen.kinds import uint64
 from chaosdrill.codegen.layout import EPSILON, ROUNDING
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.guard_errors import POWER_NOISE, left_out, root_error, told_length
-from chaosdrill.engine.guard_roots import degree_of, settled, unit_of
+from chaosdrill.engine.guard_roots import degree_of, settled, told_before, unit_of
 from chaosdrill.engine.jit import inlined, inner, rare
 from chaosdrill.engine.passages import marks_at
 from chaosdrill.engine.polynomial import keeps_side, size, value
@@ -396,6 +396,8 @@ def _roots(functions, tables, settings, state, ws, row, j, h, t, scratch):
         first, second = recrossing(ws[i], order, n - order, h, side > 0, room, scratch.shifted, stack, ends)
     else:
         first, second = first_crossing(ws[i], order, n - order, h, side < 0, room, stack, ends), -1.0
+    if settings.stepping != at.BY_SERIES and order < 2 and tables.marks[mode, j] & at.AFFINE == 0:
+        h = told_before(functions, tables, settings, state, ws, i, j, first, order, side, h, t, scratch)
     first, clear, h = settled(functions, tables, settings, state, ws, i, j, first, side, h, t, scratch)
     if first >= 0.0 and second > 0.0:
         if clear >= 0.0 and not second > clear:

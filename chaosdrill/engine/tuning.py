@@ -185,6 +185,10 @@ class Guards(NamedTuple):
     for a step to begin there: written as a product it may by 1e10."""
     clear: float = 4.0
     """Distances from such a root to where the guard is clear of its error from which that step begins."""
+    nearest: float = 1e-9
+    """Part of the longest step so far below which none is shortened for close roots to be told apart."""
+    flat: float = 1e-3
+    """Part of what its first slope would change a guard by in a step that tells it from what is left out of it."""
     near: float = 1e-6
     """Part of the step within which two roots, or a root and a strobe, are looked at for whether they coincide."""
     far: float = 1e15
