@@ -148,14 +148,14 @@ def within(x, n, bounds):
 
 @inner
 def state_outcome(x, bounds):
-    """What a state comes to, which integrals may follow: these only have to be numbers."""
+    """What a state comes to, which integrals may follow: within its bounds these only have to be numbers."""
     n = bounds.shape[1]
     numbers = True
     for i in range(n, x.size):
         numbers &= abs(x[i]) < math.inf
-    if numbers and within(x, n, bounds):
-        return DONE
-    for i in range(x.size):
+    if within(x, n, bounds):
+        return DONE if numbers else NONFINITE
+    for i in range(n):
         if not math.isfinite(x[i]):
             return NONFINITE
     return ESCAPED

@@ -7,7 +7,7 @@ step pass unseen. It is here to be compared with.
 from chaosdrill.engine import scales
 from chaosdrill.engine.guards import begun_at, has_fired, is_moved, is_thrown, is_zero, side_before, stand
 from chaosdrill.engine.jit import inner
-from chaosdrill.engine.layout import BEGIN, FIRE, INVALID, ONGOING
+from chaosdrill.engine.layout import BEGIN, FIRE, INVALID, NOWHERE, ONGOING
 from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.stepper import offered
 from chaosdrill.engine.tuning import STEPS
@@ -63,7 +63,10 @@ def _leads(gradient, rates, s, ahead):
 
 @inner
 def _settle(functions, tables, settings, state, j, s, ahead, t, scratch):
-    """How guard j stands where nothing or an event came before; ``ahead`` is its value the time s later."""
+    """How guard j stands where its side is not known, or an event came before; ``ahead`` is its value the time s later.
+
+    Where it leaves zero to the side from which it came its zero is of even order; where it does not leave, it waits.
+    """
     run = state.run[0]
     mode = run.mode
     key = tables.keys[mode, j]
@@ -74,10 +77,16 @@ def _settle(functions, tables, settings, state, j, s, ahead, t, scratch):
     if run.fresh == BEGIN:
         here = begun_at(functions, tables, settings, state, j, here, abs(ahead - here), s, t, scratch)
     zero, old = is_zero(functions, tables, state, j, here, (ahead - here) / s, old, crossed, t, scratch)
+    if zero and ahead == 0.0:
+        return NOWHERE, old
     side = 1 if (ahead if zero else here) > 0.0 else -1
     direction = tables.active[mode, 1 + j]
     fired = has_fired(state, key, direction) if zero else 0
     order = 2 if fired and not _leads(scratch.gradient, scratch.stages[1], s, ahead) else 1
+    if zero and old == 0 and not fired:
+        before, n = scratch.before, state.x.size
+        move(functions, run, t, state.c, state.x, -s, scratch.stages, 0, before, scratch.stages)
+        order = 2 if functions.guard(mode, j, t - s, state.c, before[:n], scratch.gradient) * ahead > 0.0 else 1
     return stand(zero, side, order, old, direction, run.fresh, fired, tables.marks[mode, j])
 
 
@@ -103,10 +112,15 @@ def locate(place, p, te, h, t):
     stages, gradient, times, backs, out = scratch.stages, scratch.gradient, scratch.times, scratch.backs, scratch.out
     mode = run.mode
     count = tables.active[mode, 0]
-    if run.fresh != ONGOING:
+    waits = run.fresh != ONGOING
+    for j in range(count):
+        waits |= sides[tables.keys[mode, j]] == 0
+    if waits:
         move(functions, run, t, c, x, STEPS.probe * h, stages, 0, out, stages)
         fires = -1
         for j in range(count):
+            if run.fresh == ONGOING and sides[tables.keys[mode, j]] != 0:
+                continue
             ahead = functions.guard(mode, j, t + STEPS.probe * h, c, out[: x.size], gradient)
             how, side = _settle(functions, tables, settings, state, j, STEPS.probe * h, ahead, t, scratch)
             if how == INVALID:
@@ -126,7 +140,7 @@ def locate(place, p, te, h, t):
     for j in range(count):
         backs[j] = -1.0
         side = sides[tables.keys[mode, j]]
-        if not times[j] * side <= 0.0:
+        if side == 0 or not times[j] * side <= 0.0:
             continue
         direction = tables.active[mode, 1 + j]
         if direction == side and direction != 0:

@@ -240,6 +240,20 @@ def test_a_guard_that_the_state_goes_through_without_speed_acts_at_once(system, 
     np.testing.assert_array_equal(found, [[0.0, 4]])
 
 
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("mode", ["rest", "touch"])
+def test_a_mark_is_not_met_where_a_motion_rests_on_it_or_begins_with_a_touch(method, mode):
+    modes = {"rest": {"x": "0", "s": "1"}, "touch": {"x": "s", "s": "1"}}
+    system = cd.HybridSystem(
+        states="x s",
+        modes=modes,
+        transitions=[cd.Transition(f"mark in {name}", name, name, "x", 1) for name in modes],
+        initial={"mode": mode, "x": 0.0, "s": 0.0},
+    )
+    run = cd.trajectory(system, duration=1.0, samples=1, method=method)
+    assert (run.cd.outcome, run.sizes["event"]) == ("ok", 0)
+
+
 # Errors follow the tolerance: states and event times, on arcs with a closed form, and order 4 for Runge-Kutta.
 
 

@@ -152,6 +152,19 @@ def test_events_that_fall_on_the_beginning_of_a_step_are_no_stall(system):
     assert run.counts[-1] in (99, 100)
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_an_escape_is_one_though_an_integral_overflows(method):
+    system = cd.HybridSystem(
+        states="x",
+        modes={"on": {"x": "exp(x)"}},
+        quadratures={"q": "exp(400*x)"},
+        bounds={"x": (-1.0, 1.0)},
+        initial={"x": 0.9},
+    )
+    run = Run(system, 1.0, Numerics(method, 1e-10, 1 if method == "rk4" else None))
+    assert run.advance(1)[0] == cd.Outcome.ESCAPED
+
+
 # Quadratures whose integrands are harder than the flow are as exact as the states.
 
 
