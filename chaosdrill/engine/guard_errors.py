@@ -12,6 +12,7 @@ from chaosdrill.engine.dop853_tables import GUARD_DEGREE, NODES, TO_CHEBYSHEV, T
 from chaosdrill.engine.jit import inlined, inner, rare, series
 from chaosdrill.engine.lanes import magnitude
 from chaosdrill.engine.polynomial import power, size, value
+from chaosdrill.engine.radau_tables import DEGREE
 from chaosdrill.engine.tuning import GUARDS, STEPS
 
 INTERPOLATION_NOISE = 4 * EPSILON * float((np.abs(TO_CHEBYSHEV[-2:]) / NODES**2).sum())
@@ -54,9 +55,14 @@ def left_out(functions, tables, settings, state, ws, i, j, h, t, scratch):
     noise = functions.guard_error(mode, j, t, state.c, state.x, scratch.none)
     state_at(ws, place.size, h, place)
     noise = max(noise, functions.guard_error(mode, j, t + h, state.c, place, scratch.none))
-    if marks & at.AFFINE:
-        return settings.dense_noise * noise
     g, whole = ws[i], state.run[0].tried
+    if marks & at.AFFINE:
+        degree = DEGREE
+        while degree > 2 and g[degree] == 0.0:
+            degree -= 1
+        # as Chebyshev polynomials
+        last, before = last_terms(g, degree, 0.25 * whole)
+        return 2.0 * (abs(last) + abs(before)) + settings.dense_noise * noise
     last = g[GUARD_DEGREE] * whole**GUARD_DEGREE
     before = g[GUARD_DEGREE - 1] * whole ** (GUARD_DEGREE - 1)
     rest = abs(_FROM_POWERS[0, 0] * before + _FROM_POWERS[1, 0] * last) + abs(_FROM_POWERS[1, 1] * last)

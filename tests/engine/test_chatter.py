@@ -333,3 +333,24 @@ def test_a_surface_that_each_mode_writes_in_its_own_way_is_hit_from_the_right_si
         expected = [-speed * (-0.8) ** k for k in range(hits.size)]
         assert hits.size >= 8 or speed > 0.2
         np.testing.assert_allclose(hits, expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau"])
+def test_a_contact_is_left_without_a_speed_and_an_acceleration(method):
+    """As the third power of time, beside which an interpolation may have a second one of either sign."""
+    system = cd.HybridSystem(
+        states="y v",
+        parameters={"A": 1.3},
+        modes={"fly": {"y": "v", "v": "A*sin(t) - 1"}, "held": {"y": "0", "v": "0"}},
+        transitions=[
+            cd.Transition("rest", "fly", "held", guard="y", direction=-1, reset={"y": "0", "v": "0"}),
+            cd.Transition("off", "held", "fly", guard="1 - A*sin(t)", direction=-1),
+        ],
+        period="2*pi",
+        initial={"mode": "held"},
+    )
+    for tolerance in (1e-8, 1e-10, 1e-12):
+        run = cd.trajectory(system, periods=5, method=method, tolerance=tolerance)
+        assert list(run["event_kind"].values) == [1, 0] * 5
+        off = run["event_time"].values[::2]
+        assert np.allclose(off, math.asin(1 / 1.3) + 2 * math.pi * np.arange(5), rtol=0, atol=1e-13)
