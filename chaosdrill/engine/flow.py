@@ -68,7 +68,7 @@ def flow(place, p, samples, events):
             te, j, ties, h = guards.first_event(
                 functions, tables, settings, state, scratch.workspace, row, h, t, scratch
             )
-        te, j, ties = locate(functions, method, tables, settings, te, j, ties, h, t, state, scratch)
+        te, j, ties, h = locate(functions, method, tables, settings, te, j, ties, h, t, state, scratch)
         if te == -2.0:
             return at.INVALID_START
         if not h > STEPS.smallest * run.longest:

@@ -424,6 +424,7 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
     """First event of the step: (time in it or -1, -2 for a start that is refused; guard; ties; length of the step).
 
     ``ws[row + j]`` holds the polynomial of guard j. The step may end earlier, behind a guard that was only touched.
+    Where a guard is no number, neither is the length.
     """
     run = state.run[0]
     n, mode, fresh = settings.order, run.mode, run.fresh
@@ -438,6 +439,8 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
         scratch.times[j] = scratch.backs[j] = -1.0
         scratch.orders[j] = SEEN
         if fresh != at.ONGOING or not is_on(side, ws[i, 0]):
+            if ws[i, 0] != ws[i, 0]:
+                return -1.0, -1, 0, math.nan
             degree = degree_of(settings, tables.marks[mode, j])
             if degree > 0:
                 h = told_length(ws, i, degree, h)

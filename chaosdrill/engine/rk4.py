@@ -4,6 +4,8 @@ A guard is looked at only at the two ends of a step, and an event is as exact as
 step pass unseen. It is here to be compared with.
 """
 
+import math
+
 from chaosdrill.engine import scales
 from chaosdrill.engine.guards import begun_at, has_fired, is_moved, is_thrown, is_zero, side_before, stand
 from chaosdrill.engine.jit import inner
@@ -104,7 +106,10 @@ def expand(place, p, t):
 
 @offered
 def locate(place, p, te, h, t):
-    """First event of the step by the signs at its ends and bisection: (time or -1, guard, ties)."""
+    """First event of the step by the signs at its ends and bisection: (time or -1, guard, ties).
+
+    The time is no number where a guard is none.
+    """
     machine = machine_at(place)
     functions, settings, tables, scratch = machine.functions, machine.settings[0], machine.tables, machine.scratch
     state = state_of(machine.states, p)
@@ -134,6 +139,8 @@ def locate(place, p, te, h, t):
     run.turning = 0
     for j in range(count):
         times[j] = functions.guard(mode, j, t + h, c, out[: x.size], gradient)
+        if times[j] != times[j]:
+            return math.nan, j, 0
     best = -1.0
     found = -1
     ties = 0

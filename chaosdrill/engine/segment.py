@@ -76,7 +76,7 @@ def follow(functions, method, settings, tables, asleep, start, duration, end, wa
         ties = 0
         if settings.stepping != at.FIXED:
             te, j, ties, h = here.search(here.place, here.p, h, t)
-        te, j, ties = locate(functions, here, watched_now, settings, te, j, ties, h, t, state, scratch)
+        te, j, ties, h = locate(functions, here, watched_now, settings, te, j, ties, h, t, state, scratch)
         if te == -2.0:
             crossed = j
             when = done

@@ -23,17 +23,20 @@ def expand(functions, method, tables, settings, t, state, scratch):
 
 @inlined
 def locate(functions, method, tables, settings, te, j, ties, h, t, state, scratch):
-    """The first event that the polynomials of guards tell, made exact by methods that can: (time or -1, guard, ties).
+    """The first event that the polynomials of guards tell, made exact by methods that can: (time or -1, guard, ties,
+    length of the step).
 
     A method without polynomials finds it here.
     """
     if settings.stepping == at.FIXED or (settings.stepping != at.BY_SERIES and te > 0.0):
         te, j, ties = method.stepper.locate(method.place, method.p, te, h, t)
+        if te != te:
+            h = te
     if settings.stepping != at.BY_SERIES and settings.stepping != at.FIXED and te > 0.0:
         row = state.x.size + settings.quadratures
         count = tables.active[state.run[0].mode, 0]
         te, j, ties = guards.earliest(functions, tables, settings, state, scratch.workspace, row, count, h, t, scratch)
-    return te, j, ties
+    return te, j, ties, h
 
 
 @inlined

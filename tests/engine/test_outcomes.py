@@ -104,6 +104,20 @@ def test_a_rate_that_is_no_number_ends_the_run(system, method):
     assert outcome == cd.Outcome.NONFINITE
 
 
+def test_a_guard_that_is_no_number_ends_the_run():
+    system = cd.HybridSystem(
+        states="x",
+        parameters={"m": 1.0},
+        modes={"on": {"x": "1"}},
+        transitions=[cd.Transition("back", "on", "on", guard="x - log(m) - 1", direction=1, reset={"x": "0"})],
+    )
+    for method in METHODS:
+        run = cd.trajectory(system.with_parameters(m=-1.0), duration=2, method=method)
+        assert run.cd.outcome == "nonfinite"
+    diagram = cd.bifurcation_diagram(system, {"m": [1.0, -1.0]}, at="back", transient=5, periods=5)
+    assert list(diagram.cd.outcome.values.ravel()) == ["periodic", "nonfinite"]
+
+
 @pytest.mark.parametrize(("mode", "start", "when"), [("explode", 1.0, 1.0), ("shrink", 1.0, 0.5), ("pole", 0.0, 1.0)])
 @pytest.mark.parametrize("method", ["taylor", "dop853", "radau"])
 def test_a_singularity_ends_the_run_where_it_is(system, method, mode, start, when):
