@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from chaosdrill.model.crossings import crossings
-from chaosdrill.model.derive import image_of, rate
+from chaosdrill.model.derive import differentiate, image_of, rate
 from chaosdrill.model.held import Trial
 from chaosdrill.model.python import opaque
 from chaosdrill.model.transition import Transition
@@ -60,22 +60,21 @@ def never_completed(found: Definition, parameters: Mapping[str, Any], rebound: T
     surface = (guard,)
     if not guard.free_symbols & set(found.states):
         return f"the guard {guard} is one of time alone, which no rebound moves; {_REMEDY}"
-    back = _way_back(found, rebound, zero)
+    usual = [t for t in found.transitions if t.completes is None and not t.marks_only()]
+    back = _way_back(usual, rebound, zero)
     if back is None:
         return (
             f"{rebound.name!r} leads to the mode {target!r}, from which no transition leads on to a guard that is zero "
             f"where {guard} is; {_REMEDY}"
         )
-    image = image_of(system, rebound)
     for t in (rebound, *back):
         lifted = guard.xreplace(image_of(system, t))
-        if zero(t.guard, surface) and not opaque(lifted) and not trial.somewhere_zero(lifted, surface):
+        if zero(t.guard, surface) and not opaque(lifted) and _lifts(system, trial, guard, t):
             return (
                 f"the reset of {t.name!r} takes {guard} from zero to {lifted}, while a series of rebounds is summed up "
                 "on one surface; let it leave the guard at zero, or leave completes out"
             )
-    leaves = rate(system, target, guard)
-    pull = rate(system, target, leaves).xreplace(image)
+    before, after, pull = _speeds(system, rebound)
     if zero(pull, surface):
         others = [t for t in back if not zero(t.guard, surface)]
         turns = f", and {others[0].name!r} is an event of another surface, {others[0].guard} = 0" if others else ""
@@ -83,15 +82,14 @@ def never_completed(found: Definition, parameters: Mapping[str, Any], rebound: T
             f"after {rebound.name!r} the guard {guard} has no acceleration where it is zero in {target!r}, which would "
             f"bring the next rebounds ever sooner{turns}; {_REMEDY}"
         )
-    after = leaves.xreplace(image)
-    before = [rate(system, mode, guard) for mode in rebound.source]
     if target in rebound.source and all(zero(after - one, surface) for one in before):
         return f"{rebound.name!r} leaves the rate of {guard} as it is, so that it throws nothing back; {_REMEDY}"
     if any(opaque(e) for e in (guard, *before, after, pull)):
         return None
     places = (trial.points(surface)[1], Trial(system, near=True).points(surface)[1])
     met, lost, returned = _met(trial, places, rebound, before, after, pull)
-    if met and target in rebound.source and not lost:
+    partners = [] if target in rebound.source else _partners(usual, rebound, zero)
+    if met and not lost and partners is not None and not any(_may_lose(system, trial, places, t) for t in partners):
         return (
             f"{rebound.name!r} loses no speed, so that rebounds never come faster; let its reset lose some, as in "
             "v = -e*v with e < 1, or leave completes out"
@@ -103,6 +101,33 @@ def never_completed(found: Definition, parameters: Mapping[str, Any], rebound: T
             f"{_REMEDY}"
         )
     return None
+
+
+def _lifts(system: Any, trial: Trial, guard: Any, t: Transition) -> bool:
+    """Whether a reset takes a guard off zero on all sheets of its surface, by more than rounding of the new state."""
+    import numpy as np
+
+    image, places = image_of(system, t), trial.points((guard,))[1]
+    slopes = (differentiate(guard, x).xreplace(image) * image.get(x, x) for x in (*system.states, system.time))
+    heights, reach = (trial.values(e, places) for e in (guard.xreplace(image), sympy.Add(*map(sympy.Abs, slopes))))
+    known = np.isfinite(heights) & np.isfinite(reach)
+    lifted = (np.abs(heights) > TUNING.vanishing * reach)[known]
+    return lifted.size >= TUNING.fewest_samples and bool(lifted.all())
+
+
+def _speeds(system: Any, t: Transition) -> tuple[list[Any], Any, Any]:
+    """Rates of a guard before its event, in every source, and after it, and the acceleration after it."""
+    leaves, image = rate(system, t.target, t.guard), image_of(system, t)
+    pull = rate(system, t.target, leaves)
+    return [rate(system, mode, t.guard) for mode in t.source], leaves.xreplace(image), pull.xreplace(image)
+
+
+def _may_lose(system: Any, trial: Trial, places: "tuple[np.ndarray, np.ndarray]", t: Transition) -> bool:
+    before, after, pull = _speeds(system, t)
+    if any(opaque(e) for e in (*before, after, pull)):
+        return True
+    met, lost, _ = _met(trial, places, t, before, after, pull)
+    return lost or not met
 
 
 def _met(
@@ -125,9 +150,8 @@ def _met(
     return met.any(axis=0).sum() >= TUNING.fewest_samples, bool((met & lost).any()), bool((met & coming).any())
 
 
-def _way_back(found: Definition, rebound: Transition, zero: Any) -> list[Transition] | None:
+def _way_back(usual: list[Transition], rebound: Transition, zero: Any) -> list[Transition] | None:
     """The transitions from a rebound to the next one on its surface, in order; None without a way back."""
-    usual = [t for t in found.transitions if t.completes is None and not t.marks_only()]
     ways: dict[str, list[Transition]] = {rebound.target: []}
     waiting = [rebound.target]
     while waiting:
@@ -135,9 +159,22 @@ def _way_back(found: Definition, rebound: Transition, zero: Any) -> list[Transit
         for t in usual:
             if mode not in t.source:
                 continue
-            if t.guard in (rebound.guard, -rebound.guard) or zero(t.guard, (rebound.guard,)):
+            if zero(t.guard, (rebound.guard,)):
                 return [*ways[mode], t]
             if t.target not in ways:
                 ways[t.target] = [*ways[mode], t]
                 waiting.append(t.target)
     return None
+
+
+def _partners(usual: list[Transition], rebound: Transition, zero: Any) -> list[Transition] | None:
+    """The transitions between two of a rebound; None if some are events of another surface."""
+    met, modes = [rebound], [rebound.target]
+    for mode in modes:
+        for t in usual:
+            if mode in t.source and t not in met:
+                if not zero(t.guard, (rebound.guard,)):
+                    return None
+                met.append(t)
+                modes += [t.target] if t.target not in modes else []
+    return met[1:]

@@ -135,11 +135,6 @@ class Trial:
         """Whether an expression is a number at places enough to tell whether it vanishes."""
         return self._vanishing(expression, surfaces).size >= TUNING.fewest_samples
 
-    def somewhere_zero(self, expression: Any, surfaces: tuple[Any, ...]) -> bool:
-        """Whether an expression vanishes on one of the sheets of surfaces at least, or that is not known."""
-        found = self._vanishing(expression, surfaces)
-        return found.size < TUNING.fewest_samples or bool(found.any())
-
     def _vanishing(self, expression: Any, surfaces: tuple[Any, ...], whole: bool = False) -> "np.ndarray":
         """At which of the points on surfaces an expression vanishes, of those where it is a number.
 

@@ -86,6 +86,13 @@ REFUSED = {
     "faster": (lambda: ball(reset="-v*(1 + v**2)"), "loses no speed"),
     "lifted": (lambda: ball(lift="v**2/20"), "takes x from zero to v\\*\\*2/20"),
     "put back": (lambda: ball(lift="1"), "takes x from zero to 1"),
+    "lifted by a number": (lambda: ball(lift="2*x + 0.01"), "takes x from zero to 2\\*x \\+ 0.01"),
+    "lossless in two modes": (
+        lambda: ball(
+            cd.Transition("again", "other", "fly", "2*x", -1, {"v": "-v"}), reset="-v", target="other", other=FLIGHT
+        ),
+        "loses no speed",
+    ),
     "lifted in another mode": (
         lambda: ball(
             cd.Transition("again", "other", "fly", "2*x", -1, {"x": "v**2", "v": "-e*v"}), target="other", other=FLIGHT
@@ -119,6 +126,7 @@ RISE = {"x": "v", "v": "-g - v**2"}
 ACCEPTED = {
     "ball": ball,
     "elastic for some values": lambda: ball(parameters={"e": 1.0}),
+    "put back within rounding": lambda: ball(lift="0.1", guard="3*x - 0.3"),
     "loss near its value only": lambda: ball(reset="-v*(e - 100)", parameters={"e": 100.5}),
     "loss below zero only": lambda: ball(reset="-v*sqrt(-e)", parameters={"e": -0.5}),
     "less than the speed": lambda: ball(reset="-v*(1 - v**2/2)"),
