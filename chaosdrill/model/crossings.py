@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import sympy
 
+from chaosdrill.model.touching import degree_bound
 from chaosdrill.model.transition import Transition
 from chaosdrill.model.tuning import TUNING
 
@@ -115,14 +116,20 @@ def _undone(g: Any) -> tuple[Any, int] | None:
     """What vanishes with a sum of a monotone function and a number, as u - log(3) with exp(u) - 3; None if g is none.
 
     Roots and logarithms stay: where they are no numbers, the guard has no value, and its run ends. So do exponentials
-    that may be pulses: far from one the exponent is so large that its rounding hides both roots.
+    that may be pulses, upward: far from one the exponent is so large that its rounding hides both roots.
     """
+    terms = [term.as_coeff_Mul() for term in g.args]
+    if len(terms) == 2 and all(isinstance(f, sympy.exp) for _, f in terms):
+        (m, a), (n, b) = terms
+        return m * sympy.exp(a.args[0] - b.args[0]) + n, 1
     number, rest = g.as_independent(*g.free_symbols, as_Add=True)
     factor, f = rest.as_coeff_Mul()
     value, there = -number / factor, None
     if not (value.is_real and g.free_symbols):
         return None
-    if isinstance(f, sympy.exp) and value > 0 and not _may_turn_back(f.args[0]):
+    if isinstance(f, sympy.exp) and value > 0:
+        if _may_turn_back(u := f.args[0]):
+            return (1 / value - sympy.exp(-u), 1 if factor > 0 else -1) if _grows_both_ways(u) else None
         there = sympy.log(value)
     elif f.is_Pow and f.exp.is_Integer and f.exp > 0 and f.exp % 2 == 1 and number:
         there = sympy.sign(value) * abs(value) ** (1 / f.exp)
@@ -135,6 +142,16 @@ def _may_turn_back(u: Any) -> bool:
     parts = sympy.preorder_traversal(u)
     even = any(isinstance(p, BOUNDED) or (p.is_Pow and p.exp.is_even) for p in parts)
     return high < math.inf or (low == -math.inf and even)
+
+
+def _grows_both_ways(u: Any) -> bool:
+    """Whether a value is a polynomial in a symbol that goes to infinity at both ends."""
+    for symbol in u.free_symbols:
+        if u.is_polynomial(symbol) and degree_bound(u) <= TUNING.zeros:
+            polynomial = sympy.Poly(u, symbol)
+            if polynomial.degree() % 2 == 0 and bounds_of(polynomial.LC())[0] >= 0:
+                return polynomial.degree() > 0
+    return False
 
 
 def _as_a_whole(g: Any) -> tuple[Any, int]:
@@ -190,7 +207,7 @@ def bounds_of(e: Any) -> tuple[float, float]:
         if number != 1 and number.is_Number:
             ends = sorted(float(number) * end for end in bounds_of(rest))
             return ends[0], ends[1]
-    if e.is_nonnegative:
+    if e.is_nonnegative or (e.is_Pow and e.exp.is_even):
         return 0.0, math.inf
     if e.is_nonpositive:
         return -math.inf, 0.0

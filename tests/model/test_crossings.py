@@ -1,5 +1,6 @@
 """Which guards are one surface, as the expressions tell."""
 
+import math
 import time
 
 import pytest
@@ -31,6 +32,7 @@ class Written:
         ("exp(x) - 1", 1),
         ("1 - exp(x)", -1),
         ("exp(x - log(2)) - 1/2", 1),
+        ("3*exp(x + v) - 3*exp(v)", 1),
         ("(1 - x)**3 - 1", -1),
         ("x + x*v**2", 1),
         ("1e-9*x", 1),
@@ -40,6 +42,16 @@ class Written:
 def test_it_is_the_surface_of_x(guard, way):
     assert crossings([Written("x"), Written(guard)]) == (Crossing(NAMES["x"], 1), Crossing(NAMES["x"], way))
     assert crossings([Written(guard, 0), Written("x")])[0] == Crossing(NAMES["x"], 0)
+
+
+@pytest.mark.parametrize("guard", ["exp(x**2 - x) - 3", "3*exp(x) - exp(x**2)"])
+def test_what_may_overflow_on_both_sides_of_its_roots_is_bounded(guard):
+    core, way = stripped(Written(guard).guard)
+    root = (1 + math.sqrt(1 + 4 * math.log(3))) / 2
+    for x, sign in ((-40, 1), (1 - root - 1e-9, 1), (0, -1), (root - 1e-9, -1), (root + 1e-9, 1), (40, 1)):
+        value = float(core.subs(NAMES["x"], x))
+        assert abs(value) <= 1.0
+        assert value * way * sign * (1 if guard.startswith("e") else -1) > 0
 
 
 @pytest.mark.parametrize("guard", ["2*(x - 0.3)", "-3*(x - 0.3)", "0.3 - x", "(x - 0.3)**3 + x - 0.3", "sinh(x - 0.3)"])
