@@ -73,8 +73,8 @@ def _modes_on(
 ) -> list[str]:
     """Modes that hold surfaces together, beside what they are known to hold.
 
-    None of them leaves the surfaces, every way in ends there, and one at least does so by itself, or leads there from a
-    mode into which one does.
+    None of them leaves the surfaces, every way in ends there, and one at least comes from a mode that does not hold
+    them: modes that only lead to each other are on a surface if a run begins there.
     """
     whole, modes, count = len(group), list[str](), -1
     entered = {t.target for source, t in ways if source != t.target and len(_after(t, zero, group)) == whole}
@@ -92,7 +92,7 @@ def _modes_on(
             known = [*held[source], *(group if source in modes else ())]
             if t.target in modes and len(_after(t, zero, group, known)) < whole:
                 modes.remove(t.target)
-        founded = entered & set(modes)
+        founded = {t.target for source, t in ways if source not in modes and t.target in modes}
         for _ in modes:
             founded |= {t.target for source, t in ways if source in founded and t.target in modes}
         modes = [mode for mode in modes if mode in founded]

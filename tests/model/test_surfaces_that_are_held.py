@@ -115,6 +115,12 @@ def test_what_nothing_establishes_is_not_held():
     assert held(system, "end") == ["-e + v**2 + x**2"]
 
 
+def test_modes_that_only_lead_to_each_other_are_on_no_surface():
+    """The circle is invariant in both, and reached by neither: a run beside it has a tangent across."""
+    system = cd.in_modes(states="x v", field={"x": "v", "v": "-x - Max(x**2 + v**2 - 1, 0)*v"}, initial={"x": 1.4})
+    assert not any(held_surfaces(system).values())
+
+
 def test_a_pinned_state_is_no_surface():
     system = relay(on="0", drift="0", up="v", reset={"v": 0, "x": 2})
     assert held(system) == []
