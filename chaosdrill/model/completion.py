@@ -84,16 +84,16 @@ def never_completed(found: Definition, parameters: Mapping[str, Any], rebound: T
         )
     if target in rebound.source and all(zero(after - one, surface) for one in before):
         return f"{rebound.name!r} leaves the rate of {guard} as it is, so that it throws nothing back; {_REMEDY}"
-    if any(opaque(e) for e in (guard, *before, after, pull)):
+    if opaque(guard):
         return None
     places = (trial.points(surface)[1], Trial(system, near=True).points(surface)[1])
-    met, lost, returned = _met(trial, places, rebound, before, after, pull)
-    partners = [] if target in rebound.source else _partners(usual, rebound, zero)
-    if met and not lost and partners is not None and not any(_may_lose(system, trial, places, t) for t in partners):
+    series = [rebound] if target in rebound.source else _series(usual, rebound, zero)
+    if series and all(_met(trial, places, t, *_speeds(system, t))[:2] == (True, False) for t in series):
         return (
             f"{rebound.name!r} loses no speed, so that rebounds never come faster; let its reset lose some, as in "
             "v = -e*v with e < 1, or leave completes out"
         )
+    met, _, returned = _met(trial, places, rebound, before, after, pull)
     if met and not returned:
         return (
             f"after {rebound.name!r} the guard {guard} leaves zero with a speed and an acceleration of one sign in "
@@ -122,23 +122,17 @@ def _speeds(system: Any, t: Transition) -> tuple[list[Any], Any, Any]:
     return [rate(system, mode, t.guard) for mode in t.source], leaves.xreplace(image), pull.xreplace(image)
 
 
-def _may_lose(system: Any, trial: Trial, places: "tuple[np.ndarray, np.ndarray]", t: Transition) -> bool:
-    before, after, pull = _speeds(system, t)
-    if any(opaque(e) for e in (*before, after, pull)):
-        return True
-    met, lost, _ = _met(trial, places, t, before, after, pull)
-    return lost or not met
-
-
 def _met(
     trial: Trial, places: "tuple[np.ndarray, np.ndarray]", rebound: Transition, before: list[Any], after: Any, pull: Any
 ) -> tuple[bool, bool, bool]:
-    """Whether motions are met at the guard, some of them lose speed there, and some come back to it.
+    """Whether motions are met at the guard, some of them lose speed there, and some come back to it, if that is known.
 
     Parameters have any values and signs at the first of the places, and about their own at the others.
     """
     import numpy as np
 
+    if any(opaque(e) for e in (*before, after, pull)):
+        return False, True, True
     on, n = np.hstack(places), len(trial.states)
     signs = on[n + 1 :, : places[0].shape[1]]
     signs *= np.random.default_rng(20261128).choice([-1.0, 1.0], signs.shape)
@@ -167,14 +161,13 @@ def _way_back(usual: list[Transition], rebound: Transition, zero: Any) -> list[T
     return None
 
 
-def _partners(usual: list[Transition], rebound: Transition, zero: Any) -> list[Transition] | None:
-    """The transitions between two of a rebound; None if some are events of another surface."""
+def _series(usual: list[Transition], rebound: Transition, zero: Any) -> list[Transition]:
+    """A rebound and all that may follow before it is met again; empty if some are events of another surface."""
     met, modes = [rebound], [rebound.target]
     for mode in modes:
-        for t in usual:
-            if mode in t.source and t not in met:
-                if not zero(t.guard, (rebound.guard,)):
-                    return None
-                met.append(t)
-                modes += [t.target] if t.target not in modes else []
-    return met[1:]
+        following = [t for t in usual if mode in t.source and t not in met]
+        if not all(zero(t.guard, (rebound.guard,)) for t in following):
+            return []
+        met += following
+        modes += [t.target for t in following if t.target not in modes]
+    return met
