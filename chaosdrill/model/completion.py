@@ -60,23 +60,23 @@ def never_completed(found: Definition, parameters: Mapping[str, Any], rebound: T
     surface = (guard,)
     if not guard.free_symbols & set(found.states):
         return f"the guard {guard} is one of time alone, which no rebound moves; {_REMEDY}"
-    usual = [t for t in found.transitions if t.completes is None and not t.marks_only()]
-    back = _way_back(usual, rebound, zero)
-    if back is None:
+    following = _following(found, target)
+    back = [t for t in following if zero(t.guard, surface)]
+    others = [t for t in following if t not in back]
+    if not back:
         return (
             f"{rebound.name!r} leads to the mode {target!r}, from which no transition leads on to a guard that is zero "
             f"where {guard} is; {_REMEDY}"
         )
-    for t in (rebound, *back):
+    for t in (rebound, back[0]):
         lifted = guard.xreplace(image_of(system, t))
-        if zero(t.guard, surface) and not opaque(lifted) and _lifts(system, trial, guard, t):
+        if not opaque(lifted) and _lifts(system, trial, guard, t):
             return (
                 f"the reset of {t.name!r} takes {guard} from zero to {lifted}, while a series of rebounds is summed up "
                 "on one surface; let it leave the guard at zero, or leave completes out"
             )
     before, after, pull = _speeds(system, rebound)
     if zero(pull, surface):
-        others = [t for t in back if not zero(t.guard, surface)]
         turns = f", and {others[0].name!r} is an event of another surface, {others[0].guard} = 0" if others else ""
         return (
             f"after {rebound.name!r} the guard {guard} has no acceleration where it is zero in {target!r}, which would "
@@ -87,7 +87,7 @@ def never_completed(found: Definition, parameters: Mapping[str, Any], rebound: T
     if opaque(guard):
         return None
     places = (trial.points(surface)[1], Trial(system, near=True).points(surface)[1])
-    series = [rebound] if target in rebound.source else _series(usual, rebound, zero)
+    series = [rebound] if target in rebound.source else [] if others else [rebound, *back]
     if series and all(_met(trial, places, t, *_speeds(system, t))[:2] == (True, False) for t in series):
         return (
             f"{rebound.name!r} loses no speed, so that rebounds never come faster; let its reset lose some, as in "
@@ -144,30 +144,11 @@ def _met(
     return met.any(axis=0).sum() >= TUNING.fewest_samples, bool((met & lost).any()), bool((met & coming).any())
 
 
-def _way_back(usual: list[Transition], rebound: Transition, zero: Any) -> list[Transition] | None:
-    """The transitions from a rebound to the next one on its surface, in order; None without a way back."""
-    ways: dict[str, list[Transition]] = {rebound.target: []}
-    waiting = [rebound.target]
-    while waiting:
-        mode = waiting.pop(0)
-        for t in usual:
-            if mode not in t.source:
-                continue
-            if zero(t.guard, (rebound.guard,)):
-                return [*ways[mode], t]
-            if t.target not in ways:
-                ways[t.target] = [*ways[mode], t]
-                waiting.append(t.target)
-    return None
-
-
-def _series(usual: list[Transition], rebound: Transition, zero: Any) -> list[Transition]:
-    """A rebound and all that may follow before it is met again; empty if some are events of another surface."""
-    met, modes = [rebound], [rebound.target]
+def _following(found: Definition, mode: str) -> list[Transition]:
+    """The transitions that a motion may meet from a mode on, nearest first."""
+    met, modes = list[Transition](), [mode]
     for mode in modes:
-        following = [t for t in usual if mode in t.source and t not in met]
-        if not all(zero(t.guard, (rebound.guard,)) for t in following):
-            return []
-        met += following
-        modes += [t.target for t in following if t.target not in modes]
+        new = [t for t in found.transitions if mode in t.source and t not in met]
+        met += [t for t in new if t.completes is None and not t.marks_only()]
+        modes += [t.target for t in met if t.target not in modes]
     return met
