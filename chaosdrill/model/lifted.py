@@ -1,6 +1,5 @@
 """A system that carries passengers: integrals along its motion, and a tangent with its saltation, as further states."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from itertools import count
@@ -45,7 +44,8 @@ def _lifted(system: HybridSystem, tangent: bool) -> HybridSystem:
     from chaosdrill.model.held import held_surfaces
     from chaosdrill.model.places import places_of
 
-    names = _free_names(system)
+    taken = {*system.state_names, *system.parameters, str(system.time)}
+    names = (name for number in count() if (name := f"carried_{number}") not in taken)
     integrals = {sympy.Symbol(next(names), real=True): rates for rates in system.quadratures.values()}
     changes = [sympy.Symbol(next(names), real=True) for _ in system.states if tangent]
     modes: dict[str, dict[Any, Any]] = {}
@@ -106,9 +106,3 @@ def _carrying(system: HybridSystem, one: Transition, source: str, changes: "Sequ
         completes=None if one.completes is None else named(one.completes),
         kind=one.kind,
     )
-
-
-def _free_names(system: HybridSystem) -> Iterator[str]:
-    """Names that neither states nor parameters have."""
-    taken = {*system.state_names, *system.parameters, str(system.time)}
-    return (name for number in count() if (name := f"carried_{number}") not in taken)
