@@ -276,27 +276,30 @@ def measures_dataset(system: "HybridSystem", given: Any, job: "Job") -> "xr.Data
 
 
 def _along(system: "HybridSystem", given: Any, found: "xr.Dataset") -> "xr.Dataset":
-    """Measures at every value of a parameter, and an outcome there: without a start that could be run they are NaN."""
+    """Measures at every value of a parameter, and an outcome there."""
     import xarray as xr
 
+    from chaosdrill.analysis.starts import any_ran
     from chaosdrill.dataset.build import more
 
     ((name, values),) = given.sweep.items()
     codes = found["outcome"].values
-    begun = ~np.isin(codes, (Outcome.FAILED, Outcome.INVALID_START)).all(axis=1)
     parts = [
         _measures(system.with_parameters({name: value}), given, found.isel({name: place}, drop=True))
         for place, value in enumerate(values.tolist())
     ]
     # along axes of different lengths there are different distances
     along = xr.concat(parts, name, data_vars="all", coords="minimal", compat="override", join="outer")
-    outcome = np.where(begun, Outcome.OK, codes.max(axis=1)).astype(np.int8)
-    return more(along.where(xr.Variable(name, begun)), {name: values, "outcome": (name, outcome)})
+    outcome = np.where(any_ran(codes), Outcome.OK, codes.max(axis=1)).astype(np.int8)
+    return more(along, {name: values, "outcome": (name, outcome)})
 
 
 def _measures(system: "HybridSystem", given: Any, found: "xr.Dataset") -> "xr.Dataset":
-    """Measures of the basins at one value of all parameters, by the attractors that all starts have ``reached``."""
-    from chaosdrill.analysis.starts import share_of
+    """Measures of the basins at one value of all parameters, by the attractors that all starts have ``reached``.
+
+    They are NaN if no start could be run.
+    """
+    from chaosdrill.analysis.starts import any_ran, share_of
     from chaosdrill.dataset.build import dataset
 
     reached, count = found["reached"].values.astype(np.int64).ravel(), found.sizes["attractor"]
@@ -337,7 +340,7 @@ def _measures(system: "HybridSystem", given: Any, found: "xr.Dataset") -> "xr.Da
         for name, parts in zip(("smallest_kick", "smallest_kick_error"), zip(*kicks, strict=True), strict=False):
             variables[name] = (("attractor", "state"), _of_states(system, along, np.array(parts)))
         coords["distance"] = power.distance.astype(np.int32)
-    return dataset(variables | coords, coords)
+    return dataset(variables | coords, coords).where(any_ran(found["outcome"].values.ravel()))
 
 
 def _evenly(values: np.ndarray) -> bool:

@@ -23,7 +23,7 @@ from chaosdrill.analysis.measuring import Arrays
 from chaosdrill.analysis.plan import Plan, make_plan
 from chaosdrill.analysis.points import Axis
 from chaosdrill.analysis.seeds import make_seeds
-from chaosdrill.analysis.starts import share_of, states_and_modes
+from chaosdrill.analysis.starts import any_ran, share_of, states_and_modes
 from chaosdrill.analysis.tuning import ATTRACTORS
 from chaosdrill.analysis.visits import merge
 from chaosdrill.dataset import count_outcomes
@@ -264,6 +264,8 @@ def followed(system: HybridSystem, given: Any, job: Job, starts: np.ndarray, mod
         share[v, k - 1], error[v, k - 1] = share_of(hits[v, slot + 1], len(starts))
         reached[v][fresh["reached"][v] == slot + 1] = k
     none, none_error = share_of((reached == 0).sum(axis=1), len(starts))
+    for one in (share, error, none, none_error):
+        one[~any_ran(fresh["outcome"])] = np.nan
     variables: dict[str, Any] = {
         "fraction": (per, share[at]),
         "fraction_error": (per, error[at]),

@@ -182,6 +182,15 @@ def share_of(hits: Any, starts: int) -> tuple[Any, Any]:
     return hits / starts, np.sqrt(likely * (1 - likely) / starts)
 
 
+def any_ran(outcomes: "np.ndarray") -> "np.ndarray":
+    """Whether any of some starts, (..., N), could be run; shares and measures of basins are NaN elsewhere."""
+    import numpy as np
+
+    from chaosdrill.dataset import Outcome
+
+    return np.asarray(~np.isin(outcomes, (Outcome.FAILED, Outcome.INVALID_START)).all(axis=-1))
+
+
 def told_of_starts(system: "HybridSystem", outcomes: "np.ndarray") -> str:
     """Why no run of an analysis could begin, with the guard if the system's own start is beyond one; else empty."""
     from chaosdrill.dataset import Outcome

@@ -118,6 +118,19 @@ def test_starts_that_run_away_have_no_attractor(wells):
     assert np.isnan(found["fraction_error"].values[2, 0])
 
 
+def test_values_and_grids_at_which_nothing_runs_have_no_shares():
+    """Beyond a wall: shares were 0 and 1, as where all starts run away."""
+    system = cd.build("impact-oscillator")
+    beyond = cd.basin_measures(system, {"x": [0.5, 0.6, 0.7], "v": [0.0, 1.0, 2.0]}, **SHORT)
+    along = cd.attractors(system, {"wall": [-1.0, 0.3]}, initial={"x": [0.0, 0.5], "v": [0.0, 0.0]}, **SHORT)
+    assert along.cd.words("outcome").values[:, 1].tolist() == ["invalid_start", "invalid_start"]
+    for name in ("fraction", "fraction_error", "fraction_none", "fraction_none_error"):
+        assert np.isnan(beyond[name]).all(), name
+        assert np.isnan(along[name].values[0]).all(), name
+        assert np.isfinite(along[name].values[1]).all(), name
+    assert along["fraction_none"][1] == 0.5
+
+
 def test_shares_of_a_duffing_oscillator_are_the_published_ones():
     """Five cycles; shares of 4,000 starts by bSTAB (Stender and Hoffmann 2022), in its repository, and their errors."""
     duffing = cd.HybridSystem(

@@ -124,11 +124,11 @@ def attractors(system: HybridSystem, given: Attractors, job: Job) -> Dataset:
         ``attractor_error`` (exponent), mean rates, ``attractor_state`` (state). Over ``attractor``: ``first_value`` and
         ``last_value`` of the parameter with it, ``end_below`` and ``end_above`` (``limit`` of the sweep, ``jump``,
         ``merger``, ``split`` or ``lost``), ``next_below`` and ``next_above``. Over the parameter ``fraction_none``, and
-        with ``run`` ``reached`` (the attractor of every start) and ``outcome``; ``initial_state`` (run, state). Errors
-        are those of shares of starts drawn at random (Agresti and Coull 1998, doi:10.1080/00031305.1998.10480550), not
-        zero even for the share 0; those of neighbouring values are not independent, since the starts are the same. The
-        error of a share of a grid is different, of the size of the share of cells on the boundary, and mostly smaller.
-        At most 16 attractors are distinguished at one value.
+        with ``run`` ``reached`` (the attractor of every start) and ``outcome``; ``initial_state`` (run, state). Shares
+        are NaN where no start could be run. Errors are those of shares of starts drawn at random (Agresti and Coull
+        1998, doi:10.1080/00031305.1998.10480550), not zero even for the share 0; those of neighbouring values are not
+        independent, since the starts are the same. The error of a share of a grid is different, of the size of the
+        share of cells on the boundary, and mostly smaller. At most 16 attractors are distinguished at one value.
     """
     from chaosdrill.analysis.shares import over_one_parameter
 

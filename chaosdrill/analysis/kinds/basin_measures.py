@@ -115,8 +115,8 @@ def basin_measures(system: HybridSystem, given: BasinMeasures, job: Job) -> Data
 
         If a parameter is swept, all but ``start_count`` are over it, too; where an attractor does not exist its share
         is 0, and the rest NaN. ``first_value``, ``last_value``, ``end_below``, ``end_above``, ``next_below`` and
-        ``next_above`` are those of `attractors`. ``outcome`` tells of values at which no start could be run, and all is
-        NaN; elsewhere it is ``ok``.
+        ``next_above`` are those of `attractors`. All measures are NaN where no start could be run, at values of which
+        ``outcome`` tells; elsewhere it is ``ok``.
     """
     from chaosdrill.analysis.boundaries import measures_dataset
 
