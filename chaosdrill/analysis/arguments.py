@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from math import isfinite
+from math import inf, isfinite
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from chaosdrill.declared import METHODS, unfit
@@ -50,8 +50,11 @@ def misfits_of_section(table: Mapping[str, Any], system: "HybridSystem") -> Faul
     if at is not None and (fault := section_fault(system, at)):
         yield ("at",), told(fault, at)
     what = "iterates" if system.discrete else "forcing periods" if at in (None, "strobe") else "points of the section"
-    if (system.forced or at is not None) and "duration" not in table and table.get("transient", 0) % 1:
-        yield ("transient",), told(f"expected whole {what}", table["transient"])
+    transient, counted = table.get("transient") or 0, (system.forced or at is not None) and "duration" not in table
+    if counted and transient % 1:
+        yield ("transient",), told(f"expected whole {what}", transient)
+    elif transient > LONGEST * (1 if counted else table.get("duration", inf)):
+        yield ("transient",), told(f"must be at most {LONGEST:.0e} {what if counted else 'durations'}", transient)
 
 
 def tangent_count(system: "HybridSystem", exponents: Any) -> int:

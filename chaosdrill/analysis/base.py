@@ -27,7 +27,7 @@ from chaosdrill.engine.methods import DEFAULT
 from chaosdrill.errors import ModelError, SettingsError, StartWarning
 from chaosdrill.names import key_text
 from chaosdrill.progress import Progress, teller, watched
-from chaosdrill.settings import LONGEST, Amount, Faults, Number, Settings, Whole, setting, told, whole
+from chaosdrill.settings import Amount, Faults, Number, Settings, Whole, setting, told, whole
 from chaosdrill.typed import FOLDER, LISTENER, given_to, refuse
 
 if TYPE_CHECKING:
@@ -102,17 +102,17 @@ class _Lengths(AnalysisSettings):
         Whole(1), None, doc="Points of the section to record: forcing periods, or events or crossings named by ``at``."
     )
     duration: float | None = setting(
-        Amount(above=0, most=LONGEST),
+        Amount(above=0),
         None,
         doc="Time to record instead; for systems without a forcing period.",
     )
     transient: float = setting(
-        Amount(least=0, most=LONGEST),
+        Amount(least=0),
         0,
         doc="Points of the section, or time, to run before the record starts, in the unit of the length of the record.",
     )
     at: str | None = setting(At(), None, doc=_SECTION)
-    max_return: float | None = setting(Number(above=0, most=LONGEST), None, doc=_RETURN)
+    max_return: float | None = setting(Number(above=0), None, doc=_RETURN)
 
     def counts(self, system: "HybridSystem") -> str:
         """What lengths count: ``"strobe"``, ``"section"`` (its points) or ``"time"``."""
@@ -229,9 +229,7 @@ class Points(_Lengths):
         "max_return": f"{_RETURN} The other points go on.",
     }
 
-    transient: float = setting(
-        Amount(least=0, most=LONGEST), doc="Points of the section, or time, to run before the record starts."
-    )
+    transient: float = setting(Amount(least=0), doc="Points of the section, or time, to run before the record starts.")
     periods: int | None = setting(
         Whole(2),
         None,
@@ -271,9 +269,9 @@ class Orbit(AnalysisSettings):
         doc="Of a system without forcing: the section whose points ``period`` and ``transient`` count, as in "
         "`poincare_section`. Newton's method then starts at the closest return after this number of points.",
     )
-    max_return: float | None = setting(Number(above=0, most=LONGEST), None, doc=_RETURN)
+    max_return: float | None = setting(Number(above=0), None, doc=_RETURN)
     transient: float = setting(
-        Amount(least=0, most=LONGEST),
+        Amount(least=0),
         200,
         doc='Forcing periods, points of the section (without either: time) to run first, with ``start="attractor"``.',
     )

@@ -101,6 +101,34 @@ def test_errors_of_exponents_do_not_depend_on_units(noisy_ball, length, time):
         np.testing.assert_allclose(other, here, rtol=1e-6)
 
 
+PICO = 2.0**40
+"""Units of time in about a second: records are longer than any count."""
+
+
+@pytest.mark.parametrize(
+    ("analysis", "lengths"),
+    [
+        (cd.lyapunov_spectrum, {"duration": 256, "transient": 64, "max_return": 128}),
+        (cd.finite_time_exponents, {"duration": 256, "windows": [1, 16]}),
+    ],
+)
+def test_times_have_no_limit_that_counts_have(noisy_ball, analysis, lengths):
+    found = []
+    for time in (1.0, PICO):
+        scaled = {name: (time * np.array(value)).tolist() for name, value in lengths.items()}
+        ds = analysis(noisy_ball.with_parameters(T=time).with_initial(x=1.0), **scaled)
+        assert ds.cd.outcome != "failed"
+        # how volumes shrink depends on no unit
+        found.append(time * ds["lyapunov_exponent"].values.sum())
+    assert found[1] == pytest.approx(found[0], rel=1e-6)
+
+
+@pytest.mark.parametrize("lengths", [{"duration": 1e-3}, {"at": "impact", "periods": 9}])
+def test_transients_beyond_any_number_of_records_are_refused(noisy_ball, lengths):
+    with pytest.raises(cd.SettingsError, match=r"transient is 1000000000000; must be at most 1e\+10"):
+        cd.lyapunov_spectrum(noisy_ball, transient=10**12, **lengths)
+
+
 @pytest.mark.parametrize(
     ("images", "values", "starts", "periods"),
     [

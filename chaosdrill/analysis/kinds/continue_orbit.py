@@ -33,7 +33,7 @@ from chaosdrill.dataset.schema import (
     of_orbits,
     table,
 )
-from chaosdrill.settings import LONGEST, Choice, Faults, Known, Number, Whole, setting, told
+from chaosdrill.settings import Choice, Faults, Known, Number, Whole, setting, told
 
 FOLLOW = (
     *("fold", "period_doubling", "neimark_sacker", "grazing", "crossing_sliding", "switching_sliding"),
@@ -150,7 +150,7 @@ class Continuation(Orbit):
         "flips, Chenciner points, and where two conditions meet.",
     )
     step: float | None = setting(
-        Number(above=0.0, most=LONGEST),
+        Number(above=0.0),
         None,
         doc="Largest step in the parameter, the first of two; default 1/200 of its range.",
     )

@@ -8,7 +8,7 @@ from chaosdrill.analysis.arguments import Exponents
 from chaosdrill.analysis.base import Dataset, HybridSystem, Job, Record, analysis
 from chaosdrill.dataset.references import SPECTRA
 from chaosdrill.dataset.schema import COVERS, RANK_LOSS, STATES, axis, forcing, need, outcome, table
-from chaosdrill.settings import LONGEST, Amount, Faults, Number, Whole, setting, told
+from chaosdrill.settings import Amount, Faults, Number, Whole, setting, told
 
 _OVER = "time vector"
 
@@ -56,21 +56,21 @@ class CovariantVectors(Record):
     }
 
     interval: float | None = setting(
-        Number(above=0, most=LONGEST),
+        Number(above=0),
         None,
         doc="Time between two vectors: in forcing periods, a whole number or one over a whole number, by default 1, "
         "or of records longer than 32,768 periods as many as leave at most so many vectors, the rest at the end being "
         "left out; without forcing in units of time, rounded to a part of the record, default 1/1024 of it.",
     )
     forward: float | None = setting(
-        Amount(least=0, most=LONGEST),
+        Amount(least=0),
         None,
         doc="Time that the forward pass leads into the record, between it and the transient: in forcing "
         "periods, else in units of time; rounded up to whole intervals. Default: a quarter of the record, but 100 to "
         "1000 forcing periods.",
     )
     backward: float | None = setting(
-        Amount(least=0, most=LONGEST), None, doc="Time that the backward pass begins behind the record, as ``forward``."
+        Amount(least=0), None, doc="Time that the backward pass begins behind the record, as ``forward``."
     )
     exponents: int | None = setting(Exponents(), None, doc="Number of vectors, fastest first; default all.")
     bins: int = setting(Whole(1, 100_000), 64, doc="Bins of the histograms of angles.")

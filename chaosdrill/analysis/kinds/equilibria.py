@@ -11,7 +11,7 @@ from chaosdrill.dataset.branches import BranchEnd, Criticality
 from chaosdrill.dataset.equilibria import Admissibility, Beyond, EquilibriumType, SpecialEquilibrium
 from chaosdrill.dataset.schema import STATES, SWEEP, axis, may, need, outcome, table
 from chaosdrill.names import remedy
-from chaosdrill.settings import LONGEST, Faults, Known, ListOf, Number, Text, Whole, setting, told
+from chaosdrill.settings import Faults, Known, ListOf, Number, Text, Whole, setting, told
 
 if TYPE_CHECKING:
     import numpy as np
@@ -99,7 +99,7 @@ class Equilibria(AnalysisSettings):
         ListOf(Text(), distinct=True), None, doc="Modes that are looked at; default: all."
     )
     step: float | None = setting(
-        Number(above=0.0, most=LONGEST), None, doc="Largest step in the parameter; default 1/200 of its range."
+        Number(above=0.0), None, doc="Largest step in the parameter; default 1/200 of its range."
     )
     max_points: int = setting(
         Whole(2, 1_000_000), 2000, doc="Largest number of points of a branch on either side of its start."

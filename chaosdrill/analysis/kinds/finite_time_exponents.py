@@ -8,7 +8,7 @@ from chaosdrill.analysis.arguments import Exponents
 from chaosdrill.analysis.base import Dataset, HybridSystem, Job, Swept, analysis
 from chaosdrill.dataset.references import SPECTRA
 from chaosdrill.dataset.schema import COVERS, EXPONENT, RANK_LOSS, SWEEP, axis, forcing, may, need, outcome, table
-from chaosdrill.settings import LONGEST, Faults, ListOf, Number, Whole, setting, told
+from chaosdrill.settings import Faults, ListOf, Number, Whole, setting, told
 
 _EXPONENT, _WINDOW = f"{SWEEP} exponent", f"{SWEEP} window exponent"
 
@@ -45,7 +45,7 @@ class FiniteTimeExponents(Swept):
     }
 
     windows: list[float] | None = setting(
-        ListOf(Number(above=0, most=LONGEST), distinct=True, most=100),
+        ListOf(Number(above=0), distinct=True, most=100),
         None,
         doc="Lengths of windows, in whole forcing periods; without forcing in units of time, rounded to "
         "multiples of the shortest, which is rounded to a part of the record. Each must fit into the record "

@@ -4,13 +4,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from chaosdrill.analysis.arguments import At, section_fault
+from chaosdrill.analysis.arguments import At, misfits_of_section, section_fault
 from chaosdrill.analysis.base import AnalysisSettings, Dataset, HybridSystem, Job, analysis
 from chaosdrill.analysis.starting_states import RANDOM
 from chaosdrill.analysis.starts import STARTS
 from chaosdrill.dataset.schema import COVERS, EXPONENT, RANK_LOSS, STATES, axis, forcing, need, outcome, table
 from chaosdrill.names import event_words
-from chaosdrill.settings import LONGEST, Amount, Choice, Faults, Whole, setting, told
+from chaosdrill.settings import Amount, Choice, Faults, Whole, setting, told
 
 VARIABLES = table(
     axis("start", "start", "i4", "number of the start", "In their order, from 1.", True),
@@ -55,12 +55,12 @@ class TransientChaos(AnalysisSettings):
 
     periods: int | None = setting(Whole(1), None, doc="Longest time for which a run is followed, in forcing periods.")
     duration: float | None = setting(
-        Amount(above=0, most=LONGEST),
+        Amount(above=0),
         None,
         doc="Longest time for which a run is followed, for systems without forcing.",
     )
     transient: float | None = setting(
-        Amount(least=0, most=LONGEST),
+        Amount(least=0),
         None,
         doc="Age from which lifetimes count: forcing periods, or time; before it runs are still approaching the "
         "saddle, or leave directly from their start. Default: the median lifetime, or a quarter of the longest "
@@ -98,6 +98,7 @@ class TransientChaos(AnalysisSettings):
     @classmethod
     def misfits(cls, table: Mapping[str, Any], system: HybridSystem) -> Faults:
         """A length in a unit that the system lacks, and an end of lifetimes that it does not have."""
+        yield from misfits_of_section(table, system)
         until = table.get("until")
         if until == "strobe":
             yield ("until",), told("expected an event, or a comparison of states", until)
@@ -112,8 +113,6 @@ class TransientChaos(AnalysisSettings):
             if "duration" in table:
                 words = f"{system.name} has a forcing period; give periods instead"
                 yield ("duration",), told(words, table["duration"])
-            if (table.get("transient") or 0) % 1:
-                yield ("transient",), told("expected whole forcing periods", table["transient"])
         elif "periods" in table:
             words = f"{system.name} has no forcing period; give duration, in units of time"
             yield ("periods",), told(words, table["periods"])
