@@ -121,8 +121,8 @@ def finite_times(dataset: Dataset) -> Figure:
     figure, panels = stacked([TUNING.further_panel] * max(len(shown), 1), 1.1, least=0.8 + 2 * TUNING.low * len(shown))
     unit, one, many = time_unit(dataset)
 
-    def told(time: float) -> str:
-        number = shorten(time / unit)
+    def told(time: float, error: float = 0.0) -> str:
+        number = uncertain(time / unit, error / unit) if error > 0 else shorten(time / unit)
         return f"{number} {one if number == '1' else many}"
 
     for panel, e in zip(panels, shown, strict=False):
@@ -134,8 +134,8 @@ def finite_times(dataset: Dataset) -> Figure:
             panel.stairs(density / density.max(), edges, linewidth=1.2, label=told(window), **look)
         panel.axvline(means[e], color="0.5", linewidth=0.8, zorder=1)
         first, error = (float(dataset[name][0, e, 0]) for name in ("cumulant", "cumulant_error"))
-        time = float(dataset["correlation_time"][e])
-        rest = f"correlation time {told(time)}" if np.isfinite(time) else "constant"
+        time, scatter = (float(dataset[name][e]) for name in ("correlation_time", "correlation_time_error"))
+        rest = f"correlation time {told(time, scatter)}" if np.isfinite(time) else "constant"
         panel.set_title(f"{exponent_text(int(dataset['exponent'][e]), first, error)}, {rest}")
         panel.set_ylabel("density / highest")
         panel.set_ylim(0, 1.08)

@@ -656,8 +656,11 @@ def test_a_variable_that_a_picture_needs_is_named(diagram):
         cd.plot(diagram.drop_vars("section"))
 
 
-def test_spreads_are_told_to_need_variances():
+def test_correlation_times_have_errors_and_spreads_need_variances():
     logistic = cd.Map("x", {"a": 3.9}, ["a*x*(1 - x)"], initial={"x": 0.3})
+    ds = cd.finite_time_exponents(logistic, periods=64)
+    ds["correlation_time"][:], ds["correlation_time_error"][:] = 1.3, 0.2
+    assert cd.plot(ds).get_title(loc="left").endswith("correlation time 1.3(2) iterates")
     ds = cd.finite_time_exponents(logistic, periods=64, sweep={"a": [3.7, 3.9]})
     assert cd.plot(ds.sel(order=[2])).figure
     with pytest.raises(SettingsError, match=re.escape("select them, as in ds.sel(order=[2])")):
