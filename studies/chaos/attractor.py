@@ -165,9 +165,9 @@ def windows(growth: xr.Dataset) -> tuple[str, list[Claim]]:
     head = ["periods", "mean", "standard deviation", "skewness", "below zero"]
     return table(head, rows), [
         Claim(
-            "growth is negative in half of single periods, in a sixth of stretches of ten, and in none of a hundred",
+            "growth is negative in a third of single periods, an eighth of stretches of ten, and none of a hundred",
             ", ".join(f"{100 * below:.2g} %" for below in negative),
-            0.4 < negative[0] < 0.5 and 0.12 < negative[1] < 0.2 and negative[2] < 1e-3,
+            0.3 < negative[0] < 0.4 and 0.1 < negative[1] < 0.15 and negative[2] < 1e-3,
         ),
         Claim(
             "from 10 to 100 periods the deviation falls by the root of the length, within a fifth",

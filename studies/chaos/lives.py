@@ -35,7 +35,7 @@ def along(name: str) -> xr.Dataset:
     rows = []
     for value in LINES[name]:
         drill = cd.drill(**({"eta": ETA, "b": B} | {name: float(value)}))
-        found = cd.transient_chaos(drill, periods=PERIODS, transient=GAINS_SPEED, random=STARTS)
+        found = cd.transient_chaos(drill, periods=PERIODS, transient=GAINS_SPEED, random=STARTS, saddle="sprinkler")
         period = float(found["forcing_period"])
         lives = found["lifetime"].values / period
         gone = ended(found, "escaped")
@@ -99,7 +99,7 @@ def claims(over_eta: xr.Dataset, over_b: xr.Dataset) -> list[Claim]:
 
 def survivors(b: float) -> tuple[float, float, float, float]:
     """Return the part of the starts that stays, here and by the independent program, and both standard errors."""
-    found = cd.transient_chaos(cd.drill(eta=ETA, b=b), periods=AGE, random=STARTS)
+    found = cd.transient_chaos(cd.drill(eta=ETA, b=b), periods=AGE, random=STARTS, saddle="sprinkler")
     law = parameters(**json.loads(found.attrs["parameters"]))
     begun = ~ended(found, "invalid_start")
     starts = found["initial_state"].values[begun]
