@@ -230,21 +230,29 @@ class Problem:
         """Residual at which equations between states (M, d) are solved, shape (d,)."""
         return np.asarray(TUNING.residual * np.maximum(self.sizes, np.abs(states).max(axis=0)))
 
-    def shoot(self, orbit: Orbit, watched: bool = True, section: Orbit | None = None) -> Shot:
+    def shoot(
+        self,
+        orbit: Orbit,
+        watched: bool = True,
+        section: Orbit | None = None,
+        solved: float = TUNING.residual,
+    ) -> Shot:
         """The shooting residual of an orbit, and its derivatives.
 
         ``watched``: whether to look for other guards on the way. ``section``: the one through whose start, across the
         flow there, the plane goes on which an orbit without events and without a period begins; by default the orbit
-        itself.
+        itself. ``solved``: the residual by which states are taken to be off. A rebound lower than that is none: where
+        equations that hold better show a crossing, their own residual counts.
         """
         d = self.states
         plane = self.plane(section or orbit)
         if orbit.drift is not None:
             plane[at.DRIFT] = orbit.drift
-        outcome, residual, found = self._residual(
-            orbit, self.sizes, self.solved_to(orbit.starts[:, :d]), plane, watched
-        )
+        exactness = solved / TUNING.residual * self.solved_to(orbit.starts[:, :d])
+        outcome, residual, found = self._residual(orbit, self.sizes, exactness, plane, watched)
         equations, sensitivity, monodromy, factors, speeds, seen, met = found
+        if watched and residual < solved == TUNING.residual and (seen[:, 0] >= 0).any():
+            return self.shoot(orbit, watched, section, residual)
         if not np.isfinite(equations[:, -1]).all():
             residual = np.inf
         units = self.units

@@ -625,3 +625,32 @@ def test_a_period_that_no_orbit_has():
     # counted by another program: no orbit of period 3 or 5
     for period in (3, 5):
         nothing(build("impact-oscillator"), Outcome.NO_ORBIT, "Newton's method", period, "attractor")
+
+
+@pytest.mark.parametrize(("method", "e", "amplitude"), [("taylor", 0.1, 1.3), ("dop853", 0.3, 1.1)])
+def test_rounding_decides_which_rebound_before_a_rest_is_the_last(method, e, amplitude):
+    ball = build("bouncing-ball", {"e": e, "amplitude": amplitude})
+    at_rest_again(cd.periodic_orbit(ball, method=method))
+
+
+def test_a_last_rebound_lower_than_an_orbit_is_solved_to():
+    floor, speed = "A*sin(t)", "A*cos(t)"
+    onto = {"guard": f"x - {floor}", "direction": -1}
+    ball = cd.HybridSystem(
+        states="x v", parameters={"e": 0.1, "A": 1.7}, period="2*pi", initial={"x": 5.0},
+        modes={"flight": {"x": "v", "v": "-1"}, "contact": {"x": speed, "v": f"-{floor}"}},
+        transitions=[
+            cd.Transition("impact", "flight", "flight", **onto, reset={"x": floor, "v": f"(1 + e)*{speed} - e*v"}),
+            cd.Transition("rest", "flight", "contact", **onto, reset={"x": floor, "v": speed}, completes="impact"),
+            cd.Transition("lift-off", "contact", "flight", f"1 - {floor}", -1),
+        ],
+    )  # fmt: skip
+    at_rest_again(cd.periodic_orbit(ball))
+
+
+def at_rest_again(found):
+    """A ball whose every deviation is lost while it rests, until the floor, at the height 1, falls as fast as it."""
+    assert found.cd.outcome == "periodic"
+    assert not found["multiplier_real"].any()
+    off = found["event_kind"] == 2
+    assert np.allclose(found["event_state_before"].sel(state="x")[off], [1.0], rtol=0, atol=1e-12)
