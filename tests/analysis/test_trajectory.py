@@ -1,5 +1,7 @@
 """Trajectories against scipy at a tight tolerance, and against the parabolas of a bouncing ball."""
 
+import re
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -127,3 +129,13 @@ def test_more_events_than_a_buffer_holds(circle):
     times = run["event_time"].values
     np.testing.assert_allclose(np.diff(times), 5.0, rtol=0, atol=1e-8)
     assert len(times) == 6000
+
+
+def test_tangents_that_a_method_loses_are_told():
+    """Where the root has a kink its derivative is 0/0; `dop853` passes it with the state alone."""
+    system = cd.HybridSystem(states="x y", modes={"all": {"x": "-1", "y": "sqrt(x - log(1 + x))"}}, initial={"x": 0.5})
+    run = cd.trajectory(system, duration=0.8, tangents=True, method="dop853")
+    assert np.isfinite(run["states"]).all()
+    assert np.isnan(run["final_tangent"]).all()
+    (lost,) = re.findall("the tangents are lost at time ([^;]*)", run.attrs["message"])
+    assert float(lost) == pytest.approx(0.5, abs=1e-6)
