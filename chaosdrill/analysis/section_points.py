@@ -209,16 +209,16 @@ def _once_more(where: Section, run: Run, cycle: Run, period: int) -> Outcome:
 
 def cycle_multipliers(where: Section, run: Run, period: int, numerics: Numerics) -> np.ndarray:
     """Eigenvalues of the tangent map over a cycle with a number of points, by descending modulus."""
-    system, n = where.system, len(where.system.state_names)
-    deficient = examine(system).deficient
-    whole_map = Run(system, run.period, numerics, tangents=np.eye(n), orthonormalise=False)
-    ranked = Run(system, run.period, numerics, tangents=np.eye(n), deficient=deficient)
+    system, n = where.system, where.system.free
+    columns, deficient = np.eye(n, len(system.state_names)), examine(system).deficient
+    whole_map = Run(system, run.period, numerics, tangents=columns, orthonormalise=False)
+    ranked = Run(system, run.period, numerics, tangents=columns, deficient=deficient)
     for one in (whole_map, ranked):
         one.continue_from(run)
         outcome = one.advance(period)[0] if where.transitions is None else _once_more(where, run, one, period)
         if outcome != Outcome.OK:
             return np.full(n, complex(np.nan, np.nan))
-    values = np.linalg.eigvals(whole_map.vectors.T).astype(complex)
+    values = np.linalg.eigvals(whole_map.vectors[:, :n].T).astype(complex)
     values = values[np.argsort(-np.abs(values), kind="stable")]
     values[ranked.live :] = 0
     return values

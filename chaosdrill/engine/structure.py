@@ -97,13 +97,14 @@ def _sizes(system: "HybridSystem") -> tuple[np.ndarray, float]:
                         found[i] = max(found[i], abs(away))
                         break
                     away, halvings = away / 2, halvings + 1
+    found = found[: system.free]
     rates = [(np.abs(rate), np.abs(jacobian)) for rate, jacobian in _motions(system, x, found)]
     unit = _unit_of_time(system, found, rates)
-    for _ in range(n):
+    for _ in found:
         unknown = found == 0
         if not unknown.any():
             break
-        largest = np.zeros(n)
+        largest = np.zeros(len(found))
         for rate, jacobian in rates:
             largest = np.fmax(largest, unit * np.fmax(rate, np.nan_to_num(jacobian @ found)))
         if not largest[unknown].any():
@@ -118,7 +119,8 @@ def _sizes(system: "HybridSystem") -> tuple[np.ndarray, float]:
         if not largest[unknown].any():
             largest[unknown.argmax()] = 1.0
         found = np.where(unknown & np.isfinite(largest), largest, found)
-    return np.where(found > 0, found, 1.0), unit
+    # draws of a noise have one size, and tell nothing of others
+    return np.append(np.where(found > 0, found, 1.0), np.ones(n - system.free)), unit
 
 
 def _where_motions_change(system: "HybridSystem", x: np.ndarray, at_rest: list[int]) -> np.ndarray:
@@ -126,7 +128,7 @@ def _where_motions_change(system: "HybridSystem", x: np.ndarray, at_rest: list[i
 
     Eigenvalues tell it in any unit of the states.
     """
-    here, found = _eigenvalues(system, x), np.zeros(len(x))
+    here, found = _eigenvalues(system, x), np.zeros(system.free)
     fastest = np.abs(here).max(axis=1, initial=0.0)
     if not (fastest > 0).any():
         return found
@@ -154,12 +156,13 @@ def _where_motions_change(system: "HybridSystem", x: np.ndarray, at_rest: list[i
 
 def _eigenvalues(system: "HybridSystem", x: np.ndarray) -> np.ndarray:
     """Eigenvalues of the Jacobians of all modes at a state, complex of shape (modes, n); NaN where there are none."""
-    n, found = len(x), np.full((len(system.modes), len(x)), np.nan, dtype=complex)
+    n, found = system.free, np.full((len(system.modes), system.free), np.nan, dtype=complex)
     c, variation = kernels_of(system).constants(system.parameters), kernels_of(system).functions.variation
     for mode in range(len(system.modes)):
-        matrix = np.empty((n, n))
-        for j, along in enumerate(np.eye(n)):
-            variation(mode, 0.0, c, x, along, matrix[j])
+        columns = np.empty((n, len(x)))
+        for j, along in enumerate(np.eye(n, len(x))):
+            variation(mode, 0.0, c, x, along, columns[j])
+        matrix = columns[:, :n]
         if np.isfinite(matrix).all():
             found[mode] = np.linalg.eigvals(matrix)
     return found
@@ -175,16 +178,17 @@ def _rounded_sizes(system: "HybridSystem") -> tuple[np.ndarray, float]:
 
 def _motions(system: "HybridSystem", x: np.ndarray, sizes: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Rates, shape (n,), and Jacobians of all modes at a state and beside it."""
-    kernels, n = kernels_of(system), len(x)
+    kernels, n = kernels_of(system), system.free
     c, field, variation = kernels.constants(system.parameters), kernels.functions.field, kernels.functions.variation
-    rates, column = np.empty(n + len(system.quadratures)), np.empty(n)
-    for place in (x, x + sizes * general_position(n)[0]):
+    rates, column, beside = np.empty(len(x) + len(system.quadratures)), np.empty(len(x)), x.copy()
+    beside[:n] += sizes * general_position(n)[0]
+    for place in (x, beside):
         for mode in range(len(system.modes)):
             field(mode, 0.0, c, place, rates)
             matrix = np.empty((n, n))
-            for j, along in enumerate(np.eye(n)):
+            for j, along in enumerate(np.eye(n, len(x))):
                 variation(mode, 0.0, c, place, along, column)
-                matrix[:, j] = column
+                matrix[:, j] = column[:n]
             if np.isfinite(rates[:n]).all() and np.isfinite(matrix).all():
                 yield rates[:n].copy(), matrix
 

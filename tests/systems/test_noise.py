@@ -190,6 +190,20 @@ def test_without_variance_a_run_is_that_without_noise_to_the_bit(method):
     assert np.array_equal(one["event_time"], other["event_time"])
 
 
+@pytest.mark.parametrize("omega", [2.5, 2.8])
+def test_tangents_mind_no_draws_without_variance(omega):
+    """The speed, at rest first, has its size from the rates, in which the damping is drawn; at 2.8 there is a cycle."""
+    plain = IMPACTS.with_initial(v=0.0).with_parameters(omega=omega)
+    still = plain.with_noise({"zeta": cd.Uniform(0.05, 0.05)}, at="impact")
+    lengths = {"periods": 60, "transient": 200}
+    one, other = (cd.lyapunov_spectrum(system, **lengths) for system in (plain, still))
+    assert np.array_equal(one["lyapunov_history"], other["lyapunov_history"])
+    one, other = (cd.poincare_section(system, **lengths) for system in (plain, still))
+    assert (one["period"] > 0) == (omega == 2.8)
+    for name in ("period", "multiplier_real", "multiplier_imag"):
+        assert np.array_equal(one[name], other[name], equal_nan=True)
+
+
 @pytest.mark.parametrize("at", ["stick", "impact", "period"])
 def test_a_drill_in_rock_of_one_strength_is_the_drill_to_the_bit(at):
     """Its chaos would double a rounding error every 30 periods."""
