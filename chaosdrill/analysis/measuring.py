@@ -350,7 +350,7 @@ def _results(plan: Plan, batch: Batch, which: np.ndarray, verdict: Verdict) -> A
         "period": verdict.period,
         "outcome": verdict.outcome,
         "lyapunov_exponent": verdict.exponents[:, : plan.exponents],
-        "lyapunov_error": np.hypot(verdict.errors, verdict.apart)[:, : plan.exponents],
+        "lyapunov_error": np.maximum(verdict.errors, verdict.apart)[:, : plan.exponents],
         **{name: np.where(ended, np.nan, values) for name, values in means.items()},
         "moments": of_motion,
         "state": states,
