@@ -139,10 +139,9 @@ def evidence_of(
     found = Evidence.of(points, rounding=averages.rounding, **known_so_far)
     if exponents.shape[1]:
         course = averages.course[one_of[0], :, column]
-        blocks = course.shape[1] - 1
-        quarter = max(1, round(QUARTER * blocks))
+        quarter = max(1, round(QUARTER * (course.shape[1] - 1)))
         with np.errstate(invalid="ignore"):
-            found.quarter = course[:, -1] - course[:, blocks - quarter]
+            found.quarter = course[:, -1] - course[:, -1 - quarter]
             found.steady = steady(course) & ~_paired(exponents, lead)
             # lengths of tangents that turn come and go, also where nothing grows
             area = course + averages.course[one_of[0], :, np.minimum(column + 1, exponents.shape[1] - 1)]
@@ -150,40 +149,45 @@ def evidence_of(
             shrinks = averages.course[:, quarter] - averages.course[:, 0] < -2 * FOLDS
         found.drawn_in = shrinks.any(axis=1) & ~found.steady
     found.noisy[:] = system.draws
-    unforced = not system.forced and structure.autonomous
+    if averages.complete and exponents.shape[1] and not system.forced and structure.autonomous:
+        _add_flow(found, averages, system, structure)
     with np.errstate(invalid="ignore"):
-        if unforced and averages.complete and exponents.shape[1]:
-            # a tangent that starts across the flow shrinks before it turns into it
-            growth, late = exponents * length[:, np.newaxis], averages.late * length[:, np.newaxis]
-            found.sinks = growth[:, 0] < -SINKS
-            found.shrinks = (growth[:, 0] < -STAYS) & (late.max(axis=1) < -STAYS)
-            by_chance = 3 * averages.errors * length[:, np.newaxis]
-            # an error as large as what it is of makes nothing zero
-            most = np.maximum(NO_GROWTH, np.minimum(by_chance, ZERO * np.abs(growth).max(axis=1, keepdims=True)))
-            zero = np.minimum(np.abs(growth), np.abs(late)) <= most
-            # the exponent that decides is not the one along the flow, nor one of a pair with it
-            decides = (np.abs(lead) > margin)[:, np.newaxis] * (lead * length)[:, np.newaxis]
-            zero &= (growth * np.sign(decides) <= APART * np.abs(decides)) | (decides == 0)
-            # what rests but for a shift has no other one
-            found.flows = zero.sum(axis=1) >= np.minimum(averages.neutral, max(structure.symmetries, 1))
-            # on a line nothing comes back
-            found.flows &= n > 1 or structure.symmetries > 0 or not _smooth(system)
         if averages.complete and contracts(system):
             found.torus_possible = ~(exponents.sum(axis=1) * length < -NEUTRAL)
     # no flow of two states without events is chaotic, nor a forced one of one state
     found.chaos_possible[:] = not _smooth(system) or n > (2 if system.autonomous else 1)
     found.stirs = (ended == Outcome.OK) & stirs(shifts.quotient(windows[:, :, :-1]), shifts.sizes(known), part)
     untold = unseen | (averages.neutral >= exponents.shape[1])
-    open_ = np.flatnonzero((ended == Outcome.OK) & (untold | ~(found.lead < -found.margin)))
+    open_ = np.flatnonzero((ended == Outcome.OK) & (untold | ~found.negative))
     states, known = aside(windows[open_], shifts)[:, :, :-1], shifts.sizes(known[open_])
     found.leaving[open_], found.settling[open_] = stationarity(states, known, found.even[open_])
-    begin = None if before is None else shifts.quotient(before[open_])
-    drifts = only_grows(states, known, begin, shifts.bounded)
+    drifts = only_grows(states, known, None if before is None else shifts.quotient(before[open_]), shifts.bounded)
     found.drifts[open_] = drifts.any(axis=1)
     whole, later = lead[open_], found.late[open_]
     rates = np.stack([whole, later, 2 * whole - later], axis=1)
     found.departs[open_] = departs(states, drifts, rates * (length * part)[open_, np.newaxis])
     return found
+
+
+def _add_flow(found: Evidence, averages: Averages, system: HybridSystem, structure: Structure) -> None:
+    """Add whether there is a zero exponent for the flow of a system without forcing, or all tangents shrink."""
+    exponents, length = averages.exponents, averages.length
+    with np.errstate(invalid="ignore"):
+        # a tangent that starts across the flow shrinks before it turns into it
+        growth, late = exponents * length[:, np.newaxis], averages.late * length[:, np.newaxis]
+        found.sinks = growth[:, 0] < -SINKS
+        found.shrinks = (growth[:, 0] < -STAYS) & (late.max(axis=1) < -STAYS)
+        by_chance = 3 * averages.errors * length[:, np.newaxis]
+        # an error as large as what it is of makes nothing zero
+        most = np.maximum(NO_GROWTH, np.minimum(by_chance, ZERO * np.abs(growth).max(axis=1, keepdims=True)))
+        zero = np.minimum(np.abs(growth), np.abs(late)) <= most
+        # the exponent that decides is not the one along the flow, nor one of a pair with it
+        decides = (np.abs(found.lead) > found.margin)[:, np.newaxis] * (found.lead * length)[:, np.newaxis]
+        zero &= (growth * np.sign(decides) <= APART * np.abs(decides)) | (decides == 0)
+        # what rests but for a shift has no other one
+        found.flows = zero.sum(axis=1) >= np.minimum(averages.neutral, max(structure.symmetries, 1))
+        # on a line nothing comes back
+        found.flows &= system.free > 1 or structure.symmetries > 0 or not _smooth(system)
 
 
 def evidence_of_records(

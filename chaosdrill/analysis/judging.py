@@ -23,7 +23,7 @@ from chaosdrill.analysis.classification import (
     evidence_of,
     undrawn,
 )
-from chaosdrill.analysis.recurrence import CLOSE, FLOOR, ROUND_OFF, recurrence
+from chaosdrill.analysis.recurrence import CLOSE, FLOOR, ROUND_OFF, Recurrence, recurrence
 from chaosdrill.analysis.resting import is_left, rests
 from chaosdrill.analysis.statistics import block_ends, error_of_exponents, rounding_of_unit
 from chaosdrill.analysis.tori import END, KEPT, LENGTH, aside, stays
@@ -47,7 +47,7 @@ class Verdict(Selectable):
     decided: np.ndarray  # bool (P,): whether that is beyond doubt
     exponents: np.ndarray  # (P, m): descending spectra
     errors: np.ndarray  # (P, m): their standard errors, of lengths that no unit changes
-    apart: np.ndarray  # (P, m): how far exponents of such lengths are from them, which is an error as well
+    apart: np.ndarray  # (P, m): how far exponents of such lengths are from them, their error at least
     evidence: Evidence
     cycle: np.ndarray  # int (P,): length of the cycle that the record repeats, in units of lengths; 0: unknown, or none
     moves: np.ndarray  # bool (P,): whether nothing says that the motion dies out
@@ -91,13 +91,7 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     )
     e.measured[:] = plan.exponents > 0
     neutral = add_returns(e, found, lasts, whole, paths, size)
-    residual, at_centre = found.residual.copy(), np.flatnonzero(e.recurs & neutral)
-    # round-off may come from the largest that states have been
-    largest = size[at_centre] / FLOOR
-    residual[at_centre] = recurrence(paths[at_centre], largest, plan.max_period, 2 * plan.max_period).residual
-    exact = np.flatnonzero(e.recurs & ~e.attracts & closes_exactly(e, residual, found.period))
-    e.exact[exact] = _returned(paths[exact], size[exact], e.rounding[exact])
-    centre = e.recurs & neutral & (found.residual <= ROUND_OFF)
+    centre = _add_exact(plan, e, found, neutral, paths, size)
     if plan.maps and not noisy:
         rows = np.where(e.ended == Outcome.OK, np.isfinite(full[:, :, 0]).sum(axis=1), 0)
         for count in np.unique(rows[rows >= END]).tolist():
@@ -114,17 +108,38 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
         grazed = np.array([plan.where.grazed(of_one) for of_one in times], dtype=bool)
         outcome[grazed & (batch.outcome[which] == Outcome.OK)] = int(Outcome.NO_RETURN)
         exponents[grazed], errors[grazed] = np.nan, np.nan
+    decided = _decided(plan, e, outcome, centre, moves)
+    repeats = (outcome == Outcome.PERIODIC) & e.recurs & ((e.lead < e.margin) | e.exact | ~e.measured)
+    period = np.where(repeats, found.period, 0)
+    cycle = np.where(certain & (period > 0), cycle, 0)
+    return Verdict(outcome, period, decided, exponents, errors, apart, e, cycle, moves)
+
+
+def _add_exact(
+    plan: "Plan", e: Evidence, found: Recurrence, neutral: np.ndarray, paths: np.ndarray, size: np.ndarray
+) -> np.ndarray:
+    """Add whether points that come back do so as exactly as a run allows.
+
+    Returns, bool, shape (P,): whether they do so to round-off, and nearby motions neither come closer nor leave.
+    """
+    residual, at_centre = found.residual.copy(), np.flatnonzero(e.recurs & neutral)
+    # round-off may come from the largest that states have been
+    largest = size[at_centre] / FLOOR
+    residual[at_centre] = recurrence(paths[at_centre], largest, plan.max_period, 2 * plan.max_period).residual
+    exact = np.flatnonzero(e.recurs & ~e.attracts & closes_exactly(e, residual, found.period))
+    e.exact[exact] = _returned(paths[exact], size[exact], e.rounding[exact])
+    return np.asarray(e.recurs & neutral & (found.residual <= ROUND_OFF))
+
+
+def _decided(plan: "Plan", e: Evidence, outcome: np.ndarray, centre: np.ndarray, moves: np.ndarray) -> np.ndarray:
+    """Which outcomes are beyond doubt; ``centre`` is what `_add_exact` returns."""
     periodic = outcome == Outcome.PERIODIC
     decided = (periodic & (e.attracts | centre)) | ((outcome == Outcome.CHAOTIC) & ~e.recurs)
     decided |= ((outcome == Outcome.QUASIPERIODIC) & e.winds) | (outcome == Outcome.CONTRACTING)
     if not plan.maps:
         decided |= periodic & e.negative
     ended = ~np.isin(outcome, MEASURED) | (outcome == Outcome.EQUILIBRIUM) & e.rests
-    decided = (decided & moves) | ended | ~e.measured
-    repeats = periodic & e.recurs & ((e.lead < e.margin) | e.exact | ~e.measured)
-    period = np.where(repeats, found.period, 0)
-    cycle = np.where(certain & (period > 0), cycle, 0)
-    return Verdict(outcome, period, decided, exponents, errors, apart, e, cycle, moves)
+    return np.asarray((decided & moves) | ended | ~e.measured)
 
 
 def _returned(paths: np.ndarray, known: np.ndarray, rounding: np.ndarray) -> np.ndarray:
