@@ -83,20 +83,10 @@ def trace_branch(
 ) -> Branch:
     """Follow a curve in one direction from one of its points until it ends.
 
-    Parameters
-    ----------
-    first : Point
-        With the way to go as its tangent.
-    step : float
-        Longest step, as a part of the ranges of the parameters.
-    most : int
-        Points, at most.
-    known : sequence of BranchSegment
-        What was followed before in the other direction; the curve ends where it meets it.
-    others : sequence of BranchSegment
-        Other branches, at which it ends as well.
-    birth : Birth, optional
-        Where the branch was born, far from which its steps may be longer.
+    ``first``: with the way to go as its tangent. ``step``: longest step, as a part of the ranges of the parameters.
+    ``most``: points, at most. ``known``: what was followed before in the other direction; the curve ends where it meets
+    it. ``others``: other branches, at which it ends as well. ``birth``: where the branch was born, far from which its
+    steps may be longer.
     """
     branch, home, special = Branch(), first, isinstance(curve, SpecialCurve)
     if not special and curve.outside(first.orbit):
@@ -407,27 +397,12 @@ def branches(
 ) -> BranchResult:
     """The branch through an orbit, and up to ``doublings`` generations of doubled branches.
 
-    Parameters
-    ----------
-    limits : pair of float
-        Smallest and largest value of the parameter.
-    period, start, transient
-        Of the first orbit, as for `chaosdrill.orbits.find.starting_orbit`.
-    doublings : int
-        Generations of doubled orbits to follow.
-    step : float
-        Longest step of the parameter.
-    max_points : int
-        Largest number of points of one branch.
-    progress : callable, optional
-        Called with the branches done, the branches planned and None.
-    columns : Columns, optional
-        Further results on every orbit.
+    ``limits``: smallest and largest value of the parameter. ``period``, ``start``, ``transient``: of the first orbit,
+    as for `chaosdrill.orbits.find.starting_orbit`. ``doublings``: generations of doubled orbits to follow. ``step``:
+    longest step of the parameter. ``max_points``: largest number of points of one branch. ``progress``: called with the
+    branches done, the branches planned and None. ``columns``: further results on every orbit.
 
-    Returns
-    -------
-    BranchResult
-        Empty, with the reason in its outcome and message, if no orbit was found to start from.
+    Returns an empty result, with the reason in its outcome and message, if no orbit was found to start from.
     """
     try:
         problem, orbit, shot, _, _ = starting_orbit(system, (parameter,), period, start, transient, numerics)

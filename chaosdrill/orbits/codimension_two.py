@@ -36,20 +36,10 @@ Values = Callable[["SpecialCurve", Sequence["Point"]], np.ndarray]
 class Condition:
     """A second condition along a curve.
 
-    Parameters
-    ----------
-    kind : Special
-        What it makes of a point.
-    curve : Special
-        Kind of the curve.
-    values : callable
-        The function at each of the neighbouring points of a curve, shape (P,).
-    multiplicity : int
-        How many multipliers are on the unit circle there.
-    proper : callable
-        Whether the function's root at a point of the curve is one of this kind.
-    error : callable
-        Error of the function at a point.
+    ``kind``: what it makes of a point. ``curve``: kind of the curve. ``values``: the function at each of the
+    neighbouring points of a curve, shape (P,). ``multiplicity``: how many multipliers are on the unit circle there.
+    ``proper``: whether the function's root at a point of the curve is one of this kind. ``error``: error of the
+    function at a point.
     """
 
     kind: Special

@@ -114,13 +114,7 @@ def _free_segment(problem: "Problem", orbit: Orbit) -> int:
 
 
 def cut(problem: "Problem", orbit: Orbit, segment: int, after: float) -> Orbit:
-    """One period of an orbit from within a segment, a time after its start, on to the same place.
-
-    Parameters
-    ----------
-    segment : int
-    after : float
-    """
+    """One period of an orbit from within a segment, a time after its start, on to the same place."""
     period, d = problem.period_at(orbit), problem.states
     share = np.array([[orbit.segments[segment, at.SEGMENT_MODE], at.SHARE, -1]], dtype=np.int64)
     if orbit.eventless:

@@ -90,22 +90,13 @@ def changes(values: np.ndarray, noise: np.ndarray | float = 0.0) -> list[int]:
 class BranchTest:
     """A function along a branch that changes its sign at special points of one kind.
 
-    Parameters
-    ----------
-    kind : Special
-    values : callable
-        Of a segment of P points: the function at each, shape (P,), and its error there, a number or of that shape.
-    critical : callable
-        Of the free multipliers at one point, shape (m,): their distances from the value that one has at such a point.
-    multiplicity : callable
-        Of the same: how many are on the unit circle where the function vanishes; 0 if nothing happens there.
-    crossed : bool
-        Whether another branch may cross there, so that the equations of the orbit lose rank.
-    end : BranchEnd, optional
-        How a branch ends where the function vanishes; by default it goes on.
-    watch : callable, optional
-        Of a curve and its first point: what tells, after every further point, the index of the first one beyond, or
-        None. Of a function that ends a branch, whose values count beside that of the first point of the segment.
+    ``values``: of a segment of P points, the function at each, shape (P,), and its error there, a number or of that
+    shape. ``critical``: of the free multipliers at one point, shape (m,), their distances from the value that one has
+    at such a point. ``multiplicity``: of the same, how many are on the unit circle where the function vanishes; 0 if
+    nothing happens there. ``crossed``: whether another branch may cross there, so that the equations of the orbit lose
+    rank. ``end``: how a branch ends where the function vanishes; by default it goes on. ``watch``: of a curve and its
+    first point, what tells, after every further point, the index of the first one beyond, or None. Of a function that
+    ends a branch, whose values count beside that of the first point of the segment.
     """
 
     kind: Special

@@ -55,31 +55,17 @@ def curve(
     The point is located on the branch of orbits over the first parameter, in both directions from the start, at the
     system's value of the second one. From there the curve is followed in both directions, around its folds and cusps.
 
-    Parameters
-    ----------
-    limits : array_like, shape (2, 2)
-        Smallest and largest value of each.
-    period, start, transient
-        Of the first orbit, as for `chaosdrill.orbits.find.starting_orbit`.
-    follow : str
-        One of `FOLLOWED`. The last two: where the first function of ``columns`` takes its value, or has a maximum or
-        minimum.
-    step : float
-        Longest step of the first parameter; that of the second is the same part of its range.
-    max_points : int
-        Largest number of points in one direction.
-    progress : callable, optional
-        Called with the directions done, their total and None.
-    columns : Columns, optional
-        Further properties of every orbit, and the functions of which one is followed.
+    ``limits``, shape (2, 2): smallest and largest value of each. ``period``, ``start``, ``transient``: of the first
+    orbit, as for `chaosdrill.orbits.find.starting_orbit`. ``follow``: one of `FOLLOWED`. The last two: where the first
+    function of ``columns`` takes its value, or has a maximum or minimum. ``step``: longest step of the first parameter;
+    that of the second is the same part of its range. ``max_points``: largest number of points in one direction.
+    ``progress``: called with the directions done, their total and None. ``columns``: further properties of every orbit,
+    and the functions of which one is followed.
 
-    Returns
-    -------
-    BranchResult
-        One branch, all of whose points are of the kind that is followed, except on a Neimark-Sacker curve beyond a
-        multiplier of 1 or -1: there the pair is real, and nothing bifurcates. ``stable`` says whether all multipliers
-        but those on the unit circle are inside. At grazing the orbit is the one without the event
-        that appears. It has no points, and the reason in its message, if there is no orbit or no such point.
+    Returns: One branch, all of whose points are of the kind that is followed, except on a Neimark-Sacker curve beyond a
+    multiplier of 1 or -1: there the pair is real, and nothing bifurcates. ``stable`` says whether all multipliers but
+    those on the unit circle are inside. At grazing the orbit is the one without the event that appears. It has no
+    points, and the reason in its message, if there is no orbit or no such point.
     """
     ranges = np.array(limits, dtype=float)
     kind, called = FOLLOWED[follow], follow.replace("_", " ")

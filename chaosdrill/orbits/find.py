@@ -213,19 +213,11 @@ def find_orbit(
 ) -> FoundOrbit:
     """Find and verify one orbit, or say why none was found.
 
-    Parameters
-    ----------
-    period : int
-        In forcing periods; 1 for systems without a period.
-    start : {"attractor", "guess"} or float
-        Where Newton's method starts: at the system's initial state, or where a run has come to from there. A number is
-        the time after which the motion from the initial state is taken to be back, in a system without a period.
-    transient : float
-        Forcing periods of that run, or its time.
-    marks : Marks, optional
-        The section on which its points are given; default: the strobe, or where the orbit starts.
-    derive : sequence of str
-        Parameters by which the results are differentiated.
+    ``period``: in forcing periods; 1 for systems without a period. ``start``: where Newton's method starts: at the
+    system's initial state, or where a run has come to from there. A number is the time after which the motion from the
+    initial state is taken to be back, in a system without a period. ``transient``: forcing periods of that run, or its
+    time. ``marks``: the section on which its points are given; default: the strobe, or where the orbit starts.
+    ``derive``: parameters by which the results are differentiated.
     """
     try:
         problem, orbit, shot, residuals, message = starting_orbit(system, (), period, start, transient, numerics)

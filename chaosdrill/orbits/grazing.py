@@ -280,18 +280,10 @@ def _turn(place: Place, shift: Shift, orbit: "Orbit", instant: float) -> tuple[n
 class _Returns:
     """Heights of a guard after an event that shifts the state, as a sum of powers of the multipliers.
 
-    Parameters
-    ----------
-    turn : ndarray, shape (d, d)
-        Tangent map around the orbit from where it touches the guard.
-    row, vector : ndarray, shape (d,)
-        The guard's gradient, and the shift.
-    flow : int
-        1 where a shift in time is an orbit as well, which the guard does not notice where it is greatest.
-    error : float
-        Of the shift, relative.
-    segments : int
-        How many the tangent map is made of.
+    ``turn``, shape (d, d): tangent map around the orbit from where it touches the guard. ``row``, ``vector``, shape
+    (d,): the guard's gradient, and the shift. ``flow``: 1 where a shift in time is an orbit as well, which the guard
+    does not notice where it is greatest. ``error``: of the shift, relative. ``segments``: how many the tangent map is
+    made of.
     """
 
     def __init__(

@@ -146,16 +146,9 @@ def initial_guess(problem: "Problem", place: Place, periods: int) -> InitialGues
 def guess_of_forced(problem: "Problem", place: Place, periods: int, values: np.ndarray) -> tuple[Outcome, Orbit | None]:
     """The path from a place over ``periods`` forcing periods, as a guess for an orbit.
 
-    Parameters
-    ----------
-    values : ndarray, shape (q,)
-        Free parameters, as they are in the system of the place.
+    ``values``, shape (q,): free parameters, as they are in the system of the place.
 
-    Returns
-    -------
-    outcome : Outcome
-        ``Outcome.OK``, or the reason why the run ended early.
-    orbit : Orbit or None
+    Returns: ``outcome``: ``Outcome.OK``, or the reason why the run ended early.
     """
     period = place.system.forcing_period()
     assert period is not None

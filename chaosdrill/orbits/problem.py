@@ -276,27 +276,14 @@ class Problem:
         or the change of the steps with the state, may be all that is left of them, or when the start is known to its
         rounding, of which deviations that grow in one turn make a large residual.
 
-        Parameters
-        ----------
-        conditions : ndarray, shape (q, columns), optional
-            Rows that corrections are orthogonal to; by default the free parameters stay as they are.
-        reach : float
-            Longest correction by one step, in the norm of the weights. Where a shortened one has left the rest of the
-            way as it was (Deuflhard 2011, doi:10.1007/978-3-642-23899-4), the next may be twice as long.
-        weights : ndarray, shape (columns,), optional
-            What a difference of each reduced unknown counts; by default those of `weights` at the guess.
-        section : Orbit, optional
-            As for `shoot`.
+        ``conditions``, shape (q, columns): rows that corrections are orthogonal to; by default the free parameters stay
+        as they are. ``reach``: longest correction by one step, in the norm of the weights. Where a shortened one has
+        left the rest of the way as it was (Deuflhard 2011, doi:10.1007/978-3-642-23899-4), the next may be twice as
+        long. ``weights``, shape (columns,): what a difference of each reduced unknown counts; by default those of
+        `weights` at the guess. ``section``: as for `shoot`.
 
-        Returns
-        -------
-        code : int
-            `CONVERGED`, else why not: `SINGULAR`, `SLOW`, or an outcome of a run.
-        orbit : Orbit
-        shot : Shot
-            The last one.
-        residuals : ndarray
-            One a step.
+        Returns: ``code``: `CONVERGED`, else why not: `SINGULAR`, `SLOW`, or an outcome of a run. ``shot``: the last
+        one. ``residuals``: one a step.
         """
         d, count, section = self.states, len(orbit), section or orbit
         columns = self.columns(orbit)
@@ -629,17 +616,11 @@ class Problem:
 def solve(matrix: np.ndarray, right: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Solution of linear equations whose number may be larger than that of the unknowns, if some follow from others.
 
-    Parameters
-    ----------
-    matrix : ndarray, shape (m, n), m >= n
-    right : ndarray, shape (m,)
-    weights : ndarray, shape (n,)
-        Inverse sizes of the unknowns: what counts as nothing goes by them.
+    ``matrix``, shape (m, n). ``right``, shape (m,). ``weights``, shape (n,): inverse sizes of the unknowns: what counts
+    as nothing goes by them.
 
-    Returns
-    -------
-    ndarray, shape (n,)
-        Where the equations leave unknowns free, the shortest one in the weights; NaN if an entry is not a number.
+    Returns, shape (n,): Where the equations leave unknowns free, the shortest one in the weights; NaN if an entry is
+    not a number.
     """
     n = len(weights)
     rows = matrix / weights

@@ -336,23 +336,13 @@ def search(
     Newton's method starts from their returns, the closest first, until many in a row give no new orbit (Auerbach et
     al. 1987, doi:10.1103/PhysRevLett.58.2387). There is no proof that all orbits are found.
 
-    Parameters
-    ----------
-    max_period : int
-        Longest period in forcing periods. Without forcing: the largest number of times that the most frequent event of
-        an orbit occurs in one round; without events, the largest number of maxima of the state with the most regular
-        maxima.
-    starts, modes : ndarray, shapes (S, d) and (S,)
-        States at phase 0, and their modes.
-    progress : callable, optional
-        Called with the periods done, their number, and the orbits so far.
-    derive : sequence of str
-        Parameters with respect to which the properties of the orbits are differentiated.
+    ``max_period``: longest period in forcing periods. Without forcing: the largest number of times that the most
+    frequent event of an orbit occurs in one round; without events, the largest number of maxima of the state with the
+    most regular maxima. ``starts``, ``modes``, shapes (S, d) and (S,): states at phase 0, and their modes.
+    ``progress``: called with the periods done, their number, and the orbits so far. ``derive``: parameters with respect
+    to which the properties of the orbits are differentiated.
 
-    Returns
-    -------
-    list of FoundOrbit
-        By period (without forcing by duration), the more stable ones first.
+    Returns them by period (without forcing by duration), the more stable ones first.
     """
     problem = Problem(system, (), numerics)
     if not len(starts):

@@ -204,14 +204,7 @@ def _compare(problem: "Problem", orbit: "Orbit", segment: int, rows: np.ndarray)
 def check(problem: "Problem", orbit: "Orbit", found: FoundOrbit, repeated: Repeated) -> Checks:
     """Compare multipliers with exponents and contraction, and the start with the state two periods later.
 
-    Parameters
-    ----------
-    problem : Problem
-    orbit : Orbit
-    found : FoundOrbit
-        What is said of it.
-    repeated : Repeated
-        Runs around it.
+    ``found``: what is said of it. ``repeated``: runs around it.
     """
     moduli = np.abs(found.multipliers)
     tolerance = problem.numerics.tolerance
