@@ -244,8 +244,7 @@ def expand(place, p, t):
     h = control.up_to_goal(settings, run, wanted)
     rejected = ends = cut = False
     halvings = 0
-    longer = 0.0
-    larger = 0.0
+    longer = larger = 0.0
     parted = math.inf
     while h > STEPS.underflow * run.longest:
         attempt(functions, t, state.c, x, h, vectors, live, run, stages, stages[END])
@@ -273,7 +272,7 @@ def expand(place, p, t):
         if watching or steep:
             dense_output(functions, t, state.c, x, h, STAGES, vectors, 0, run, stages, scratch.workspace)
         if watching:
-            left = guard_polynomials(functions, tables, settings, state, t, h, scratch)
+            left = guard_polynomials(functions, tables, settings, state, t, h, 0, 0.0, scratch)
             ends = ends or left == math.inf
             if left == math.inf or (left > 1.0 and halvings < STEPS.halvings):
                 halvings += 1

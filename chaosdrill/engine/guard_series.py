@@ -8,23 +8,26 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from chaosdrill.codegen.kinds import uint64
 from chaosdrill.codegen.layout import ROUNDING
 from chaosdrill.engine.dop853_tables import END, GUARD_DEGREE, NODES, PLACE, STAGES, TO_CHEBYSHEV, TO_POWERS
 from chaosdrill.engine.guard_errors import INTERPOLATION_NOISE, VALUE_NOISE, truncation
 from chaosdrill.engine.guard_roots import unit_of
 from chaosdrill.engine.jit import inlined, inner, series
 from chaosdrill.engine.layout import AFFINE, AFTER, TIMED
+from chaosdrill.engine.polynomial import keeps_side
 from chaosdrill.engine.radau_tables import DEGREE
 from chaosdrill.engine.records import state_of
 from chaosdrill.engine.tuning import GUARDS
 
 
 @series
-def guard_polynomials(functions, tables, settings, state, t, h, scratch):
+def guard_polynomials(functions, tables, settings, state, t, h, degree, between, scratch):
     """Fill the rows of the guards in the workspace from those of the states; returns what the interpolation leaves out.
 
     That is in parts of what it may leave out, the tolerance beside the guard's own rounding error; infinite where a
-    polynomial is not finite: the step has touched what the guard or the field cannot bear.
+    polynomial is not finite: the step has touched what the guard or the field cannot bear. Polynomials of states are
+    themselves off by ``between`` times their coefficients of a degree, which a guard that stays clear of zero may be.
     """
     run, c, x, ws = state.run[0], state.c, state.x, scratch.workspace
     mode = run.mode
@@ -66,6 +69,16 @@ def guard_polynomials(functions, tables, settings, state, t, h, scratch):
                 # of a rebound far shorter than the step these alone tell
                 g[2] = 0.5 * run.pull
                 g[3] = run.jerk / 6.0 if run.jerk != 0.0 else g[3]
+        off = allowed = 0.0
+        for i in range(n):
+            off += between * abs(gradient[i] * ws[i, degree])
+            allowed += settings.tolerance * abs(gradient[i]) * state.scale[i]
+        if off > allowed:
+            here, side = g[0], math.copysign(1.0, g[0])
+            g[0] -= side * off
+            if not (side * g[0] > 0.0 and keeps_side(ws, uint64(first + j), h, -side)):
+                left = max(left, 2.0)
+            g[0] = here
         total = 0.0
         for k in range(GUARD_DEGREE + 1):
             total += g[k]
@@ -136,8 +149,7 @@ def exact_times(arrive: Any) -> Callable[..., None]:
         mode = run.mode
         rate = stages[STAGES]
         least = math.inf
-        best = s
-        start = s
+        best = start = s
         key = tables.keys[mode, j]
         way = tables.active[mode, 1 + j] if tables.active[mode, 1 + j] != 0 else -state.sides[key]
         trusted = s <= GUARDS.short * h or not _rebounds(run, tables, mode, j)
@@ -146,12 +158,9 @@ def exact_times(arrive: Any) -> Callable[..., None]:
             functions.field(mode, t + s, c, out, rate)
             run.evaluations += 1
             value = functions.guard(mode, j, t + s, c, out[:n], gradient)
-            if (
-                trusted
-                and least == math.inf
-                and abs(value) <= ROUNDING * functions.guard_error(mode, j, t + s, c, out[:n], scratch.none)
-            ):
+            if trusted and abs(value) <= ROUNDING * functions.guard_error(mode, j, t + s, c, out[:n], scratch.none):
                 return s
+            trusted = False
             if not abs(value) < least:
                 return best
             least = abs(value)

@@ -354,11 +354,8 @@ def earliest(functions, tables, settings, state, ws, row, count, h, t, scratch):
         for j in range(count):
             if times[j] == 0.0 and is_thrown(tables, state, j):
                 return 0.0, j, 0
-    found = first
-    ties = 0
-    te = times[first]
-    error = -1.0
-    least = math.inf
+    found, ties, te = first, 0, times[first]
+    error, least = -1.0, math.inf
     for j in range(count):
         apart = times[j] - times[first]
         if j == first or times[j] < 0.0 or apart > GUARDS.near * h:

@@ -33,7 +33,7 @@ from chaosdrill.engine.radau_step import (
     stage_tangents,
     tangent_error,
 )
-from chaosdrill.engine.radau_tables import DEGREE, POWERS
+from chaosdrill.engine.radau_tables import BETWEEN, DEGREE, POWERS
 from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.scales import fill, finest
 from chaosdrill.engine.stepper import offered
@@ -95,14 +95,8 @@ def expand(place, p, t):
     machine = machine_at(place)
     functions, settings, tables, scratch = machine.functions, machine.settings[0], machine.tables, machine.scratch
     state = state_of(machine.states, p)
-    run, x, scale, vectors, stages, room = (
-        state.run[0],
-        state.x,
-        state.scale,
-        state.vectors,
-        scratch.stages,
-        scratch.implicit,
-    )
+    run, x, scale, vectors = state.run[0], state.x, state.scale, state.vectors
+    stages, room = scratch.stages, scratch.implicit
     mode, live = run.mode, run.live
     n = x.size
     tolerance = max(settings.tolerance, RADAU.least)
@@ -123,16 +117,10 @@ def expand(place, p, t):
     wanted = control.wanted_length(functions, t, state, known, tolerance, stages)
     fill(stages[WEIGHTS][:n])
     h = control.up_to_goal(settings, run, wanted)
-    rejected = False
-    ends = False
-    cut = False
+    rejected = ends = cut = False
     halvings = 0
-    longer = 0.0
-    larger = 0.0
+    longer = larger = 0.0
     while h > STEPS.underflow * run.longest:
-        for j in range(3 + 2 * kind):
-            for i in range(n):
-                stages[Z + j, i] = 0.0
         if not newton(functions, tables, kind, t, state, h, tolerance, scratch, False):
             h *= RADAU.failed
             rejected = True
@@ -159,7 +147,9 @@ def expand(place, p, t):
         if not dense_output(kind, x, h, resolved, stages, scratch.workspace):
             return math.nan
         if watching:
-            left = guard_polynomials(functions, tables, settings, state, t, h, scratch)
+            # the error at the end says nothing of what is stiff between the stages
+            between = 0.0 if resolved else BETWEEN[kind] * h ** (3 + 2 * kind)
+            left = guard_polynomials(functions, tables, settings, state, t, h, 3 + 2 * kind, between, scratch)
             ends = ends or left == math.inf
             if left == math.inf or (left > 1.0 and halvings < STEPS.halvings):
                 functions.field(mode, t, state.c, x, stages[0])
@@ -221,13 +211,9 @@ def _arrive(functions, tables, settings, t, state, s, scratch, out):
     """States and quadratures after a step of length s, to ``out``; the step taken says where its stages may lie."""
     stages = scratch.stages
     kind = _kind(settings.tolerance)
-    n = state.x.size
-    predict(kind, n, s, stages, scratch.workspace)
+    predict(kind, state.x.size, s, stages, scratch.workspace)
     found = s > 0.0 and newton(functions, tables, kind, t, state, s, settings.tolerance, scratch, True)
     if not found:
-        for j in range(3 + 2 * kind):
-            for i in range(n):
-                stages[Z + j, i] = 0.0
         found = newton(functions, tables, kind, t, state, s, settings.tolerance, scratch, False)
     if found:
         finish(functions, kind, t, state, s, stages, out)
@@ -249,10 +235,8 @@ def locate(place, p, te, h, t):
 def evaluate(place, p, t, s):
     """States and quadratures after a step of length s: where it is stiff, no polynomial through stages is as exact."""
     machine = machine_at(place)
-    scratch = machine.scratch
-    _arrive(
-        machine.functions, machine.tables, machine.settings[0], t, state_of(machine.states, p), s, scratch, scratch.out
-    )
+    state, scratch = state_of(machine.states, p), machine.scratch
+    _arrive(machine.functions, machine.tables, machine.settings[0], t, state, s, scratch, scratch.out)
 
 
 @offered

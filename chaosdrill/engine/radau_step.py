@@ -189,15 +189,15 @@ def _update(kind, x, h, room, stages, count):
 def newton(functions, tables, kind, t, state, h, tolerance, scratch, predicted):
     """Solve for the stages of a step of length h, from increments that are there; returns whether that succeeds.
 
-    Without a prediction the increments are zero, and the Jacobian at the start serves first. Updates are told in parts
+    Without a prediction they are set to zero, and the Jacobian at the start serves first. Updates are told in parts
     of the tolerance. Where they do not become smaller, what they are has to be within it, or round-off.
     """
     x, scale, room, stages = state.x, state.scale, scratch.implicit, scratch.stages
     n = x.size
     s = 3 + 2 * kind
-    before = math.inf
-    part = 0.0
-    count = 0
+    if not predicted:
+        stages[Z : Z + s, :n] = 0.0
+    before, part, count = math.inf, 0.0, 0
     for update in range(RADAU.updates):
         _rates(functions, kind, t, state, h, stages)
         if update == 0 or part > RADAU.sluggish:

@@ -77,6 +77,9 @@ POWERS = np.zeros((3, DEGREE, DEGREE))
 
 PIVOT = np.zeros(3)
 
+BETWEEN = np.zeros(3)
+"""Largest value of the polynomials of leading coefficient 1 that vanish at the stages."""
+
 for _i, _stages in enumerate((3, 5, 7)):
     _n = _nodes(_stages)
     _d = _differentiation(_n)
@@ -87,3 +90,4 @@ for _i, _stages in enumerate((3, 5, 7)):
     POWERS[_i, : _stages + 1, :_stages] = _p[:, :-1]
     POWERS[_i, : _stages + 1, DEGREE - 1] = _p[:, -1]
     PIVOT[_i] = _pivot(_d)
+    BETWEEN[_i] = np.abs((np.linspace(0, 1, 1001)[:, None] - _n[1:]).prod(axis=1)).max()

@@ -117,33 +117,28 @@ def locate(place, p, te, h, t):
     stages, gradient, times, backs, out = scratch.stages, scratch.gradient, scratch.times, scratch.backs, scratch.out
     mode = run.mode
     count = tables.active[mode, 0]
-    waits = run.fresh != ONGOING
+    fires = -1
     for j in range(count):
-        waits |= sides[tables.keys[mode, j]] == 0
-    if waits:
-        move(functions, run, t, c, x, STEPS.probe * h, stages, 0, out, stages)
-        fires = -1
-        for j in range(count):
-            if run.fresh == ONGOING and sides[tables.keys[mode, j]] != 0:
-                continue
-            ahead = functions.guard(mode, j, t + STEPS.probe * h, c, out[: x.size], gradient)
-            how, side = _settle(functions, tables, settings, state, j, STEPS.probe * h, ahead, t, scratch)
-            if how == INVALID:
-                return -2.0, j, 0
-            sides[tables.keys[mode, j]] = side
-            if how == FIRE and (fires < 0 or (is_thrown(tables, state, j) and not is_thrown(tables, state, fires))):
-                fires = j
-        if fires >= 0:
-            return 0.0, fires, 0
+        if run.fresh == ONGOING and sides[tables.keys[mode, j]] != 0:
+            continue
+        s = STEPS.probe * h
+        move(functions, run, t, c, x, s, stages, 0, out, stages)
+        ahead = functions.guard(mode, j, t + s, c, out[: x.size], gradient)
+        how, side = _settle(functions, tables, settings, state, j, s, ahead, t, scratch)
+        if how == INVALID:
+            return -2.0, j, 0
+        sides[tables.keys[mode, j]] = side
+        if how == FIRE and (fires < 0 or (is_thrown(tables, state, j) and not is_thrown(tables, state, fires))):
+            fires = j
+    if fires >= 0:
+        return 0.0, fires, 0
     move(functions, run, t, c, x, h, stages, 0, out, stages)
     run.turning = 0
     for j in range(count):
         times[j] = functions.guard(mode, j, t + h, c, out[: x.size], gradient)
         if times[j] != times[j]:
             return math.nan, j, 0
-    best = -1.0
-    found = -1
-    ties = 0
+    best, found, ties = -1.0, -1, 0
     for j in range(count):
         backs[j] = -1.0
         side = sides[tables.keys[mode, j]]
@@ -154,8 +149,7 @@ def locate(place, p, te, h, t):
             backs[j] = h
             run.turning = 1
             continue
-        low = 0.0
-        high = h
+        low, high = 0.0, h
         while high - low > settings.tolerance * h:
             middle = 0.5 * (low + high)
             if middle <= low or middle >= high:

@@ -214,14 +214,13 @@ def end_step(functions, tables, settings, te, strobe, j, ties, backs, outcome, s
     run = state.run[0]
     keep_time(settings, run, te, strobe)
     if strobe >= 0.0:
+        numbers = True
         for i in range(state.x.size):
             state.extent[i] = max(state.extent[i], abs(state.x[i]))
-        numbers = True
+            for v in range(run.live):
+                numbers &= abs(state.vectors[v, i]) < math.inf
         for i in range(settings.quadratures):
             numbers &= abs(state.sums[0, i]) < math.inf
-        for v in range(run.live):
-            for i in range(state.x.size):
-                numbers &= abs(state.vectors[v, i]) < math.inf
         if outcome == at.DONE and not numbers:
             outcome = at.NONFINITE
     run.fresh = at.ONGOING

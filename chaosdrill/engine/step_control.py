@@ -99,10 +99,7 @@ def shrink(error, h, larger, longer, full):
 
 @inner
 def first_length(functions, t, state, tolerance, longest, stages):
-    """Length of a step to begin with, from the first two derivatives as in section II.4, in any unit of time.
-
-    Tangents make it no shorter than motions do: a state that has only begun may have next to no size yet.
-    """
+    """Length of a step to begin with, from the first two derivatives as in section II.4, in any unit of time."""
     run, c, x, vectors = state.run[0], state.c, state.x, state.vectors
     n = x.size
     mode, live = run.mode, run.live
@@ -112,6 +109,7 @@ def first_length(functions, t, state, tolerance, longest, stages):
         length = size(vectors[v], weights)
         if length > 0.0:
             own = size(stages[VECTORS + ROWS_A_VECTOR * v][:n], weights) / length
+            # beside a state that has only begun, with next to no size, a tangent may be as fast as one likes
             speed = max(speed, min(own, STEPS.quick / longest))
     trial = min(0.01 / speed, longest) if speed > 0.0 else longest
     place = stages[PLACE]

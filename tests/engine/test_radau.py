@@ -169,6 +169,27 @@ def test_what_follows_a_motion_stiffly_meets_a_guard_when_that_does(relaxing):
     np.testing.assert_allclose(run["states"][1:, 0], np.cos(run["time"][1:]), atol=1e-11)
 
 
+def test_a_level_next_to_the_turn_of_what_is_stiff_is_met_if_it_is_below():
+    """x = cos(t - a), as tan a = 1/k, but for a factor: one step passes its turn, and others."""
+    system = cd.HybridSystem(
+        states="x",
+        parameters={"k": 1.0, "level": 1.0},
+        modes={"on": {"x": "-k*(x - cos(t))"}},
+        transitions=[cd.Transition(name, "on", "on", "x - level", way) for name, way in (("up", 1), ("down", -1))],
+        initial={"x": 0.0},
+    )
+    turns = 2 * np.pi * np.arange(1, 4)[:, np.newaxis]
+    for k in (1e5, 1e6, 1e7):
+        for tolerance in (1e-6, 1e-8, 1e-10):
+            for off in (1e-2, 1e-3, -1e-3, -1e-2):
+                here = system.with_parameters(k=k, level=(1 + off) / np.hypot(1, 1 / k))
+                run = cd.trajectory(here, duration=22.0, samples=1, method="radau", tolerance=tolerance)
+                apart = np.array([-1, 1]) * np.arccos(min(1 + off, 1.0))
+                expected = (turns + np.arctan(1 / k) + apart).ravel() if off < 0 else []
+                found = run["event_time"].values
+                np.testing.assert_allclose(found[found > 1], expected, rtol=0, atol=10 * tolerance / np.sqrt(abs(off)))
+
+
 def test_a_rate_may_pass_the_smallest_doubles_on_its_way_up():
     passing = cd.HybridSystem(
         states="a y u", modes={"on": {"a": "u", "y": "exp(1000*u)*cos(u)", "u": "1"}}, initial={"u": -0.8}
