@@ -330,7 +330,7 @@ def solved(
     if words := _comes_with_another(problem, guess):
         raise NoOrbitError(Outcome.NO_ORBIT, words)
     guess = based(problem, guess)
-    closed, likely = likely_at(problem, guess) if level else ((), ())
+    closed, likely = likely_at(problem, guess) if level else (np.zeros((0, problem.states)),) * 2
     if len(closed) and (found := _solved_on_level(problem, guess, reach, closed)):
         return found
     try:
