@@ -115,8 +115,9 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
     left = 0.0
     if marks & at.AFFINE == 0:
         left = left_out(functions, tables, settings, state, ws, i, j, h, t, scratch)
-        # value and slope at the start of the step are known
-        left *= min(1.0, POWER_NOISE[2] * (2.0 * s / state.run[0].tried) ** 2)
+        if marks & at.TIMED == 0:
+            # value and slope at the start of the step are known
+            left *= min(1.0, POWER_NOISE[2] * (2.0 * s / state.run[0].tried) ** 2)
     error = functions.guard_error(mode, j, t, state.c, state.x, scratch.none)
     # of its terms, which are rounded where the step begins
     off = ROUNDING * (error + s * functions.rate_error(mode, j, t, state.c, state.x, scratch.none))

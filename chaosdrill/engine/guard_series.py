@@ -57,7 +57,7 @@ def guard_polynomials(functions, tables, settings, state, t, h, degree, between,
             rest, largest = _interpolate(functions, mode, j, t, c, h, place, gradient, ws, g)
             allowed = truncation(settings, marks[j]) * largest
             told = max(abs(g[0]), GUARDS.flat * h * abs(slope))
-            hides = 0.0 < told < 100.0 * allowed and h > GUARDS.nearest * run.longest
+            hides = 0.0 < told < 100.0 * allowed and h > GUARDS.nearest * run.longest and not marks[j] & TIMED
             if rest > allowed or hides:
                 own = functions.guard_error(mode, j, t, c, x, scratch.none)
                 noise = max(own, functions.guard_error(mode, j, t + h, c, scratch.stages[END][:n], scratch.none))
