@@ -3,9 +3,9 @@ from typing import Any
 
 import xarray as xr
 
-from chaosdrill.analysis.measured import series_measures as series_measures
-from chaosdrill.analysis.orders import event_orders as event_orders
-from chaosdrill.analysis.pairs import recurrences as recurrences
+from chaosdrill.analysis.measures.measured import series_measures as series_measures
+from chaosdrill.analysis.measures.orders import event_orders as event_orders
+from chaosdrill.analysis.measures.pairs import recurrences as recurrences
 from chaosdrill.archive import cut as cut
 from chaosdrill.archive import join as join
 from chaosdrill.archive import open as open

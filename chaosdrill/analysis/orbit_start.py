@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from chaosdrill.analysis.judgement.recurrence import CLOSE
 from chaosdrill.analysis.recording import record_returns
-from chaosdrill.analysis.recurrence import CLOSE
 from chaosdrill.analysis.sections import find_section
 from chaosdrill.analysis.tuning import SECTIONS
 from chaosdrill.dataset import Outcome

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from chaosdrill.analysis.resting import is_left, rests
+from chaosdrill.analysis.judgement.resting import is_left, rests
 from chaosdrill.analysis.spans import check_record
 from chaosdrill.analysis.tuning import SECTIONS
 from chaosdrill.codegen import kernels_of

@@ -45,7 +45,14 @@ def warm(folder: str | None, as_json: bool) -> None:
         raise click.UsageError(f"DIR is {folder!r}, which names no folder; name one, or leave it out")
     from chaosdrill.engine.warm import warm as warm_engine
 
-    compiled = ("blocks", "covariant", "matching", "neighbours", "recurrence", "tori")
+    compiled = (
+        "grids.matching",
+        "judgement.recurrence",
+        "judgement.tori",
+        "measures.blocks",
+        "measures.covariant",
+        "measures.neighbours",
+    )
     elsewhere = tuple(f"chaosdrill.analysis.{one}" for one in compiled)
     try:
         made = warm_engine(None if folder is None else Path(folder), (*elsewhere, "chaosdrill.orbits.guards_met"))

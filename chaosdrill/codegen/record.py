@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 _FOLDERS = ("model", "codegen", "systems", "systems.drill")
 _FILES = (
-    *("engine.setup", "engine.structure", "engine.period", "analysis.classification", "sweep.fingerprint"),
+    *("engine.setup", "engine.structure", "engine.period", "analysis.judgement.classification", "sweep.fingerprint"),
     *("equilibrium.expressions", "equilibrium.fields"),
     *("declared", "scene.checks", "scene.defined", "scene.check_made"),
     *("orbits.problem", "orbits.expressions", "orbits.functions", "orbits.verification", "orbits.multipliers"),

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from chaosdrill.analysis.precision_advice import MANY, NAMES, cheapest, shown_quantities
+from chaosdrill.analysis.precision.advice import MANY, NAMES, cheapest, shown_quantities
 from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.plots._types import Axes, Dataset, Figure
 from chaosdrill.plots.figures import is_narrow, legend_outside, new_figure, note

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 import chaosdrill as cd
-from chaosdrill.analysis.boundaries import mixing, uncertainty
+from chaosdrill.analysis.grids.boundaries import mixing, uncertainty
 
 OUT = Path(__file__).resolve().parent / "out"
 LEAST, MOST = 0.88, 0.995

@@ -19,7 +19,7 @@ import numpy as np
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.analysis.statistics import standard_error
+from chaosdrill.analysis.judgement.statistics import standard_error
 
 OUT = Path(__file__).resolve().parent / "out"
 BLOCKS = 256

@@ -20,7 +20,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import chaosdrill as cd
-from chaosdrill.analysis.statistics import standard_error
+from chaosdrill.analysis.judgement.statistics import standard_error
 from chaosdrill.plots.labels import uncertain
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.style import WIDTH, style

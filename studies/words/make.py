@@ -23,11 +23,11 @@ from runs import RUNS as RUN_FAMILIES
 from runs import called as called_by_spectra
 
 import chaosdrill
-from chaosdrill.analysis.classification import Averages, evidence_of_records
-from chaosdrill.analysis.statistics import block_ends, standard_error
-from chaosdrill.analysis.tori import KEPT
+from chaosdrill.analysis.judgement.classification import Averages, evidence_of_records
+from chaosdrill.analysis.judgement.statistics import block_ends, standard_error
+from chaosdrill.analysis.judgement.tori import KEPT
+from chaosdrill.analysis.judgement.words import words
 from chaosdrill.analysis.tuning import PLAN
-from chaosdrill.analysis.words import words
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.shifts import Shifts
 from chaosdrill.engine.structure import Structure

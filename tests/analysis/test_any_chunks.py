@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
-from chaosdrill.analysis import sweeps
+from chaosdrill.analysis.grids import sweeps
 
 IMPACTS = cd.build("impact-oscillator")
 DRILL = cd.drill(

@@ -7,7 +7,13 @@ from scipy.stats import binom
 from support.discrete import clocked
 
 import chaosdrill as cd
-from chaosdrill.analysis.boundaries import merged_distances, mixing, share_error_of_grid, smallest_kicks, uncertainty
+from chaosdrill.analysis.grids.boundaries import (
+    merged_distances,
+    mixing,
+    share_error_of_grid,
+    smallest_kicks,
+    uncertainty,
+)
 from chaosdrill.analysis.starts import share_of
 
 CANTOR = 1 - np.log(2) / np.log(3)

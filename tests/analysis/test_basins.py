@@ -6,7 +6,7 @@ import sympy
 from support.discrete import clocked
 
 import chaosdrill as cd
-from chaosdrill.analysis.matching import moments, number_attractors
+from chaosdrill.analysis.grids.matching import moments, number_attractors
 from chaosdrill.engine.shifts import Shifts
 
 LENGTHS = {"transient": 60, "periods": 32, "max_period": 8}

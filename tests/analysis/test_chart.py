@@ -9,7 +9,7 @@ import sympy
 from support.discrete import clocked
 
 import chaosdrill as cd
-from chaosdrill.analysis import points, sweeps
+from chaosdrill.analysis.grids import points, sweeps
 
 FOLD = 2 / np.sqrt(27)
 

@@ -10,7 +10,7 @@ from scipy.linalg import expm, subspace_angles
 from support.discrete import clocked
 
 import chaosdrill as cd
-from chaosdrill.analysis import covariant
+from chaosdrill.analysis.measures import covariant
 
 
 def unit(vectors):

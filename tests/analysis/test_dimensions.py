@@ -10,8 +10,8 @@ from scipy.special import digamma
 from support import discrete
 
 import chaosdrill as cd
-from chaosdrill.analysis.neighbours import NEAREST, SCALES, neighbours, picked, shares
-from chaosdrill.analysis.scaling import FEWEST, STEP, local_slopes, refusal, scaling_region, sums_of
+from chaosdrill.analysis.measures.neighbours import NEAREST, SCALES, neighbours, picked, shares
+from chaosdrill.analysis.measures.scaling import FEWEST, STEP, local_slopes, refusal, scaling_region, sums_of
 from chaosdrill.analysis.tuning import SCALING
 
 SHARE, LEFT, RIGHT = 0.3, 0.25, 0.4

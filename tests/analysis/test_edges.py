@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
-from chaosdrill.analysis.edges import OTHER, UNKNOWN, _Edge, _Stopped, bracket, mean_rates, told_by
+from chaosdrill.analysis.grids.edges import OTHER, UNKNOWN, _Edge, _Stopped, bracket, mean_rates, told_by
 
 FEW = {"transient": 40, "periods": 16, "max_period": 4, "rounds": 8}
 WELLS = [{"x": 0.9}, {"x": -0.8}]

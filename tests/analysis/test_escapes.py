@@ -4,8 +4,15 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
-from chaosdrill.analysis import staggers
-from chaosdrill.analysis.escapes import Rate, dimension_of_saddle, drift, drift_of_flow, escape_rate, rate_of_flow
+from chaosdrill.analysis.measures import staggers
+from chaosdrill.analysis.measures.escapes import (
+    Rate,
+    dimension_of_saddle,
+    drift,
+    drift_of_flow,
+    escape_rate,
+    rate_of_flow,
+)
 
 WIDTHS = np.array([0.45, 0.35])
 RATE = -np.log(WIDTHS.sum())

@@ -8,9 +8,9 @@ from scipy.special import ellipk
 from scipy.stats import binom, norm
 
 import chaosdrill as cd
-from chaosdrill.analysis.evidence import growth
-from chaosdrill.analysis.finite_times import correlation_time, cumulants, density
-from chaosdrill.analysis.tori import smooth_means, turns, zero_one_by_turn
+from chaosdrill.analysis.judgement.tori import smooth_means, turns, zero_one_by_turn
+from chaosdrill.analysis.measures.evidence import growth
+from chaosdrill.analysis.measures.finite_times import correlation_time, cumulants, density
 from chaosdrill.dataset import Outcome
 
 GOLDEN = (np.sqrt(5) - 1) / 2

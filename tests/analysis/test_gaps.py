@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chaosdrill.analysis.gaps import full
+from chaosdrill.analysis.judgement.gaps import full
 
 COUNT = 1000
 TURNS = np.arange(COUNT) * (np.sqrt(5) - 1) / 2

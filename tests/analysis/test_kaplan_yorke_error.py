@@ -5,7 +5,7 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.analysis.statistics import kaplan_yorke, kaplan_yorke_error, standard_error
+from chaosdrill.analysis.judgement.statistics import kaplan_yorke, kaplan_yorke_error, standard_error
 
 INF = float("inf")
 

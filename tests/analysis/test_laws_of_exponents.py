@@ -9,8 +9,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import chaosdrill as cd
-from chaosdrill.analysis import plan
-from chaosdrill.analysis.spectra import computed_exponents
+from chaosdrill.analysis.grids import plan
+from chaosdrill.analysis.measures.spectra import computed_exponents
 from chaosdrill.engine.structure import Structure, examine
 
 X, V, F, G, E, T = sympy.symbols("x v f g e t", real=True)

@@ -8,7 +8,7 @@ import pytest
 from support.discrete import HENON
 
 import chaosdrill as cd
-from chaosdrill.analysis.measured import package, parting
+from chaosdrill.analysis.measures.measured import package, parting
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.analysis import precision_errors
+from chaosdrill.analysis.precision.costs import errors as precision_errors
 from chaosdrill.analysis.tuning import PRECISION
 from chaosdrill.dataset import Outcome
 
@@ -56,7 +56,7 @@ def test_a_run_that_escapes_leaves_outcomes_only(circle):
 
 def test_without_a_truth_the_identity_and_the_exponent_are_left(bouncer, monkeypatch):
     """The reason stands in an attribute."""
-    monkeypatch.setattr("chaosdrill.analysis.precision_reference.PRECISION", replace(PRECISION, most_steps=0))
+    monkeypatch.setattr("chaosdrill.analysis.precision.reference.PRECISION", replace(PRECISION, most_steps=0))
     ds = measure(bouncer, periods=None, duration=4.0, methods=["taylor"])
     assert "more than 0 steps" in ds.attrs["reference"]
     measured = [q for q in precision_errors.QUANTITIES if np.isfinite(ds["error"].sel(quantity=q)).any()]

@@ -6,8 +6,8 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.analysis.precision_reference import DIGITS, EXACT, NoReferenceError, find_truth
-from chaosdrill.analysis.precision_start import TIGHT, find_place, itinerary, run_map, survey
+from chaosdrill.analysis.precision.reference import DIGITS, EXACT, NoReferenceError, find_truth
+from chaosdrill.analysis.precision.start import TIGHT, find_place, itinerary, run_map, survey
 from chaosdrill.analysis.spans import Span
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.model.special import SPECIAL

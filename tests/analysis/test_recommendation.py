@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from chaosdrill.analysis.precision_advice import best, cheapest, duration, recommend, shown_quantities
+from chaosdrill.analysis.precision.advice import best, cheapest, duration, recommend, shown_quantities
 
 QUANTITIES = ["strobe", "event_time", "tangent", "multiplier", "flow_direction", "exponent"]
 TOLERANCES = np.array([1e-4, 1e-8, 1e-12])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
-from chaosdrill.analysis import blocks
+from chaosdrill.analysis.measures import blocks
 
 
 @pytest.fixture(scope="module")

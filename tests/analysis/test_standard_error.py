@@ -5,8 +5,8 @@ import pytest
 from scipy import stats
 
 import chaosdrill as cd
-from chaosdrill.analysis import statistics
-from chaosdrill.analysis.statistics import standard_error
+from chaosdrill.analysis.judgement import statistics
+from chaosdrill.analysis.judgement.statistics import standard_error
 
 SERIES = 2000
 

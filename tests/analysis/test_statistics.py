@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from chaosdrill.analysis.recurrence import find_period, recurrence
-from chaosdrill.analysis.statistics import free_exponents, kaplan_yorke, leading
-from chaosdrill.analysis.words import Evidence, words
+from chaosdrill.analysis.judgement.recurrence import find_period, recurrence
+from chaosdrill.analysis.judgement.statistics import free_exponents, kaplan_yorke, leading
+from chaosdrill.analysis.judgement.words import Evidence, words
 from chaosdrill.dataset import Outcome
 
 INF = float("inf")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
-from chaosdrill.analysis.tori import agreement
+from chaosdrill.analysis.judgement.tori import agreement
 
 
 def test_a_circle_is_shed_by_the_fixed_point(delayed_logistic):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
-from chaosdrill.analysis.frequencies import incommensurate
-from chaosdrill.analysis.predicting import predicted
+from chaosdrill.analysis.judgement.frequencies import incommensurate
+from chaosdrill.analysis.judgement.predicting import predicted
 
 ONE = {"x": "x - y - x*(x**2 + y**2)", "y": "x + y - y*(x**2 + y**2)"}
 OTHER = {"u": "u - w*v - u*(u**2 + v**2)", "v": "w*u + v - v*(u**2 + v**2)"}

@@ -6,9 +6,9 @@ import sympy
 
 import chaosdrill as cd
 from chaosdrill.analysis.base import Points
-from chaosdrill.analysis.judging import judge
-from chaosdrill.analysis.plan import make_plan
-from chaosdrill.analysis.tori import examine, only_grows
+from chaosdrill.analysis.grids.judging import judge
+from chaosdrill.analysis.grids.plan import make_plan
+from chaosdrill.analysis.judgement.tori import examine, only_grows
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.shifts import Shifts
 

@@ -9,7 +9,7 @@ import sympy
 from support.discrete import clocked
 
 import chaosdrill as cd
-from chaosdrill.analysis.classification import (
+from chaosdrill.analysis.judgement.classification import (
     Averages,
     add_ends,
     add_passages,
@@ -17,13 +17,13 @@ from chaosdrill.analysis.classification import (
     contracts,
     is_no_channel,
 )
-from chaosdrill.analysis.ordering import LAST, comes_back, goes_on, ordered
-from chaosdrill.analysis.predicting import predicted
-from chaosdrill.analysis.recurrence import recurrence
-from chaosdrill.analysis.stationarity import departs
-from chaosdrill.analysis.tori import examine, only_grows, stopped
-from chaosdrill.analysis.words import BOUNDED, RULES, Evidence, steady
-from chaosdrill.analysis.words import words as words_of
+from chaosdrill.analysis.judgement.ordering import LAST, comes_back, goes_on, ordered
+from chaosdrill.analysis.judgement.predicting import predicted
+from chaosdrill.analysis.judgement.recurrence import recurrence
+from chaosdrill.analysis.judgement.stationarity import departs
+from chaosdrill.analysis.judgement.tori import examine, only_grows, stopped
+from chaosdrill.analysis.judgement.words import BOUNDED, RULES, Evidence, steady
+from chaosdrill.analysis.judgement.words import words as words_of
 from chaosdrill.engine.shifts import Shifts
 
 CHANNEL = 0.51435527

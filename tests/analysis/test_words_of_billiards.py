@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
-from chaosdrill.analysis.ordering import ordered
+from chaosdrill.analysis.judgement.ordering import ordered
 
 GOLDEN = (np.sqrt(5) - 1) / 2
 FLIGHT = {"x": "u", "y": "v", "u": "0", "v": "0"}

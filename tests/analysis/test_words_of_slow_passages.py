@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
-from chaosdrill.analysis.resting import lengthens
+from chaosdrill.analysis.judgement.resting import lengthens
 
 RING = (("x", "y", "z"), ("y", "z", "x"), ("z", "x", "y"))
 START = {"x": 0.6, "y": 0.3, "z": 0.2}

@@ -19,7 +19,7 @@ import netCDF4
 import pytest
 import xarray as xr
 
-from chaosdrill.analysis.points import PointTask
+from chaosdrill.analysis.grids.points import PointTask
 from chaosdrill.archive.digest import LENGTH, append_checksum
 from chaosdrill.archive.read import open_archive
 from chaosdrill.cli import main

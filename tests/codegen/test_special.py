@@ -9,7 +9,7 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.analysis.precision_reference import EXACT
+from chaosdrill.analysis.precision.reference import EXACT
 from chaosdrill.codegen import kernels_of, mode
 from chaosdrill.codegen.layout import UNIT
 from chaosdrill.codegen.rounding import rounding_bound

@@ -13,7 +13,7 @@ import trees
 from support.small_scenes import small_scene
 from values import HOSTILE
 
-from chaosdrill.analysis.points import PointTask
+from chaosdrill.analysis.grids.points import PointTask
 from chaosdrill.archive import open as open_archive
 from chaosdrill.workflow import compare
 

@@ -130,6 +130,6 @@ def attractors(system: HybridSystem, given: Attractors, job: Job) -> Dataset:
         independent, since the starts are the same. The error of a share of a grid is different, of the size of the
         share of cells on the boundary, and mostly smaller. At most 16 attractors are distinguished at one value.
     """
-    from chaosdrill.analysis.shares import over_one_parameter
+    from chaosdrill.analysis.grids.shares import over_one_parameter
 
     return over_one_parameter(system, given, job)

@@ -118,6 +118,6 @@ def basin_measures(system: HybridSystem, given: BasinMeasures, job: Job) -> Data
         ``next_above`` are those of `attractors`. All measures are NaN where no start could be run, at values of which
         ``outcome`` tells; elsewhere it is ``ok``.
     """
-    from chaosdrill.analysis.boundaries import measures_dataset
+    from chaosdrill.analysis.grids.boundaries import measures_dataset
 
     return measures_dataset(system, given, job)

@@ -121,6 +121,6 @@ def basins(system: HybridSystem, given: Basins, job: Job) -> Dataset:
         ``attractor_error`` (exponent), ``attractor_rate`` of the penetration, ``attractor_work_rate`` of a quadrature
         ``work``, with their errors, ``attractor_state`` (state), ``fraction`` and ``fraction_error``.
     """
-    from chaosdrill.analysis.sweeps import over_states
+    from chaosdrill.analysis.grids.sweeps import over_states
 
     return over_states(system, given, job)

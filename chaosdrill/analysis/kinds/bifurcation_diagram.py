@@ -79,7 +79,7 @@ def bifurcation_diagram(system: HybridSystem, given: BifurcationDiagram, job: Jo
         ``lyapunov_error`` (exponent), mean rates, ``return_time`` of events, ``outcome``; ``initial_state`` (seed,
         state). NaN, and period 0, where a point has no result.
     """
-    from chaosdrill.analysis.sweeps import over_parameters
+    from chaosdrill.analysis.grids.sweeps import over_parameters
 
     lines = () if given.follow is None else FOLLOW[given.follow]
     return over_parameters(system, given, job, rows=given.rows, lines=lines)

@@ -127,6 +127,6 @@ def covariant_vectors(system: HybridSystem, given: CovariantVectors, job: Job) -
         on the tangent map determines its sign. NaN if the run ended early, and for angles without vectors on both
         sides. ``interval``, the time between two vectors.
     """
-    from chaosdrill.analysis.covariant import vectors
+    from chaosdrill.analysis.measures.covariant import vectors
 
     return vectors(system, given, job)

@@ -99,6 +99,6 @@ def dimensions(system: HybridSystem, given: Dimensions, job: Job) -> Dataset:
         An argument that cannot be used, or a ``window`` that leaves too few pairs (in a sweep these values are
         undecided).
     """
-    from chaosdrill.analysis.scaling import dimensions_of
+    from chaosdrill.analysis.measures.scaling import dimensions_of
 
     return dimensions_of(system, given, job)

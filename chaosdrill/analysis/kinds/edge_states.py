@@ -126,6 +126,6 @@ def edge_states(system: HybridSystem, given: EdgeStates, job: Job) -> Dataset:
         cannot be followed, or what it is cannot be told, the outcome is ``undecided``, and the attribute ``reason``
         says why: there are no two fates, a third one lies between them, or a jump parts them.
     """
-    from chaosdrill.analysis.edges import edges_dataset
+    from chaosdrill.analysis.grids.edges import edges_dataset
 
     return edges_dataset(system, given, job)

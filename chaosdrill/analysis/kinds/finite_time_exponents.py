@@ -95,6 +95,6 @@ def finite_time_exponents(system: HybridSystem, given: FiniteTimeExponents, job:
         reached its end. NaN where rank is lost, and if the run ended early. Of a sweep also ``window_time`` (window) at
         each value; one at which the windows do not fit has the outcome ``failed``.
     """
-    from chaosdrill.analysis.finite_times import finite_times
+    from chaosdrill.analysis.measures.finite_times import finite_times
 
     return finite_times(system, given, job)

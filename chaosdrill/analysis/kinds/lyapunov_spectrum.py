@@ -100,6 +100,6 @@ def lyapunov_spectrum(system: HybridSystem, given: LyapunovSpectrum, job: Job) -
         dimension's error is NaN where the first exponent cannot be distinguished from zero, at which the dimension
         jumps.
     """
-    from chaosdrill.analysis.spectra import spectrum
+    from chaosdrill.analysis.measures.spectra import spectrum
 
     return spectrum(system, given.span(system, job.numerics, units=given.blocks), given.exponents, given.blocks, job)

@@ -57,6 +57,6 @@ def parameter_chart(system: HybridSystem, given: ParameterChart, job: Job) -> Da
         forced system, ``forcing_period``; ``initial_state`` (seed, state). NaN, and the period 0, where a point has no
         result.
     """
-    from chaosdrill.analysis.sweeps import over_parameters
+    from chaosdrill.analysis.grids.sweeps import over_parameters
 
     return over_parameters(system, given, job, rows=given.section_points, counts_attractors=True)

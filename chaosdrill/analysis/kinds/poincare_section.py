@@ -68,6 +68,6 @@ def poincare_section(system: HybridSystem, given: PoincareSection, job: Job) -> 
         lost rank exactly 0, and 1 along the flow of a system without forcing; mean rates, over one cycle if there is a
         period, and ``outcome``.
     """
-    from chaosdrill.analysis.section_points import section
+    from chaosdrill.analysis.measures.section_points import section
 
     return section(system, given, job)

@@ -80,7 +80,7 @@ def regularity(system: HybridSystem, given: Regularity, job: Job) -> Dataset:
         allows. The error of the digits is their scatter over parts of the record, at least 0.48, as for normal
         quantities.
     """
-    from chaosdrill.analysis.evidence import REGULARITY
-    from chaosdrill.analysis.records import over_records
+    from chaosdrill.analysis.measures.evidence import REGULARITY
+    from chaosdrill.analysis.measures.records import over_records
 
     return over_records(system, given, job, REGULARITY)

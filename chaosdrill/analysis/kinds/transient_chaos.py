@@ -170,6 +170,6 @@ def transient_chaos(system: HybridSystem, given: TransientChaos, job: Job) -> Da
         and twice its error is the largest that would have shown no escape in 5 % of all cases. It is NaN, and
         ``reason`` says why, if all leave at one age, or soon after each other, or none is watched beyond the least age.
     """
-    from chaosdrill.analysis.escapes import transients
+    from chaosdrill.analysis.measures.escapes import transients
 
     return transients(system, given, job)

@@ -123,8 +123,8 @@ def work_precision(system: HybridSystem, given: WorkPrecision, job: Job) -> Data
     SettingsError
         An argument that cannot be used, a map, or a system with Python functions.
     """
-    from chaosdrill.analysis.precision import UNITS, compare
-    from chaosdrill.analysis.precision_start import TIGHT
+    from chaosdrill.analysis.precision.costs import UNITS, compare
+    from chaosdrill.analysis.precision.start import TIGHT
     from chaosdrill.engine.numerics import Numerics
 
     for place, one in system.sources.items():

@@ -58,7 +58,7 @@ def zero_one_test(system: HybridSystem, given: ZeroOneTest, job: Job) -> Dataset
         less than 1 in chaos. In those of less than 400 points it grows up to 1, since a cycle or a torus has not gone
         round often enough in a tenth of them, and K is as near 1 as in chaos.
     """
-    from chaosdrill.analysis.evidence import ZERO_ONE
-    from chaosdrill.analysis.records import over_records
+    from chaosdrill.analysis.measures.evidence import ZERO_ONE
+    from chaosdrill.analysis.measures.records import over_records
 
     return over_records(system, given, job, ZERO_ONE)

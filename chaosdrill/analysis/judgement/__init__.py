@@ -1,0 +1,1 @@
+"""Evidence from records, and the words that it earns."""

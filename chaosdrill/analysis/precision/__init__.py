@@ -1,0 +1,1 @@
+"""What accuracy costs: the reference, where it is measured, errors, advice."""
