@@ -86,7 +86,8 @@ def likely_at(problem: "Problem", guess: "Orbit") -> tuple[np.ndarray, np.ndarra
         return nothing, nothing
     vectors, sizes = _from_the_left(problem, guess, matrix)
     left = vectors[:, : len(sizes)].T / scale
-    closed = (sizes <= TUNING.of_family * sizes[0]) & (shot.residual <= TUNING.closes)
+    known = max(TUNING.closes, TUNING.closes_by * problem.numerics.tolerance)
+    closed = (sizes <= TUNING.of_family * known * sizes[0]) & (shot.residual <= known)
     return _gradients(problem, guess, left[closed], weights), _gradients(problem, guess, left[-1:], weights)
 
 

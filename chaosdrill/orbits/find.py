@@ -149,8 +149,15 @@ def understood(problem: Problem, place: Place, period: int, failure: NoOrbitErro
             return failure
         words = f"{failure.message}; the motion from the start repeats after {after} period{'s' * (after > 1)}"
         return NoOrbitError(failure.outcome, f"{words}: give period={after}", failure.residuals)
-    if np.isfinite(drifts_until_guard(run, np.where(growing, points[-1] - begun, 0.0))):
-        return failure
+    ways = drifts_until_guard(run, np.where(growing, points[-1] - begun, 0.0))
+    if np.isfinite(ways):
+        length = (1 + ways) * (count if problem.forced else count * unit)
+        return NoOrbitError(
+            Outcome.NO_ORBIT,
+            f"the motion from the start drifts, and meets a guard after a time of about {length:.2g} only: begin "
+            "there, by start='attractor' and a transient of that length",
+            failure.residuals,
+        )
     each = "a period" if problem.forced else "a unit of time"
     net = (points[-1] - begun) / (count if problem.forced else count * unit)
     told = ", ".join(f"{system.state_names[i]} changes by {net[i]:.3g}" for i in np.flatnonzero(growing))

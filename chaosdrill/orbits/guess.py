@@ -268,8 +268,8 @@ def strobed(run: Run, length: int) -> Strobed:
 
 def guess_of_return(problem: "Problem", place: Place, values: np.ndarray) -> tuple[Outcome, Orbit | None]:
     """The path from a place until it returns, as a guess for an orbit of an autonomous system."""
-    unit, outcome, guess = unit_of(problem, place), Outcome.OK, None
-    units = TUNING.return_units[0]
+    first, outcome, guess = unit_of(problem, place), Outcome.OK, None
+    unit, units = first, TUNING.return_units[0]
     while guess is None and outcome == Outcome.OK and units <= TUNING.return_units[1]:
         outcome, guess = guess_of_autonomous(problem, place, units * unit, values, near=units < TUNING.return_units[1])
         units *= 8
@@ -277,6 +277,8 @@ def guess_of_return(problem: "Problem", place: Place, values: np.ndarray) -> tup
         unit *= 8
         problem.set_unit(unit)
         outcome, guess = guess_of_autonomous(problem, place, units / 8 * unit, values)
+    if guess is None:
+        problem.set_unit(first)
     return outcome, guess
 
 

@@ -148,8 +148,9 @@ def drifts_until_guard(run: Run, drift: np.ndarray) -> float:
             continue
         value = kernels.functions.guard(mode, j, run.elapsed, run.c, run.x, gradient)
         moves = gradient[:-1] * drift
-        if value * moves.sum() < 0 and abs(moves.sum()) > TUNING.drifts * np.abs(moves).sum():
-            nearest = min(nearest, -value / moves.sum())
+        way = moves.sum()
+        if value * way < 0 <= event.direction * way and abs(way) > TUNING.drifts * np.abs(moves).sum():
+            nearest = min(nearest, -value / way)
     return nearest
 
 

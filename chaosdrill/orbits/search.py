@@ -240,10 +240,9 @@ def _busiest(kinds: np.ndarray, steps: int) -> np.ndarray:
 
 def _groups_of(sequences: np.ndarray, groups: dict[tuple[int, ...], int]) -> np.ndarray:
     """Number of each sequence, a row, shape (k, steps), the same for all its cyclic shifts; new ones are added."""
-    factors = 1000003 ** np.arange(sequences.shape[1], dtype=np.uint64)
-    _, first, which = np.unique(sequences.astype(np.uint64) @ factors, return_index=True, return_inverse=True)
-    least = [_least_turn(row) for row in sequences[first].tolist()]
-    return np.array([groups.setdefault(word, len(groups)) for word in least], dtype=np.int64)[which]
+    met, which = np.unique(sequences, axis=0, return_inverse=True)
+    least = [_least_turn(row) for row in met.tolist()]
+    return np.array([groups.setdefault(word, len(groups)) for word in least], dtype=np.int64)[which.ravel()]
 
 
 def _least_turn(sequence: list[int]) -> tuple[int, ...]:

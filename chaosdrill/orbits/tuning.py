@@ -46,8 +46,11 @@ class Tuning:
     """Singular value, as a part of the largest, below which linearised equations depend on each other."""
     closes: float = 1e-9
     """Residual of a guess that closes, so that its equations tell whether it is one of a family."""
-    of_family: float = 1e-8
-    """Singular value of a guess that closes, as a part of the largest, below which it may be one."""
+    closes_by: float = 100.0
+    """Times the tolerance that it may be, since a motion is not known any better."""
+    of_family: float = 10.0
+    """Times that residual, the singular value of a guess that closes, as a part of the largest, below which it may be
+    one."""
     beside_family: float = 1e-3
     """Distance of another orbit of a family, in the norm of the weights, that shows that it is one."""
     reach_beside: float = 0.2

@@ -611,6 +611,23 @@ def test_a_slow_switch_returns(slow, start):
     assert np.sort(found["event_state_before"].sel(state="x").values) == pytest.approx([0, 1], abs=1e-12)
 
 
+def test_a_slow_drift_from_off_its_cycle_is_no_rest():
+    sawtooth = cd.HybridSystem(
+        states="x s", modes={"only": {"x": "-x", "s": "-1e-6"}}, initial={"x": 1.0},
+        transitions=[cd.Transition("down", "only", "only", "s + 1", direction=-1, reset={"s": "0"})],
+    )  # fmt: skip
+    found = cd.periodic_orbit(sawtooth, start="guess")
+    assert int(found["outcome"]) == Outcome.NO_ORBIT
+    assert "meets a guard after a time of about 1e+06 only" in found.attrs["message"]
+
+
+@pytest.mark.parametrize("tolerance", [1e-12, 1e-9, 1e-7])
+def test_an_orbit_of_a_family_is_found_at_any_tolerance(tolerance):
+    cubic = cd.HybridSystem(states="x v", modes={"only": {"x": "v", "v": "-x**3"}}, initial={"x": 1.0})
+    found = cd.periodic_orbit(cubic, start="guess", tolerance=tolerance)
+    assert float(found["period_time"]) == pytest.approx(7.416298709205487, rel=10 * tolerance)
+
+
 def test_a_wrong_period_makes_no_motion_grow():
     """To and fro in 2, looked at every 2.01: each time it is a little farther on its way."""
     to_and_fro = cd.HybridSystem(
