@@ -72,9 +72,9 @@ def other_family(problem: "Problem", orbit: "Orbit", shot: "Shot") -> str:
 
 
 def likely_at(problem: "Problem", guess: "Orbit") -> tuple[np.ndarray, np.ndarray]:
-    """What may be conserved at a guess of an orbit, as `conserved_at`: all that one which closes shows; one quantity.
+    """What may be conserved at a guess, as `conserved_at`: all that one shows that closes, or the likeliest quantity.
 
-    There the equations depend on each other only as nearly as the guess closes, and Newton's method leaps to and fro
+    The equations depend on each other only as nearly as the guess closes, and Newton's method leaps to and fro
     in the family: it is kept on a level.
     """
     nothing = np.zeros((0, problem.states))

@@ -6,8 +6,8 @@ import xarray as xr
 from scipy.integrate import solve_ivp
 
 import chaosdrill as cd
+from chaosdrill.analysis.precision import errors as precision_errors
 from chaosdrill.analysis.precision.advice import contradictions, recommend
-from chaosdrill.analysis.precision.costs import errors as precision_errors
 
 PERIODS, OMEGA, STEEP = 16, 0.8, 0.01
 

@@ -7,7 +7,7 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.analysis.precision.costs import errors as precision_errors
+from chaosdrill.analysis.precision import errors as precision_errors
 from chaosdrill.analysis.tuning import PRECISION
 from chaosdrill.dataset import Outcome
 

@@ -148,7 +148,7 @@ def _beside(points: np.ndarray, turn: float, others: np.ndarray, later: np.ndarr
 
 
 def _likeliest(points: np.ndarray) -> tuple[int, float, int, int]:
-    """The first order of points without several jumps, with their number, or else the first one; no curves for none.
+    """The first order of points without several jumps, with their number, or else the first one; 0 curves if none is.
 
     Beside a fraction, points of several curves seem to be on fewer that are cut.
     """
