@@ -193,7 +193,7 @@ def accept(run, error, order, h, wanted, rejected, largest_growth):
     before = run.strength if run.fresh == ONGOING else 0.0
     following = min(STEPS.safety / strength, largest_growth * h)
     if 0.0 < before < strength:
-        following *= before / strength
+        following *= max(before / strength, STEPS.smallest_growth)
     if rejected:
         following = min(following, h)
     elif h < wanted:

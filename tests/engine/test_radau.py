@@ -190,6 +190,20 @@ def test_a_level_next_to_the_turn_of_what_is_stiff_is_met_if_it_is_below():
                 np.testing.assert_allclose(found[found > 1], expected, rtol=0, atol=10 * tolerance / np.sqrt(abs(off)))
 
 
+def test_a_damped_oscillator_follows_a_slow_load_to_its_end():
+    """Steps are as long as the load; that one has to be as short as the decay says nothing of the next."""
+    system = cd.HybridSystem(
+        states="x v", parameters={"w": 1.0, "k": 1.0}, modes={"on": {"x": "v", "v": "k**2*(cos(w*t) - x) - 0.3*k*v"}}
+    )
+    for k in (1.0, 1e5):
+        for w in k * np.geomspace(1e-8, 1e-5, 12):
+            turns = 12.0
+            run = cd.trajectory(system.with_parameters(w=w, k=k), duration=turns / w, samples=1, method="radau")
+            assert run["outcome"] == cd.Outcome.OK
+            follows = np.exp(1j * turns) / (1 - (w / k) ** 2 + 0.3j * w / k)
+            np.testing.assert_allclose(run["states"][-1] / [1, k], np.real([follows, 1j * w / k * follows]), atol=1e-10)
+
+
 def test_a_rate_may_pass_the_smallest_doubles_on_its_way_up():
     passing = cd.HybridSystem(
         states="a y u", modes={"on": {"a": "u", "y": "exp(1000*u)*cos(u)", "u": "1"}}, initial={"u": -0.8}
