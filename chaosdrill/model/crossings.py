@@ -128,12 +128,36 @@ def _undone(g: Any) -> tuple[Any, int] | None:
     if not (value.is_real and g.free_symbols):
         return None
     if isinstance(f, sympy.exp) and value > 0:
-        if _may_turn_back(u := f.args[0]):
-            return (1 / value - sympy.exp(-u), 1 if factor > 0 else -1) if _grows_both_ways(u) else None
+        if _grows_both_ways(u := f.args[0]):
+            return 1 / value - sympy.exp(-u), 1 if factor > 0 else -1
+        if _may_turn_back(u):
+            return None
         there = sympy.log(value)
     elif f.is_Pow and f.exp.is_Integer and f.exp > 0 and f.exp % 2 == 1 and number:
         there = sympy.sign(value) * abs(value) ** (1 / f.exp)
+    elif (gate := _of_gate(f, value)) is not None:
+        return factor * gate, 1
     return None if there is None else (f.args[0] - there, 1 if factor > 0 else -1)
+
+
+def _of_gate(f: Any, value: Any) -> Any:
+    """What vanishes where f, as 1/(1 + exp(u)) or tanh(u) of a pulse u, has a value, as fast as f; None for others.
+
+    Far from a narrow pulse the gate is flat to the last digit: nothing but the exponential shows that it opens.
+    """
+    if isinstance(f, sympy.tanh) and abs(value) < 1:
+        e, there, slope = sympy.exp(2 * f.args[0]), (1 + value) / (1 - value), (1 - value) ** 2 / 2
+    elif value and (f.is_Mul or f.is_Pow):
+        number, rest = sympy.expand_mul(1 / f, deep=False).as_independent(*f.free_symbols, as_Add=True)
+        factor, e = rest.as_coeff_Mul()
+        there, slope = (1 / value - number) / factor, -factor * value**2
+        if not (isinstance(e, sympy.exp) and number * factor > 0 and there > 0):
+            return None
+    else:
+        return None
+    if _grows_both_ways(u := e.args[0]):
+        return slope * there**2 * (1 / there - sympy.exp(-u))
+    return slope * (e - there) if _may_turn_back(u) and bounds_of(u)[1] < math.inf else None
 
 
 def _may_turn_back(u: Any) -> bool:
@@ -207,6 +231,8 @@ def bounds_of(e: Any) -> tuple[float, float]:
         if number != 1 and number.is_Number:
             ends = sorted(float(number) * end for end in bounds_of(rest))
             return ends[0], ends[1]
+        if all(bounds_of(f)[0] >= 0 for f in e.args):
+            return 0.0, math.inf
     if e.is_nonnegative or (e.is_Pow and e.exp.is_even):
         return 0.0, math.inf
     if e.is_nonpositive:

@@ -21,9 +21,14 @@ def exponential(exponent: Any) -> Any:
 
 
 def multiplied_out(exponent: Any) -> Any:
-    """An exponent as a sum; exponentials in it, and what they divide by, stay whole, as quotients leave them."""
+    """An exponent as a sum, if that has no more terms: those of ``((x - c)/w)**2`` cancel, and leave its rounding.
+
+    Exponentials in it, and what they divide by, stay whole, as quotients leave them.
+    """
     below = {p: sympy.Dummy(real=True) for p in exponent.atoms(sympy.Pow) if p.exp.is_negative and p.has(*EXPONENTIAL)}
     expanded = sympy.expand(exponent.xreplace(below), power_exp=False)
+    if len(sympy.Add.make_args(expanded)) > len(sympy.Add.make_args(exponent)):
+        return exponent
     return expanded.xreplace({whole: p for p, whole in below.items()})
 
 

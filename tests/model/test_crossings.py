@@ -54,6 +54,22 @@ def test_what_may_overflow_on_both_sides_of_its_roots_is_bounded(guard):
         assert value * way * sign * (1 if guard.startswith("e") else -1) > 0
 
 
+@pytest.mark.parametrize("inner", ["((x - k)/d)**2", "((x - 20)/1e-8)**2"])
+@pytest.mark.parametrize(
+    "gate", ["1/(1 + exp(u)) - 1/3", "1/2 - exp(-u)/(1/2 + exp(-u))", "2/(3 + exp(-u)) - 4/7", "tanh(u/2) - 1/3"]
+)
+def test_a_gate_of_a_pulse_opens_where_its_exponential_has_a_value(gate, inner):
+    """All are zero at u = log(2), where the exponential is met as fast as the gate, and from a value of its own."""
+    x, guard = NAMES["x"], Written(gate).guard.subs("u", Written(inner).guard)
+    core, way = stripped(guard)
+    assert way == 1
+    assert core != guard
+    for u, part in ((0.69, 1e-2), (math.log(2), 1e-9), (0.7, 1e-2), (1e12, 1.5)):
+        place = {NAMES["k"]: 20, NAMES["d"]: 1e-8, x: 20 + sympy.Float(1e-8, 40) * sympy.sqrt(u)}
+        here, there = (float((e if u != math.log(2) else e.diff(x)).subs(place).evalf(30)) for e in (guard, core))
+        assert abs(math.log(there / here)) < part
+
+
 @pytest.mark.parametrize("guard", ["2*(x - 0.3)", "-3*(x - 0.3)", "0.3 - x", "(x - 0.3)**3 + x - 0.3", "sinh(x - 0.3)"])
 def test_a_threshold_may_be_written_in_many_ways(guard):
     plain, other = crossings([Written("x - 0.3"), Written(guard)])

@@ -128,3 +128,14 @@ def test_many_factors_are_not_multiplied_out(above):
     many = "*".join(f"cosh({k}*x)" for k in range(1, 31))
     written = sympy.sympify(f"({above} + {many})/(1 + exp(x) + {many})")
     assert without_overflow(written) == written
+
+
+@pytest.mark.parametrize(
+    "gate", ["1/(1 + exp(a))", "exp(-a)/(1 + exp(-a))", "(1 - tanh(a/2))/2", "1/(exp(a/2)*cosh(a/2))/2"]
+)
+def test_an_exponent_keeps_its_digits(gate):
+    """The terms of (u/k - 1)**2 are 1 where it is 1e-12: their sum has lost all its digits."""
+    made = without_overflow(read_text(gate, {"a": U}).xreplace({U: read_text("1e12*(u/k - 1)**2", {"u": U, "k": K})}))
+    u = 20.0 + 2e-5
+    value = float(sympy.lambdify((U, K), made, "math")(u, 20.0))
+    np.testing.assert_allclose(value, 1 / (1 + math.exp(1e12 * (u / 20.0 - 1) ** 2)), rtol=1e-13)
