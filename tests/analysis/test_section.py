@@ -139,6 +139,21 @@ def test_a_section_that_is_only_touched_tells_no_period(grip, transient, periods
     assert (int(spectrum["outcome"]) == cd.Outcome.NO_RETURN) == bool(spectrum["lyapunov_exponent"].isnull().all())
 
 
+@pytest.mark.parametrize(("turns", "off"), [(1, 0.0), (2, 0.0), (3, 0.0), (3, 1e-9)])
+def test_all_analyses_say_alike_whether_a_rotation_repeats(circle, turns, off):
+    """A state next to zero at all strobes counts by what it was between; a drift is more after many turns than one."""
+    repeats = not off
+    system = circle.with_parameters(angle=2 * np.pi / turns + off)
+    section = cd.poincare_section(system, periods=300)
+    assert (int(section["period"]), section.cd.outcome) == ((turns, "periodic") if repeats else (0, "ok"))
+    assert cd.lyapunov_spectrum(system, periods=300).cd.outcome == ("periodic" if repeats else "undecided")
+    for exponents, open_ in ((0, "ok"), (2, "undecided")):
+        given = {"transient": 0, "periods": 300, "max_extension": 0, "exponents": exponents}
+        line = cd.bifurcation_diagram(system, {"angle": [system.parameters["angle"]]}, **given)
+        assert line.cd.outcome.values.item() == ("periodic" if repeats else open_)
+        assert int(line["period"].item()) == (turns if repeats else 0)
+
+
 def test_a_section_that_crosses_the_same_cycle_tells_its_period(grip):
     found = cd.poincare_section(grip, at="v < 0", transient=20, periods=40)
     assert float(found["return_time"]) == pytest.approx(2 * np.pi, rel=1e-9)

@@ -26,7 +26,7 @@ from chaosdrill.analysis.judgement.classification import (
 from chaosdrill.analysis.judgement.recurrence import CLOSE, FLOOR, ROUND_OFF, Recurrence, recurrence
 from chaosdrill.analysis.judgement.resting import is_left, rests
 from chaosdrill.analysis.judgement.statistics import block_ends, error_of_exponents, rounding_of_unit
-from chaosdrill.analysis.judgement.tori import END, KEPT, LENGTH, aside, stays
+from chaosdrill.analysis.judgement.tori import END, KEPT, LENGTH, aside, stays_late
 from chaosdrill.analysis.judgement.words import Evidence, Selectable, words
 from chaosdrill.analysis.tuning import PLAN
 from chaosdrill.dataset import Outcome
@@ -59,7 +59,11 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     ``before`` are the states of all points before the record, to tell by what only grows.
     """
     paths, size = aside(batch.window[which], plan.shifts), plan.shifts.sizes(batch.sizes[which])
-    found = recurrence(paths, size, plan.max_period, 2 * plan.max_period)
+    points = np.full(len(which), ends[-1])
+    if plan.section is not None:
+        points = batch.counts[which][:, sorted(plan.section)].sum(axis=1)
+    rounding = _rounding_of_point(plan, batch, points)
+    found = recurrence(paths, size, plan.max_period, 2 * plan.max_period, rounding)
     noisy = plan.system.draws
     if not plan.maps or noisy:
         # at the ends of parts of a duration, or where the system itself never repeats, a return tells no period
@@ -71,9 +75,6 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     whole = certain & (_first_whole(ends, cycle) >= 0)
     begin = np.where(whole, _first_whole(ends, cycle), 0)
     plain = _means(batch.sums[which], begin, times)
-    points = np.full(len(which), ends[-1])
-    if plan.section is not None:
-        points = batch.counts[which][:, sorted(plan.section)].sum(axis=1)
     sums = batch.sums_by_size(which)
     errors = errors_of(plan, batch, which, sums)
     known_means = np.where(whole[:, np.newaxis], plain, np.nan)
@@ -91,8 +92,10 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     )
     e.measured[:] = plan.exponents > 0
     neutral = add_returns(e, found, lasts, whole, paths, size)
+    if not plan.exponents:
+        e.recurs &= stays_late(paths, size, found.period, e.rounding)
     centre = _add_exact(plan, e, found, neutral, paths, size)
-    if plan.maps and not noisy:
+    if plan.maps and not noisy and plan.exponents:
         rows = np.where(e.ended == Outcome.OK, np.isfinite(full[:, :, 0]).sum(axis=1), 0)
         for count in np.unique(rows[rows >= END]).tolist():
             seen = np.flatnonzero(rows == count)
@@ -145,13 +148,11 @@ def _decided(plan: "Plan", e: Evidence, outcome: np.ndarray, centre: np.ndarray,
 def _returned(paths: np.ndarray, known: np.ndarray, rounding: np.ndarray) -> np.ndarray:
     """Whether all of the later half of some points, shape (P, W, n + 1), comes back to the tolerance, and for good."""
     half = np.isfinite(paths).all(axis=2).sum(axis=1) // 2
-    found = np.zeros(len(paths), dtype=bool)
+    period = np.zeros(len(paths), dtype=np.int64)
     for count in np.unique(half[half > 1]).tolist():
         here = np.flatnonzero(half == count)
-        period = recurrence(paths[here], known[here], count, count).period
-        late = last_rows(paths[here], count)
-        found[here] = stays(late, known[here], period, rounding[here])
-    return found
+        period[here] = recurrence(paths[here], known[here], count, count, rounding[here]).period
+    return stays_late(paths, known, period, rounding)
 
 
 def averages_of(
@@ -180,9 +181,13 @@ def averages_of(
     if plan.structure.autonomous and plan.structure.symmetries:
         neutral = plan.structure.neutral(batch.flow(which))
     course = np.take_along_axis(sums, order[:, np.newaxis], 2)
-    units = batch.ends[-1] / np.maximum(np.full(len(which), points), 1)
-    rounding = rounding_of_unit(plan.numerics, plan.system.discrete) * units
+    rounding = _rounding_of_point(plan, batch, np.broadcast_to(points, len(which)))
     return Averages(exponents, errors, late, course, length, rounding, neutral, plan.computed == plan.system.free)
+
+
+def _rounding_of_point(plan: "Plan", batch: Batch, points: np.ndarray) -> np.ndarray:
+    """Part of the sizes of states that errors may add up to from one of so many points of records to the next."""
+    return np.asarray(rounding_of_unit(plan.numerics, plan.system.discrete) * batch.ends[-1] / np.maximum(points, 1))
 
 
 def errors_of(plan: "Plan", batch: Batch, which: np.ndarray, sums: np.ndarray) -> np.ndarray:

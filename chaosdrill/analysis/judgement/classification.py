@@ -226,7 +226,7 @@ def evidence_of_records(
         return e
     if flow is None:
         paths, size = aside(windows, shifts), shifts.sizes(known)
-        found = recurrence(paths, size, USUAL, 2 * USUAL)
+        found = recurrence(paths, size, USUAL, 2 * USUAL, e.rounding)
         cycles = (found.period > 0) & (points % np.maximum(found.period, 1) == 0)
         add_returns(e, found, found.period * averages.length / points, cycles, paths, size)
         add_ends(e, averages, paths, size, part)
@@ -253,7 +253,7 @@ def add_record(
     """Add what all of so many points of records say by themselves, as in `evidence_of_records`."""
     lengths = [min(LENGTH, windows.shape[1]) if flow is None else windows.shape[1], windows.shape[1]]
     paths, sizes, most = aside(windows[:, -lengths[0] :], shifts), shifts.sizes(known), lengths[0] // REPEATS
-    found = recurrence(paths, sizes, most)
+    found = recurrence(paths, sizes, most, rounding=e.rounding)
     e.recurs |= found.period > 0
     residual, neutral = found.residual.copy(), np.flatnonzero((found.period > 0) & e.unmoved)
     # round-off may come from the largest that states have been

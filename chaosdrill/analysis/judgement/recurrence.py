@@ -51,22 +51,27 @@ class Recurrence:
     rows: np.ndarray  # int (P,): section points there were
 
 
-def recurrence(windows: np.ndarray, known: np.ndarray, most: int, depth: int | None = None) -> Recurrence:
+def recurrence(
+    windows: np.ndarray, known: np.ndarray, most: int, depth: int | None = None, rounding: np.ndarray | float = 0.0
+) -> Recurrence:
     """Compare the section points of every run with those before.
 
     ``windows``, shape (P, W, n + 1): section points in order, the state and a code that must be the same (the mode);
     NaN behind the last. ``known``, shape (P, n): sizes that states have had on the way, see
     `chaosdrill.engine.batch.Batch.sizes`. ``most``: longest period looked for; the points must hold two periods.
-    ``depth``: how many of the last points are compared; default all.
+    ``depth``: how many of the last points are compared; default all. ``rounding``, shape (P,): part of these sizes that
+    errors of the run may add up to from point to point, so that points that far apart count as the same.
     """
     points = len(windows)
     depth = windows.shape[1] if depth is None else depth
     period, rows = np.zeros(points, dtype=np.int64), np.zeros(points, dtype=np.int64)
     residual, splitting = np.full(points, np.inf), np.full(points, np.inf)
     near = np.zeros((points, CANDIDATES), dtype=np.int64)
-    scale, gap = np.zeros(windows.shape[2] - 1), np.zeros(CANDIDATES)
+    scales, gap = np.zeros((2, windows.shape[2] - 1)), np.zeros(CANDIDATES)
     floors = FLOOR * np.ascontiguousarray(known, dtype=float)
-    _compare(np.ascontiguousarray(windows), floors, most, depth, scale, gap, period, residual, splitting, near, rows)
+    errors = np.broadcast_to(rounding, points) / (CLOSE * FLOOR)
+    found = (period, residual, splitting, near, rows)
+    _compare(np.ascontiguousarray(windows), floors, errors, most, depth, scales, gap, *found)
     return Recurrence(period, residual, splitting, near, rows)
 
 
@@ -102,7 +107,7 @@ def sizes(points: np.ndarray, known: np.ndarray) -> np.ndarray:
     return np.maximum(np.abs(points).max(axis=1) + FLOOR * known, SMALLEST)
 
 
-def find_period(points: np.ndarray, known: np.ndarray, most: int) -> int:
+def find_period(points: np.ndarray, known: np.ndarray, most: int, rounding: float = 0.0) -> int:
     """Smallest period of a sequence of section points, 0 if no period up to ``most`` fits.
 
     The last half of the sequence must repeat for at least two periods, every state within 1e-6 of its own size.
@@ -115,7 +120,7 @@ def find_period(points: np.ndarray, known: np.ndarray, most: int) -> int:
         return 0
     window = np.zeros((1, len(points), points.shape[1] + 1))
     window[0, :, :-1] = points
-    return int(recurrence(window, known[np.newaxis], most).period[0])
+    return int(recurrence(window, known[np.newaxis], most, rounding=rounding).period[0])
 
 
 @inner
@@ -174,8 +179,9 @@ def _halves(windows, floors, points, periods, scale, early, late):
                 late[k] = max(late[k], distance)
 
 
-@compiled(void(_cubes, matrix, int64, int64, vector, vector, integers, vector, vector, _table, integers))
-def _compare(windows, floors, most, depth, scale, gap, period, residual, splitting, near, rows):
+@compiled(void(_cubes, matrix, vector, int64, int64, matrix, vector, integers, vector, vector, _table, integers))
+def _compare(windows, floors, errors, most, depth, scales, gap, period, residual, splitting, near, rows):
+    plain, scale = scales[0], scales[1]
     for p in range(windows.shape[0]):
         count = 0
         while count < windows.shape[1] and np.isfinite(windows[p, count].sum()):
@@ -185,9 +191,12 @@ def _compare(windows, floors, most, depth, scale, gap, period, residual, splitti
         count = points.shape[0]
         if count < 2:
             continue
-        loose = max(NEAR * _extent(points, count, floors[p], scale), CLOSE)
+        loose = max(NEAR * _extent(points, count, floors[p], plain), CLOSE)
         found = 0
         for q in range(1, min(most, count // 2) + 1):
+            more = max(min(q * errors[p], 1.0 / FLOOR) - 1.0, 0.0)
+            for i in range(scale.size):
+                scale[i] = plain[i] / (1.0 + plain[i] * floors[p, i] * more)
             distance = _distance(points, count, q, scale, loose)
             if distance > loose:
                 continue

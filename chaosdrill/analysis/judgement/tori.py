@@ -336,7 +336,7 @@ def closes(paths: np.ndarray, known: np.ndarray) -> np.ndarray:
 
 def closes_for_good(paths: np.ndarray, known: np.ndarray, rounding: np.ndarray | float) -> np.ndarray:
     """Whether they do so, and stay."""
-    found = recurrence(paths, known, paths.shape[1] // REPEATS)
+    found = recurrence(paths, known, paths.shape[1] // REPEATS, rounding=rounding)
     return stays(paths, known, np.where(found.residual <= ROUND_OFF, found.period, 0), rounding)
 
 
@@ -344,6 +344,19 @@ def stays(paths: np.ndarray, known: np.ndarray, periods: np.ndarray, rounding: n
     """Whether what comes back after so many points, if any, does not move on, as in a channel, or comes ever closer."""
     moves_on, closer, _ = drift(paths, known, periods, rounding)
     return np.asarray((periods > 0) & (~moves_on | closer))
+
+
+def stays_late(paths: np.ndarray, known: np.ndarray, periods: np.ndarray, rounding: np.ndarray) -> np.ndarray:
+    """The same of the later half of the points, or of the last turns by which a drift is seen, if these take longer.
+
+    ``paths``, shape (P, W, n + 1): NaN behind the last.
+    """
+    found, rows = np.zeros(len(paths), dtype=bool), np.isfinite(paths).all(axis=2).sum(axis=1)
+    for count, cycle in np.unique(np.stack([rows, periods])[:, periods > 0], axis=1).T.tolist():
+        here = np.flatnonzero((rows == count) & (periods == cycle))
+        begin = max(0, min(count // 2, count - REPEATS * cycle - 1))
+        found[here] = stays(paths[here, begin:count], known[here], periods[here], rounding[here])
+    return found
 
 
 def drift(
@@ -372,7 +385,8 @@ def drift(
         lacks = np.abs(points[:, :, -cycle:] - points[:, :, -cycle - far : -far])
         largest, most = np.maximum(1.0, known[here] / size), once.max(axis=2) / size
         adds_up = points.shape[2] * rounding[here, np.newaxis] * largest
-        moves_on[here] = (lacks.max(axis=2) / size > np.clip(DRIFT * most, adds_up, CLOSE)).any(axis=1)
+        within = np.clip(DRIFT * most, adds_up, CLOSE * largest)
+        moves_on[here] = (lacks.max(axis=2) / size > within).any(axis=1)
         rounded[here] = (most <= ROUND_OFF * largest).all(axis=1)
         asked = moves_on[here] | ~rounded[here]
         if once.shape[2] < 2:
@@ -422,7 +436,7 @@ def _comes_back(paths: np.ndarray, known: np.ndarray, rounding: np.ndarray | flo
     What drifts, as in the channel that a cycle leaves behind at a fold, is further away after each. Either they come
     back to round-off, or ever closer: the points of an adding machine are always as far away as its finest part.
     """
-    found = recurrence(paths, known, paths.shape[1] // REPEATS)
+    found = recurrence(paths, known, paths.shape[1] // REPEATS, rounding=rounding)
     moves_on, closer, rounded = drift(paths, known, found.period, rounding)
     return np.asarray((found.period > 0) & ~moves_on & (rounded | closer))
 

@@ -7,7 +7,8 @@ import numpy as np
 import xarray as xr
 
 from chaosdrill.analysis.judgement.recurrence import CLOSE, find_period, sizes
-from chaosdrill.analysis.judgement.statistics import block_ends, error_of_mean_rate, whole_cycles
+from chaosdrill.analysis.judgement.statistics import block_ends, error_of_mean_rate, rounding_of_unit, whole_cycles
+from chaosdrill.analysis.judgement.tori import stays_late
 from chaosdrill.analysis.recording import Record, record, record_returns
 from chaosdrill.analysis.sections import Section, find_section, settled_at
 from chaosdrill.analysis.tuning import SECTIONS
@@ -72,7 +73,11 @@ def section_points(where: Section, given: Any, max_period: int, job: "Job") -> T
     compared = np.column_stack([shifts.quotient(points[:, : len(system.state_names)]), phases])
     known = np.append(shifts.sizes(run.sizes), np.ones(phases.shape[1]))
     repeats = outcome == Outcome.OK and not system.draws
-    period = find_period(compared, known, max_period) if repeats else 0
+    rounding = rounding_of_unit(job.numerics, system.discrete) * blocks.points[-1] / max(len(points), 1)
+    period = find_period(compared, known, max_period, rounding) if repeats else 0
+    if period:
+        window = np.column_stack([compared, modes])[np.newaxis]
+        period *= int(stays_late(window, known[np.newaxis], np.array([period]), np.array([rounding]))[0])
     return Taken(where, run, outcome, points, modes, times, period, blocks)
 
 
