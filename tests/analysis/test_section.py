@@ -154,6 +154,14 @@ def test_all_analyses_say_alike_whether_a_rotation_repeats(circle, turns, off):
         assert int(line["period"].item()) == (turns if repeats else 0)
 
 
+@pytest.mark.parametrize("turns", [1, 5, 29])
+def test_errors_of_all_steps_of_a_period_make_no_drift(circle, turns):
+    system = circle.with_parameters(angle=2 * np.pi * turns)
+    found = cd.poincare_section(system, periods=200, method="dop853")
+    assert (int(found["period"]), found.cd.outcome) == (1, "periodic")
+    assert cd.lyapunov_spectrum(system, periods=200, method="dop853").cd.outcome == "periodic"
+
+
 def test_a_section_that_crosses_the_same_cycle_tells_its_period(grip):
     found = cd.poincare_section(grip, at="v < 0", transient=20, periods=40)
     assert float(found["return_time"]) == pytest.approx(2 * np.pi, rel=1e-9)

@@ -62,7 +62,7 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     points = np.full(len(which), ends[-1])
     if plan.section is not None:
         points = batch.counts[which][:, sorted(plan.section)].sum(axis=1)
-    rounding = _rounding_of_point(plan, batch, points)
+    rounding = _rounding_of_point(plan, batch, which, points)
     found = recurrence(paths, size, plan.max_period, 2 * plan.max_period, rounding)
     noisy = plan.system.draws
     if not plan.maps or noisy:
@@ -181,13 +181,15 @@ def averages_of(
     if plan.structure.autonomous and plan.structure.symmetries:
         neutral = plan.structure.neutral(batch.flow(which))
     course = np.take_along_axis(sums, order[:, np.newaxis], 2)
-    rounding = _rounding_of_point(plan, batch, np.broadcast_to(points, len(which)))
+    rounding = _rounding_of_point(plan, batch, which, np.broadcast_to(points, len(which)))
     return Averages(exponents, errors, late, course, length, rounding, neutral, plan.computed == plan.system.free)
 
 
-def _rounding_of_point(plan: "Plan", batch: Batch, points: np.ndarray) -> np.ndarray:
+def _rounding_of_point(plan: "Plan", batch: Batch, which: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Part of the sizes of states that errors may add up to from one of so many points of records to the next."""
-    return np.asarray(rounding_of_unit(plan.numerics, plan.system.discrete) * batch.ends[-1] / np.maximum(points, 1))
+    units = batch.ends[-1]
+    of_unit = rounding_of_unit(plan.numerics, plan.system.discrete, batch.steps[which] / units)
+    return np.asarray(of_unit * units / np.maximum(points, 1))
 
 
 def errors_of(plan: "Plan", batch: Batch, which: np.ndarray, sums: np.ndarray) -> np.ndarray:

@@ -121,9 +121,16 @@ def error_of_exponents(rates: np.ndarray, numerics: "Numerics", steps: Any, leng
         return np.hypot(standard_error(rates), of_method)
 
 
-def rounding_of_unit(numerics: "Numerics", discrete: bool) -> float:
-    """Part of the sizes of states that the errors of a run, or of a map, may add up to in a unit."""
-    return RUNS.rounding if discrete else numerics.global_error
+def rounding_of_unit(numerics: "Numerics", discrete: bool, steps: Any) -> Any:
+    """Part of the sizes of states that the errors of a run, or of a map, may add up to in a unit of so many ``steps``.
+
+    Those of steps are independent, but for those of fixed steps: a unit of a slow forcing takes hundreds.
+    """
+    if discrete:
+        return np.full_like(steps, RUNS.rounding, dtype=float)
+    if numerics.traits.fixed_step:
+        return np.full_like(steps, numerics.global_error, dtype=float)
+    return numerics.step_error * np.sqrt(np.maximum(steps, 1.0))
 
 
 def error_of_mean_rate(totals: np.ndarray, times: np.ndarray, numerics: "Numerics", pace: np.ndarray) -> np.ndarray:

@@ -73,7 +73,8 @@ def section_points(where: Section, given: Any, max_period: int, job: "Job") -> T
     compared = np.column_stack([shifts.quotient(points[:, : len(system.state_names)]), phases])
     known = np.append(shifts.sizes(run.sizes), np.ones(phases.shape[1]))
     repeats = outcome == Outcome.OK and not system.draws
-    rounding = rounding_of_unit(job.numerics, system.discrete) * blocks.points[-1] / max(len(points), 1)
+    units = max(blocks.points[-1], 1)
+    rounding = rounding_of_unit(job.numerics, system.discrete, run.steps / units) * units / max(len(points), 1)
     period = find_period(compared, known, max_period, rounding) if repeats else 0
     if period:
         window = np.column_stack([compared, modes])[np.newaxis]

@@ -102,7 +102,7 @@ def _evidence(
         late=means.late[np.newaxis],
         course=means.course[np.newaxis],
         length=np.array([plan.length]),
-        rounding=np.array([rounding_of_unit(job.numerics, run.system.discrete) / run.samples]),
+        rounding=rounding_of_unit(job.numerics, run.system.discrete, np.array([run.steps / plan.count])) / run.samples,
         neutral=np.array([int(structure.neutral(flow_of(run)))]),
         complete=len(means.values) == run.system.free,
     )
