@@ -5,7 +5,7 @@ at the numbers of every run.
 """
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.errors import SettingsError
 from chaosdrill.model import arithmetic
-from chaosdrill.model.period import strays
+from chaosdrill.model.period import is_periodic, strays
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -45,25 +45,9 @@ def repeats(system: "HybridSystem") -> bool:
 
         placed = system.placed
         system.shared["repeats"] = placed.time is None or all(
-            _repeats(placed, e) for e in differences(expressions(placed))
+            is_periodic(placed, e) for e in differences(expressions(placed))
         )
     return bool(system.shared["repeats"])
-
-
-def _repeats(system: "HybridSystem", expression: Any) -> bool:
-    if system.time not in expression.free_symbols:
-        return True
-    import sympy
-
-    from chaosdrill.model.python import Called
-
-    if expression.has(Called):
-        return False
-    later = expression.xreplace({system.time: system.time + system.period})
-    later = later.replace(
-        lambda part: isinstance(part, sympy.Function), lambda part: part.func(*map(sympy.expand, part.args))
-    )
-    return bool(sympy.expand(later - expression) == 0)
 
 
 def check_period(system: "HybridSystem", period: float) -> None:
@@ -96,8 +80,8 @@ def check_period(system: "HybridSystem", period: float) -> None:
                 seen.extend(event[place.image : place.jacobian])
         return seen
 
-    if strays(values, n, period):
+    if strays(values, n, system.period, period):
         raise SettingsError(
-            f"{system.name} does not repeat after its period {system.period} = {period:.6g} at "
+            f"{system.name} does not repeat after its period {system.period} = {period:.12g} at "
             f"{system.parameters}; write the period as an expression of the parameters that set it"
         )

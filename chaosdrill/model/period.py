@@ -15,15 +15,19 @@ Values = Callable[[list[float], float], Sequence[float]]
 """Values of the compared expressions at states and a time; NaN where undefined."""
 
 
-def strays(values: Values, states: int, period: float, count: int = TUNING.places_of_runs) -> bool:
-    """Whether a value is another one a period later, at one of a number of places; what is no number tells nothing."""
+def strays(values: Values, states: int, declared: Any, period: float, count: int = TUNING.places_of_runs) -> bool:
+    """Whether a value is another one a period later, at one of a number of places; what is no number tells nothing.
+
+    ``declared``: the period as an expression; ``period``: its value.
+    """
+    part = TUNING.repeats_rounded if declared.is_Float else TUNING.repeats
     rng = random.Random(20260104)
     for sample in range(count):
         x = [rng.uniform(*TUNING.drawn_below_one) * TUNING.sizes[sample % len(TUNING.sizes)] for _ in range(states)]
         t = rng.uniform(0, period)
         here, later = values(x, t), values(x, t + period)
-        within = [values(x, t + part * period) for part in TUNING.later]
-        off = [_off(*seen) for seen in zip(here, later, *within, strict=True)]
+        within = [values(x, t + share * period) for share in TUNING.later]
+        off = [_off(part, *seen) for seen in zip(here, later, *within, strict=True)]
         if any(one > 0 for one in off):
             noise = [0.0] * len(off)
             for _ in range(TUNING.nudges):
@@ -36,16 +40,33 @@ def strays(values: Values, states: int, period: float, count: int = TUNING.place
     return False
 
 
-def _off(here: float, later: float, *within: float) -> float:
+def _off(part: float, here: float, later: float, *within: float) -> float:
     """By how much a value differs a period later beyond what is allowed; 0 where one is no number."""
     if not all(map(math.isfinite, (here, later, *within))):
         return 0.0
     moves = max(abs(value - here) for value in within)
-    return abs(later - here) - TUNING.repeats * moves - TUNING.rounded * abs(here)
+    return abs(later - here) - part * moves - TUNING.rounded * abs(here)
 
 
 def _nudge(rng: random.Random) -> float:
     return 1.0 + rng.randint(-TUNING.nudge, TUNING.nudge) * 2.0**-52
+
+
+def is_periodic(found: Definition, expression: Any) -> bool:
+    """Whether an expression is proved to repeat after the declared period, whatever the parameters."""
+    if found.time not in expression.free_symbols:
+        return True
+    import sympy
+
+    from chaosdrill.model.python import Called
+
+    if expression.has(Called):
+        return False
+    later = expression.xreplace({found.time: found.time + found.period})
+    later = later.replace(
+        lambda part: isinstance(part, sympy.Function), lambda part: part.func(*map(sympy.expand, part.args))
+    )
+    return bool(sympy.expand(later - expression) == 0)
 
 
 def wrong_period(found: Definition, numbers: Mapping[str, Any]) -> str | None:
@@ -82,8 +103,10 @@ def wrong_period(found: Definition, numbers: Mapping[str, Any]) -> str | None:
             seen = double(expression, here, _mix)
             return [math.nan if seen is None else seen]
 
-        if strays(value, len(found.states), period, len(TUNING.sizes)):
-            declared = f"{found.period} = {period:.6g}" if not found.period.is_Number else f"{period:.6g}"
+        if strays(value, len(found.states), found.period, period, len(TUNING.sizes)) and not is_periodic(
+            found, expression
+        ):
+            declared = f"{found.period} = {period:.12g}" if not found.period.is_Number else f"{period:.12g}"
             return (
                 f"{expression} does not repeat after the declared period {declared}; mend the period, as in "
                 "2*pi/omega, or leave it out"

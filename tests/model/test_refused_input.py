@@ -165,6 +165,20 @@ def test_a_condition_that_drifts():
     assert build(transitions=[hit(condition=sympy.sin(OMEGA * T) < V)]).transitions[0].condition is not None
 
 
+@pytest.mark.parametrize(("phase", "part"), [(0, 1e-9), (0, -1e-7), (0, 0.0), (1e9, 0.0)])
+def test_a_period_is_told_from_its_neighbours(phase, part):
+    """Rounding of a large phase is no drift: the expressions say so."""
+    given = {
+        "modes": {"free": {X: V, V: sympy.cos(OMEGA * T + phase)}},
+        "period": 2 * sympy.pi / OMEGA * (1 + sympy.Rational(part)),
+    }
+    if not part:
+        assert build(**given).period is not None
+        return
+    with pytest.raises(cd.ModelError, match="does not repeat after the declared period"):
+        build(**given)
+
+
 @pytest.mark.parametrize(("entry", "repeats"), [(V + sympy.sin(OMEGA * T), True), (V + T, False)])
 def test_a_special_function_repeats_if_its_arguments_do(entry, repeats):
     kick = hit(reset={V: -hunt_crossley_exit(entry, K)})
