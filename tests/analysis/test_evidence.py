@@ -157,6 +157,9 @@ def test_in_chaos_averages_have_few_digits_and_an_error_that_says_so(logistic):
     assert np.isnan(found["average"].sel(state="clock"))
     # steps fill the turn: whole turns would be counted from another angle in every record
     assert found["rotation_number"].isnull()
+    assert "turns can be counted" in found.attrs["reason"]
+    still = cd.regularity(logistic.with_parameters(r=2.0).with_initial(x=0.5), periods=50)
+    assert "nothing moves" in still.attrs["reason"]
 
 
 def orbits(image, starts, count):

@@ -74,7 +74,9 @@ def _regularity(taken: Taken, given: Any, numerics: Numerics) -> Arrays:
         apart_in_parts = np.stack([halves_apart(part[..., np.newaxis])[:, 0] for part in of_parts.swapaxes(0, 1)])
         digits_error[moving] = np.maximum(np.std(_digits(apart_in_parts, values), axis=0, ddof=1), OF_SIZES)
         average_error[moving] = np.hypot(error, numerics.global_error * np.abs(values).max(axis=1))
-    turned, turned_error = _rotation(_plane(taken, given.plane, moving), numerics.global_error)
+    plane = _plane(taken, given.plane, moving)
+    turned, turned_error = _rotation(plane, numerics.global_error)
+    uncounted = "" if taken.outcome != Outcome.OK or np.isfinite(turned) else _uncounted(plane)
     return {
         "average": average,
         "average_error": average_error,
@@ -82,7 +84,7 @@ def _regularity(taken: Taken, given: Any, numerics: Numerics) -> Arrays:
         "digits_error": digits_error,
         "rotation_number": np.float64(turned),
         "rotation_number_error": np.float64(turned_error),
-        "reason": _too_few(taken),
+        "reason": _too_few(taken) or uncounted,
     }
 
 
@@ -127,6 +129,13 @@ def _too_few(taken: Taken) -> str:
     if taken.outcome != Outcome.OK or count >= FEWEST:
         return ""
     return f"{count} points say nothing: record {FEWEST} at least"
+
+
+def _uncounted(plane: np.ndarray) -> str:
+    """Why points in a plane have no rotation number."""
+    if not len(plane):
+        return "nothing moves on the section, so that nothing turns"
+    return "the points do not turn about their centre so that turns can be counted"
 
 
 def _plane(taken: Taken, names: list[str] | None, moving: list[int]) -> np.ndarray:
