@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from chaosdrill.analysis.curves.section_map import SectionMap
 from chaosdrill.analysis.grids.matching import ATTRACTING, KNOWN_BY, alike_first
 from chaosdrill.analysis.grids.measuring import measure
 from chaosdrill.analysis.grids.plan import Plan, make_plan
 from chaosdrill.analysis.judgement.recurrence import CLOSE
-from chaosdrill.analysis.manifolds.section_map import SectionMap
 from chaosdrill.analysis.starts import drawn_or_listed, settled_modes
 from chaosdrill.analysis.tuning import EDGES
 from chaosdrill.dataset import Outcome

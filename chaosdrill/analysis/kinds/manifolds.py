@@ -191,6 +191,6 @@ def manifolds(system: HybridSystem, given: Manifolds, job: Job) -> Dataset:
     14-22, doi:10.1006/jcph.1993.1002. B. Krauskopf, H. Osinga, "Growing 1D and quasi-2D unstable manifolds of maps",
     J. Comput. Phys. 146 (1998) 404-419, doi:10.1006/jcph.1998.6059.
     """
-    from chaosdrill.analysis.manifolds.invariant_curves import manifolds_dataset
+    from chaosdrill.analysis.curves.invariant_curves import manifolds_dataset
 
     return manifolds_dataset(system, given, job)

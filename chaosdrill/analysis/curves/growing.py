@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from chaosdrill.analysis.manifolds.section_map import Images, Preimage, SectionMap
+from chaosdrill.analysis.curves.section_map import Images, Preimage, SectionMap
 from chaosdrill.analysis.tuning import CURVES
 from chaosdrill.dataset.curves import CurveBreak, CurveEnd
 

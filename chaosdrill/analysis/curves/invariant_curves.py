@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chaosdrill.analysis.manifolds.growing import Bounds, Curve, Segment, Start, angles_between, grow
-from chaosdrill.analysis.manifolds.section_map import SectionMap
+from chaosdrill.analysis.curves.growing import Bounds, Curve, Segment, Start, angles_between, grow
+from chaosdrill.analysis.curves.section_map import SectionMap
 from chaosdrill.analysis.orbit_start import orbit_start
 from chaosdrill.analysis.recording import record_returns
 from chaosdrill.analysis.sections import Section, find_section
