@@ -116,7 +116,14 @@ def _enter(task: Task, found: list[Branch], one: Equilibrium, words: str, parent
         first = curve.first(one)
     except LostError:
         return
-    found.append(_both_ways(curve, first, task.most, words, parent))
+    branch = _both_ways(curve, first, task.most, words, parent)
+    if len(branch.points) == 1:
+        # where branches cross, each has a direction of its own
+        for way in [] if curve.field.system.sources else crossing(curve, first):
+            sides = _sides(curve, first, way)
+            if sides:
+                branch = _through(curve, Point(one, way), sides, task.most, words, parent)
+    found.append(branch)
 
 
 def _both_ways(curve: Curve, first: Point, most: int, words: str, parent: int) -> Branch:
@@ -133,28 +140,36 @@ def _switch(task: Task, found: list[Branch], parent: int, mark: Mark) -> None:
     curve, here = branch.curve, branch.points[mark.point]
     if curve.field.system.sources:
         return
-    weights = curve.weights(here.at)
     ways = sorted(crossing(curve, here), key=lambda way: abs(float(way @ here.tangent)))
     if not ways:
         return
-    way = ways[0]
-    step = min(TUNING.along, curve.step)
-    sides = []
+    sides = _sides(curve, here, ways[0])
+    if not sides or any(b.curve.field is curve.field and b.curve.holds(b.points, p.at) for p in sides for b in found):
+        return
+    words = f"the branch point at {task.parameter} = {curve.value(here.at):.12g}"
+    found.append(_through(curve, Point(here.at, ways[0]), sides, task.most, words, parent))
+
+
+def _sides(curve: Curve, here: Point, way: np.ndarray) -> list[Point]:
+    """Points on both sides of a branch point on the branch that goes in a direction, with the way on; none if lost."""
+    step, sides = min(TUNING.along, curve.step), []
     for sign in (1, -1):
         start = Point(here.at, sign * way, here.arclength)
         try:
-            one = curve.corrected(curve.unknowns(here.at) + step * weights * start.tangent, start)
-            tangent = curve.tangent(one, start.tangent)
+            one = curve.corrected(curve.unknowns(here.at) + step * curve.weights(here.at) * start.tangent, start)
+            sides.append(Point(one, curve.tangent(one, start.tangent), step))
         except LostError:
-            return
-        if any(b.curve.field is one.field and b.curve.holds(b.points, one) for b in found):
-            return
-        sides.append(followed(curve, Point(one, tangent, step), task.most))
-    (ahead, end), (back, start_end) = sides
-    points = [*(p.turned() for p in reversed(back)), Point(here.at, way), *ahead]
-    value = curve.value(here.at)
-    words = f"the branch point at {task.parameter} = {value:.12g}"
-    found.append(Branch(curve, points, words, (start_end, end), parent))
+            return []
+    return sides
+
+
+def _through(curve: Curve, here: Point, sides: Sequence[Point], most: int, words: str, parent: int) -> Branch:
+    """The branch through a branch point from points on both sides."""
+    ahead, end = followed(curve, sides[0], most)
+    if end == BranchEnd.CLOSED:
+        return Branch(curve, ahead, words, (end, end), parent)
+    back, start = followed(curve, sides[1], most)
+    return Branch(curve, [*(p.turned() for p in reversed(back)), here, *ahead], words, (start, end), parent)
 
 
 @dataclass(frozen=True)

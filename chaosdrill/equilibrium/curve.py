@@ -220,7 +220,7 @@ def followed(curve: Curve, first: Point, most: int) -> tuple[list[Point], Branch
 def _home(curve: Curve, points: list[Point], h: float) -> bool:
     """Whether the branch has come back to its first point with the last step."""
     first, before, last = points[0], points[-2], points[-1]
-    weights = curve.weights(first.at)
+    weights = curve.weights(before.at)
     to_first = (curve.unknowns(first.at) - curve.unknowns(before.at)) / weights
     if np.linalg.norm(to_first) > 2 * h or float(first.tangent @ last.tangent) < TUNING.straight:
         return False
@@ -228,8 +228,9 @@ def _home(curve: Curve, points: list[Point], h: float) -> bool:
     if not 0 < along <= h:
         return False
     try:
+        # in the plane of the first point
         there = curve.corrected(curve.unknowns(before.at) + along * weights * before.tangent, before)
     except LostError:
         return False
     away = np.abs(curve.unknowns(there) - curve.unknowns(first.at)) / weights
-    return bool(away.max() <= max(TUNING.same, TUNING.bend * h * h))
+    return bool(away.max() <= TUNING.same)

@@ -48,8 +48,6 @@ class Tuning:
     """Parts at which a stretch is divided, the next one where a point cannot be told there."""
     beyond: float = 0.1
     """Part of a chord by which an equilibrium may lie beyond its ends to be looked for on it."""
-    bend: float = 0.05
-    """Part of the square of a step by which two branches part at least that are not one bent branch."""
 
     # normal forms
     displaced: float = 1e-3

@@ -499,18 +499,27 @@ def _passed(curve: Curve, found: list[Branch], point: Point, mark: Mark) -> bool
 
 
 def _beside(curve: Curve, orbit: Orbit, shot: Shot, step: float) -> Point:
-    """The first orbit, or a neighbour if it is a special point, so that the branch passes through that point."""
-    problem = curve.problem
-    first = curve.first(orbit, shot)
-    values = multipliers(problem, orbit, shot.monodromy, problem.states)
-    values = free_multipliers(values, problem.neutral.count)
-    if not len(values) or np.minimum(np.abs(values - 1), np.abs(values + 1)).min() > TUNING.at_special:
+    """The first orbit, or a neighbour if it is near a special point: the branch passes that point, or returns there.
+
+    Near is what a small part of a step takes at least twice as far from it.
+    """
+    problem, d, first = curve.problem, curve.problem.states, curve.first(orbit, shot)
+
+    def away(orbit: Orbit, shot: Shot) -> float:
+        values = free_multipliers(multipliers(problem, orbit, shot.monodromy, d), problem.neutral.count)
+        return float(np.minimum(np.abs(values - 1), np.abs(values + 1)).min(initial=np.inf))
+
+    near, weights, length = away(orbit, shot), first.weights, TUNING.beside_special * step
+    if near > TUNING.near_special:
         return first
-    moved = problem.moved(orbit, shot, TUNING.beside_special * step * first.tangent.change)
-    code, other, seen, _ = problem.newton(moved, first.tangent.row[np.newaxis])
-    if code != CONVERGED or not admissible(other, seen):
-        return first
-    return curve.first(other, seen, first.tangent.change)
+    one, other = problem.nearly_null(orbit, shot, weights) / weights
+    # where branches cross, a direction between them leads to one of them, one at a right angle to it does not
+    for way in (first.tangent.change, one, other, (one + other) / 2**0.5, (one - other) / 2**0.5):
+        code, beside, seen, _ = problem.beside(orbit, shot, way, length, weights)
+        moved = (beside.reduced(d) - orbit.reduced(d)) * weights
+        if code == CONVERGED and admissible(beside, seen) and moved @ (way * weights) > 0.5 * length:
+            return curve.first(beside, seen, way) if away(beside, seen) > 2 * near else first
+    return first
 
 
 def _unmoved(branch: Branch) -> bool:

@@ -412,8 +412,8 @@ class Tuning:
     """Steps in the way along a branch from the doubling at which it was born."""
     beside_special: float = 0.01
     """Part of the longest step by which a branch is started beside a special point."""
-    at_special: float = 1e-6
-    """Distance of a multiplier from 1 or -1 at which a first orbit is taken to be a special point itself."""
+    near_special: float = 1e-2
+    """Distance of a multiplier from 1 or -1 at which a first orbit may be near a special point."""
     doubling_distances: tuple[float, ...] = (1e-3, 3e-3, 3e-4, 1e-2, 1e-4, 3e-2)
     """Distances from the doubling at which the doubled orbit is tried, in the norm of the weights."""
     doubling_shorter: int = 4

@@ -57,6 +57,25 @@ def test_branches_that_cross_are_followed_from_either(rate, other, start):
     assert found["special_multiplicity"].values.tolist().count(1) == found.sizes["special"]
 
 
+@pytest.mark.parametrize(
+    ("rate", "x", "branches", "marks"),
+    [
+        ("m**4 - m**2 + x**2", 0.0, 1, {"fold": 2, "branch_point": 2}),
+        ("m**4 - m**2 + (x - 1)**2", 1.0, 1, {"fold": 2, "branch_point": 2}),
+        # the circle turns back where the line crosses it
+        ("x*(1 - x**2 - m**2)", 0.0, 2, {"branch_point": 4}),
+    ],
+)
+def test_a_closed_branch_that_is_crossed_is_walked_once(rate, x, branches, marks):
+    """Each way through a crossing has its point, also where the branch begins there."""
+    found = cd.equilibria(flow("crossed", {"x": rate}, {"m": 0.0}, x=x), {"m": (-2.0, 2.0)})
+    assert found.sizes["branch_number"] == branches
+    assert "closed" in found.cd.words("branch_end").values
+    assert {kind: [one for one, _ in specials(found)].count(kind) for kind in marks} == marks
+    assert found.sizes["special"] == sum(marks.values())
+    assert found.attrs["message"] == ""
+
+
 def test_branches_from_rest_at_zero_are_the_same_in_any_unit():
     """x^2 = m u^2 crosses x = 0; y begins to turn with the amplitude 2 u sqrt(m)."""
     forked = flow("forked", {"x": "m*x - x**3/u**2"}, {"m": -0.3, "u": 1.0}, x=0.0)

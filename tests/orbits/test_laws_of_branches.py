@@ -430,6 +430,17 @@ def test_a_closed_branch_is_walked_once(transient):
         np.testing.assert_allclose(last, first, atol=1e-7)
 
 
+@pytest.mark.parametrize(("near", "slope"), [(0.0, 0.3), (3e-6, 0.3), (1e-6, 1.5)])
+def test_a_branch_that_crosses_itself_is_walked_once_from_the_crossing_and_beside_it(near, slope):
+    """A figure eight of fixed points: the way back to a start beside the crossing leads past it across."""
+    eight = mapped({x: x + b * (mu**4 - mu**2 + (x - 1) ** 2)}, {"mu": near, "b": slope}, (1 + near,))
+    found = cd.continue_orbit(eight, {"mu": (-2, 2)}, start="guess", step=0.1)
+    assert found["branch_end"].values.tolist() == [BranchEnd.CLOSED]
+    assert sorted(zip(np.round(found["special_value"].values), kinds(found), strict=True)) == [
+        *((-1, Special.FOLD), (0, Special.BRANCH_POINT), (1, Special.FOLD)),
+    ]
+
+
 @pytest.fixture(scope="module")
 def loop():
     """Cycles of squared radius rho about (c, 0), with (mu/a)^2 + ((rho - 1)/0.5)^2 = 1: an ellipse; z decays."""
