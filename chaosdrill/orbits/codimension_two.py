@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
+from chaosdrill.codegen.layout import UNIT
 from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.orbits.branch import Mark
 from chaosdrill.orbits.criticality import cubic_term
@@ -236,7 +237,7 @@ def mark_conditions(branch: "Branch") -> list[str]:
         for condition in (c for c in CONDITIONS if c.curve == curve.kind):
             values = condition.values(curve, points)
             noise = noise_of(np.array([p.shot.monodromy for p in points]), len(points[0].orbit))
-            for k in changes(values, noise):
+            for k in {*changes(values, noise), *_at_limits(curve, points, values, noise)}:
                 try:
                     one = _located(curve, condition, points[k - 1], points[k])
                 except LostError:
@@ -269,6 +270,20 @@ def _chains(segments: Sequence["BranchSegment"]) -> list[tuple[int, int]]:
     return list(zip(starts, [*starts[1:], len(segments)], strict=True))
 
 
+def _at_limits(curve: "SpecialCurve", points: Sequence["Point"], values: np.ndarray, noise: np.ndarray) -> list[int]:
+    """Of the steps at the ends of a curve those at whose end it reaches its limits, and a function is zero there.
+
+    It is so to its error and to what the secant method leaves of the way to the curve.
+    """
+    found = []
+    for end, beside in ((0, 1), (len(points) - 1, len(points) - 2)):
+        rate = (values[end] - values[beside]) / (points[end].arclength - points[beside].arclength)
+        limited = np.abs(curve.values(points[end].orbit) - curve.limits.T) <= UNIT * curve.spans
+        if limited.any() and abs(values[end]) <= noise[end] + abs(rate) * TUNING.secant_noise:
+            found.append(max(end, beside))
+    return found
+
+
 def _located(curve: "SpecialCurve", condition: Condition, before: "Point", after: "Point") -> Located | None:
     """Where a condition is met between two points; None if its function passes a pole, or it is of another kind.
 
@@ -297,7 +312,7 @@ def _located(curve: "SpecialCurve", condition: Condition, before: "Point", after
     if not max(own, *(condition.error(curve, end) for end in (before, after))) < TUNING.jump * rise:
         return None
     way = abs(float(curve.values(after.orbit)[0] - curve.values(before.orbit)[0]))
-    own *= max(1.0, curve.problem.accuracy / TUNING.tangent_error)
+    own = own * max(1.0, curve.problem.accuracy / TUNING.tangent_error) + abs(value(part))
     error = curve.problem.accuracy * curve.size(point.orbit) + curve.error_at(point) + own * way / rise
     return Located(replace(point, special=condition.kind), part, float(error), condition.multiplicity)
 

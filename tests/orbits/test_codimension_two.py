@@ -69,6 +69,26 @@ def test_its_resonances_are_where_the_trace_says(delayed_curve):
     assert within(delayed_curve, Special.RESONANCE_1_2, [(5, 3 / 4)])
 
 
+@pytest.mark.parametrize(
+    ("r", "c", "last"),
+    [
+        (4.0, 0.9, Special.RESONANCE_1_3),
+        (6.0, 2 / 3, Special.RESONANCE_1_3),
+        (5.0, 0.9, Special.RESONANCE_1_2),
+        (6.0, 0.75, Special.RESONANCE_1_2),
+    ],
+)
+@pytest.mark.parametrize("step", [0.15, 0.3])
+def test_a_resonance_at_the_limit_of_a_parameter_stands_once(delayed, r, c, last, step):
+    limits = {"r": (1.5, r), "c": (-0.4, c)}
+    found = cd.continue_orbit(delayed, limits, follow="neimark_sacker", step=step)
+    expected = {Special.RESONANCE_1_4: (3, 1 / 2), Special.RESONANCE_1_3: (4, 2 / 3), Special.RESONANCE_1_2: (5, 3 / 4)}
+    kinds = list(expected)[: list(expected).index(last) + 1]
+    assert others(found) == dict.fromkeys(kinds, 1)
+    for kind in kinds:
+        assert within(found, kind, [expected[kind]])
+
+
 def test_behind_a_resonance_nothing_bifurcates(delayed_curve):
     r, kind = delayed_curve["r"].values, delayed_curve["special_point"].values
     assert ((kind == Special.REGULAR) == (r > 5 + 1e-9)).all()
