@@ -2,7 +2,7 @@
 
 import math
 
-from chaosdrill.codegen.kinds import uint64
+from chaosdrill.codegen.kinds import float64, uint64
 from chaosdrill.codegen.layout import EPSILON, ROUNDING
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.guard_errors import (
@@ -18,8 +18,12 @@ from chaosdrill.engine.jit import inlined, inner, rare, series
 from chaosdrill.engine.lanes import exponent, power_of_two
 from chaosdrill.engine.polynomial import derivative, size, value
 from chaosdrill.engine.radau_tables import DEGREE
+from chaosdrill.engine.records import unit
 from chaosdrill.engine.roots import first_crossing
 from chaosdrill.engine.tuning import GUARDS
+
+_NOISE = VALUE_NOISE * ROUNDING
+"""Part of the sizes of its terms by which a guard moves its polynomial."""
 
 
 @inlined
@@ -190,32 +194,42 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
     return (-1.0, s) if slope * side > error else (clear, inflection)
 
 
-@rare
-def told_before(functions, tables, settings, state, ws, i, j, root, order, side, h, t, scratch):
-    """Until when the interpolated polynomial of guard j, on a side, tells of its roots what a step from there would.
+@unit(float64)
+def told_before(functions, tables, settings, state, j, root, order, side, h, t, scratch):
+    """Until when the polynomial of guard j, on a side, tells of its roots what a step from there would.
 
     That is up to where it comes as near to zero as it may be off by, if the guard itself rounds to far less there; not
-    before a simple root, whose time is given, else -1. At the start of the step its value and slope are known.
+    before a simple root, whose time is given, else -1. An interpolation may be off by as much anywhere, but for value
+    and slope at the start of the step; a series by parts of its terms. One in time alone has its own clock.
     """
-    g, run = ws[i], state.run[0]
-    off = left_out(functions, tables, settings, state, ws, i, j, h, t, scratch)
-    k = 0
-    if order == 1 or not side * g[0] > off:
-        k, off = 2, POWER_NOISE[2] * off / run.tried**2
-    kept = g[k]
-    g[k] -= side * off
-    s = first_crossing(g, order, settings.order - order, h, side < 0, scratch.polynomial, scratch.stack, scratch.ends)
-    g[k] = kept
+    ws, run, n = scratch.workspace, state.run[0], settings.order - order
+    i = uint64(state.x.size + settings.quadratures + j)
+    g, least = ws[i], scratch.shifted
+    by_series = settings.stepping == at.BY_SERIES
+    if tables.marks[run.mode, j] & at.TIMED and not by_series:
+        return h
+    for k in range(n + 1):
+        least[k] = g[order + k]
+        if by_series:
+            least[k] -= side * _NOISE * abs(least[k])
+    off = 0.0
+    known = 0
+    if not by_series:
+        off = left_out(functions, tables, settings, state, ws, i, j, h, t, scratch)
+        if order == 1 or not side * g[0] > off:
+            known, off = 2, POWER_NOISE[2] * off / run.tried**2
+        least[known - order] -= side * off
+    s = first_crossing(least, 0, n, h, side < 0, scratch.polynomial, scratch.stack, scratch.ends)
     if not GUARDS.nearest * max(h, run.longest) < s < h:
         return h
-    off *= s**k
+    off = _NOISE * size(ws, i, s) if by_series else off * s**known
     if root >= 0.0:
         slope, bend = slope_and_bend(g, settings.order, root)
         if (root - s) * abs(slope) <= 2.0 * off and slope * slope > 4.0 * off * abs(bend):
             return h
     place = scratch.before[: state.x.size]
     state_at(ws, place.size, s, place)
-    own = VALUE_NOISE * ROUNDING * functions.guard_error(run.mode, j, t + s, state.c, place, scratch.none)
+    own = _NOISE * functions.guard_error(run.mode, j, t + s, state.c, place, scratch.none)
     return s if GUARDS.finer * own < off else h
 
 

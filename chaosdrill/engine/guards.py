@@ -393,8 +393,8 @@ def _roots(functions, tables, settings, state, ws, row, j, h, t, scratch):
         first, second = recrossing(ws[i], order, n - order, h, side > 0, room, scratch.shifted, stack, ends)
     else:
         first, second = first_crossing(ws[i], order, n - order, h, side < 0, room, stack, ends), -1.0
-    if settings.stepping != at.BY_SERIES and order < 2 and tables.marks[mode, j] & (at.AFFINE | at.TIMED) == 0:
-        h = told_before(functions, tables, settings, state, ws, i, j, first, order, side, h, t, scratch)
+    if order < 2 and tables.marks[mode, j] & at.AFFINE == 0:
+        h = told_before(functions, tables, settings, state, j, first, order, side, h, t, scratch)
     first, clear, h = settled(functions, tables, settings, state, ws, i, j, first, side, h, t, scratch)
     if first >= 0.0 and second > 0.0:
         if clear >= 0.0 and not second > clear:

@@ -106,8 +106,8 @@ _ARGUMENTS: dict[str, Kind] = {
     "scratch": _InMemory(_type_of(Scratch)),
     "scale": vector,
     "buffer": matrix,
-    **dict.fromkeys(("h", "t", "hardest"), float64),
-    **dict.fromkeys(("j", "transition", "with_tangents"), int64),
+    **dict.fromkeys(("h", "t", "hardest", "root"), float64),
+    **dict.fromkeys(("j", "order", "side", "transition", "with_tangents"), int64),
     **dict.fromkeys(("sure", "plain"), boolean),
 }
 
