@@ -52,7 +52,10 @@ def _exp2(y):
 
 @inlined
 def radius(last, last_but_one, order):
-    """Radius of convergence that the last two coefficients show, of one trajectory or of lanes."""
+    """Radius of convergence that the last two coefficients show, of one trajectory or of lanes.
+
+    Where both are zero it is as long as its power of the order may be and not overflow.
+    """
     a = _log2(larger(last, SMALLEST)) * RECIPROCAL[uint64(order)]
     b = _log2(larger(last_but_one, SMALLEST)) * RECIPROCAL[uint64(order - 1)]
     return _exp2(-larger(a, b))
@@ -150,7 +153,7 @@ def length(over, series, n, live, first, settings, period, scale, weights, metri
             a, b = over(a, b, size)
             last = larger(last, a)
             last_but_one = larger(last_but_one, b)
-    h = smaller(smaller(radius(last, last_but_one, order) * reach, period), SERIES.longest)
+    h = smaller(radius(last, last_but_one, order) * reach, period)
     return chosen(magnitude(whole) < math.inf, h, math.nan)
 
 

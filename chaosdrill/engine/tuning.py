@@ -52,8 +52,6 @@ class Steps(NamedTuple):
 class Series(NamedTuple):
     """Steps of Taylor series."""
 
-    longest: float = 1e9
-    """Longest step, so that no power of it overflows."""
     gap: float = 10.0
     """Factor between the sizes of two terms and the next two, at the radius of convergence, that raises suspicion;
     about 5 in the series of exp."""

@@ -474,6 +474,18 @@ def folded_disc():
 
 
 @pytest.mark.parametrize("method", METHODS)
+def test_flights_take_as_many_steps_in_other_units_of_time(folded_disc, method):
+    """Where series end, steps are as long as the flights between hits."""
+    steps = []
+    for unit in 2.0 ** np.array([-60, 0, 36]):
+        run = Run(folded_disc.with_initial(u=0.6 / unit, v=0.8 / unit), 20 * unit, Numerics(method, TOLERANCE))
+        assert run.advance(1)[0] == cd.Outcome.OK
+        assert run.counts[0] == 10
+        steps.append(run.steps)
+    assert steps == [steps[1]] * 3
+
+
+@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("angle", [0.0, 0.3, np.pi])
 def test_hits_that_turn_states_which_stand_still_are_each_met_once(folded_disc, method, angle):
     """What a hit makes of an error in a velocity may not grow from hit to hit, until nothing tells a side any more."""
