@@ -87,7 +87,8 @@ class ChunkSizes:
     def next(self, left: int, workers: int) -> int:
         """Number of units of the next chunk, out of ``left`` that are not assigned yet."""
         if not self.largest:
-            return min(TUNING.first_units, self.most) if left >= TUNING.first_units**2 * workers else 1
+            many = workers == 1 or left >= TUNING.first_units**2 * workers
+            return min(TUNING.first_units, self.most, left) if many else 1
         cost = max(self.cost, TUNING.least_cost_s)
         share = left / (2 * workers) if workers > 1 else left
         most = max(share, TUNING.last_chunk_s / cost)

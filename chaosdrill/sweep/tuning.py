@@ -13,7 +13,7 @@ class Tuning:
     last_chunk_s: float = 0.05
     """Seconds of the last chunks of a sweep, by which workers may end apart."""
     first_units: int = 8
-    """Units of the first chunks, where there are many: kernels step this many in the time of one."""
+    """Units of the first chunks, where there are many, or one worker: kernels step this many in the time of one."""
     growth: int = 8
     """A chunk has at most this many times as many units as the largest one before it."""
     most_units: int = 4096

@@ -188,6 +188,12 @@ def test_few_units_go_out_one_by_one_at_first():
     assert [count for _, count, _ in chunks[:4]] == [1] * 4
 
 
+@pytest.mark.parametrize("units", [5, 20])
+def test_one_worker_begins_with_what_kernels_step_together(units):
+    chunks, _ = simulate([0.001] * units, 1)
+    assert chunks[0][1] == min(units, TUNING.first_units)
+
+
 def test_units_of_several_seconds_go_out_one_by_one():
     chunks, _ = simulate([5.0] * 30, 2)
     assert [count for _, count, _ in chunks] == [1] * 30
