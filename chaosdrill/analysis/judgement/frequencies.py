@@ -6,7 +6,7 @@ whole numbers to frequencies in cycles a sample. On a cycle all are multiples of
 p f + q g whole for any two of them; on a torus two have no such integers.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -63,9 +63,12 @@ def incommensurate(points: np.ndarray) -> bool:
     return False
 
 
-def frequencies(values: np.ndarray) -> Iterator[float]:
-    """Frequencies of the strongest lines of a sequence that are known, in cycles a sample."""
-    tops = (_top(values, guess) for _, guess in _guesses(values) if _is_apart(guess, len(values)))
+def frequencies(values: np.ndarray, is_likely: Callable[[float], bool]) -> Iterator[float]:
+    """Frequencies of the strongest lines of a sequence that are known, in cycles a sample; of those that are likely by
+    about where they are.
+    """
+    guesses = (guess for _, guess in _guesses(values) if _is_apart(guess, len(values)))
+    tops = (_top(values, guess) for guess in guesses if is_likely(guess))
     return (top for top in tops if np.isfinite(top))
 
 
@@ -109,7 +112,10 @@ def _guesses(values: np.ndarray) -> Iterator[tuple[float, float]]:
         top = int(power.argmax())
         if not power[top] > WEAK * most:
             return
-        yield float(power[top]), top / size
+        # the top of a parabola through the highest three
+        before, most_here, behind = power[np.clip([top - 1, top, top + 1], 0, len(power) - 1)]
+        bend = 2 * most_here - before - behind
+        yield float(most_here), float(top + ((behind - before) / (2 * bend) if bend > 0 else 0.0)) / size
         power[max(0, top - 4 * NARROW) : top + 4 * NARROW + 1] = 0.0
 
 
@@ -139,7 +145,7 @@ def _top(values: np.ndarray, guess: float) -> float:
         before, frequency = frequency, frequency + slope / bend
         if abs(frequency - guess) > NARROW / len(values):
             return np.nan
-        if frequency == before:
+        if abs(frequency - before) <= ROUND_OFF:
             break
     return float(frequency)
 

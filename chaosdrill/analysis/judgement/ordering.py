@@ -83,6 +83,9 @@ times."""
 PARTS = 4
 """Parts of a turn in which a state may repeat itself, at most: the strongest line is then that of the parts."""
 
+SHIFTS, OF = np.array([(k, parts) for parts in range(1, PARTS + 1) for k in range(parts)]).T
+"""Whole turns that are added to a line, and into how many parts the sum is cut."""
+
 
 def ordered(points: np.ndarray) -> tuple[bool, bool, bool]:
     """Whether points that are visited in turn lie on curves, in the order of one angle, or on a spiral, and with cuts.
@@ -166,38 +169,64 @@ def _orders(points: np.ndarray) -> Iterator[tuple[int, float, int]]:
     """On how many curves points lie in the order of an angle, its turn from one on a curve to the next, and its parts,
     the fewest curves first.
     """
+    tried: list[tuple[int, float]] = []
     for curves in range(1, len(points) // FEWEST + 1):
         path = points[::curves]
         fills = full(path)
         if not fills.any():
             continue
-        path = path / np.ptp(path, axis=0)
-        told = path[:, [fills.argmax()]]
-        for turn, parts in _turns(told[:, 0]):
-            ways = _way(path, turn)
-            way = ways[fills.argmax()]
-            # no turn nearby closes a gap that is wider, nor shortens a way by more
-            gap = _gap(len(path), turn) - 2 * NEARBY.max() / len(path)
-            if way > LONGEST or gap * RESOLVED * way > 1.0 or ways.max() > NEARBY.max() * LONGEST:
+        path, told = path / np.ptp(path, axis=0), int(fills.argmax())
+        paths = [points[k::curves] for k in range(curves)]
+        here: list[float] = []
+        for turn, parts in _turns(path, told):
+            nearby = NEARBY.max() / len(path) ** 2
+            if _known(turn, 1, here, nearby):
                 continue
-            nearby = turn + NEARBY / len(path) ** 2
-            best = nearby[np.argmin([way, *(_way(told, one)[0] for one in nearby[1:])])]
-            paths = [points[k::curves] for k in range(curves)]
-            if _follow(paths, best):
-                yield curves, float(best), parts
-                continue
-            # jumps move the shortest way, but not what is between them
-            refined = _refined(path[:, fills], best, *_halves(path))[0]
-            if _follow(paths, refined):
-                yield curves, refined, parts
+            # an angle that has been tried, also on fewer curves, is known better from these
+            bases = [base * (curves // k) for k, base in tried if curves % k == 0]
+            known = _known(turn, 1, bases, nearby) or _known(turn, parts, bases, nearby)
+            for one in known[:2] or _nearest(path, told, turn, fills):
+                here.append(one)
+                if not known:
+                    tried.append((curves, one))
+                if _follow(paths, one):
+                    yield curves, one, parts
+                    break
 
 
-def _turns(values: np.ndarray) -> Iterator[tuple[float, int]]:
-    """Turns of which a sequence may be a function, its strongest lines and parts of them, and which parts."""
-    for line in frequencies(values):
-        for parts in range(1, PARTS + 1):
-            for k in range(parts):
-                yield (line + k) / parts, parts
+def _known(turn: float, parts: int, bases: list[float], nearby: float) -> list[float]:
+    """Turns near one that are such parts of others, either way round."""
+    shifted = [base + round(parts * turn - base) for one in bases for base in (one, -one)]
+    return [base / parts for base in shifted if abs(base / parts - turn) <= nearby]
+
+
+def _turns(path: np.ndarray, told: int) -> Iterator[tuple[float, int]]:
+    """Turns in whose order the way along points is short, and which parts they are of one of a state's strongest lines.
+
+    No turn nearby closes a gap that is wider, nor shortens a way by more.
+    """
+    few = path[: FEWEST // 2, [told]]
+
+    def is_likely(guess: float) -> bool:
+        # the way along some of the points is no longer, but a guess is not the line
+        return bool((_way(few, (guess + SHIFTS) / OF) <= 2 * LONGEST).any())
+
+    for line in frequencies(path[:, told], is_likely):
+        turns = (line + SHIFTS) / OF
+        short = _way(few, turns)[:, 0] <= LONGEST
+        for turn, parts in zip(turns[short].tolist(), OF[short].tolist(), strict=True):
+            ways, gap = _way(path, turn), _gap(len(path), turn) - 2 * NEARBY.max() / len(path)
+            if ways[told] <= LONGEST / max(gap * RESOLVED * LONGEST, 1.0) and ways.max() <= NEARBY.max() * LONGEST:
+                yield turn, parts
+
+
+def _nearest(path: np.ndarray, told: int, turn: float, fills: np.ndarray) -> Iterator[float]:
+    """The turn near one in whose order the way is shortest, and what it is refined to."""
+    nearby = turn + NEARBY / len(path) ** 2
+    best = float(nearby[_way(path[:, [told]], nearby).argmin()])
+    yield best
+    # jumps move the shortest way, but not what is between them
+    yield _refined(path[:, fills], best, *_halves(path))[0]
 
 
 def _follow(paths: list[np.ndarray], turn: float) -> bool:
@@ -225,11 +254,14 @@ def _jumps(points: np.ndarray, turn: float) -> int:
 def _follows(points: np.ndarray, turn: float) -> bool:
     """Whether points run along a curve in the order of their angle, and any part of them along all of it."""
     extent = np.ptp(points, axis=0)
-    (way,), halves, quarters = (
-        np.array([_way(part, turn) / extent for part in np.array_split(points, parts)]) for parts in (1, 2, 4)
-    )
-    grown = np.maximum(way - halves.min(axis=0), (halves.mean(axis=0) - quarters.mean(axis=0)) / 2)
-    if not ((way <= LONGEST) & (grown <= LONGER)).all():
+
+    def ways(parts: int) -> np.ndarray:
+        return np.array([_way(part, turn) / extent for part in np.array_split(points, parts)])
+
+    (way,), halves = ways(1), ways(2)
+    if not ((way <= LONGEST) & (way - halves.min(axis=0) <= LONGER)).all():
+        return False
+    if not ((halves.mean(axis=0) - ways(4).mean(axis=0)) / 2 <= LONGER).all():
         return False
     return bool(_gap(len(points), turn) * RESOLVED * way.max() <= 1.0)
 
@@ -364,24 +396,25 @@ def _rest(columns: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, float]:
     return found, float(((values - columns @ found) ** 2).sum())
 
 
-def _way(points: np.ndarray, turn: float) -> np.ndarray:
-    """Way to and fro of every state along the closed curve, shape (n,)."""
-    return np.asarray(_steps(points, turn).sum(axis=0))
+def _way(points: np.ndarray, turn: np.ndarray | float) -> np.ndarray:
+    """Way to and fro of every state along the closed curve, shape (..., n), as turns have."""
+    return np.asarray(_steps(points, turn).sum(axis=-2))
 
 
-def _steps(points: np.ndarray, turn: float) -> np.ndarray:
-    """How far neighbours along it are apart, shape (W, n)."""
+def _steps(points: np.ndarray, turn: np.ndarray | float) -> np.ndarray:
+    """How far neighbours along it are apart, shape (..., W, n)."""
     path = points[np.argsort(_angles(len(points), turn), kind="stable")]
-    return np.asarray(np.abs(np.concatenate([path[1:] - path[:-1], path[:1] - path[-1:]])))
+    back = path[..., :1, :] - path[..., -1:, :]
+    return np.asarray(np.abs(np.concatenate([path[..., 1:, :] - path[..., :-1, :], back], axis=-2)))
 
 
-def _gap(count: int, turn: float) -> float:
-    """The widest gap between angles of points, in parts of a turn."""
+def _gap(count: int, turn: np.ndarray | float) -> np.ndarray:
+    """The widest gap between angles of points, in parts of a turn, shape (...)."""
     angle = np.sort(_angles(count, turn))
-    return float(np.diff(angle, append=angle[0] + 1.0).max())
+    return np.asarray(np.diff(angle, append=angle[..., :1] + 1.0).max(axis=-1))
 
 
-def _angles(count: int, turn: float) -> np.ndarray:
-    """Angles of points in parts of a turn, shape (count,); a remainder takes longer."""
-    turned = np.arange(count) * turn
+def _angles(count: int, turn: np.ndarray | float) -> np.ndarray:
+    """Angles of points in parts of a turn, shape (..., count); a remainder takes longer."""
+    turned = np.multiply.outer(turn, np.arange(count))
     return np.asarray(turned - np.floor(turned))
