@@ -230,11 +230,9 @@ def test_the_error_tells_of_ellipses_that_hardly_turn(damping):
         modes={"on": {"x": "v", "v": "cos(t) - 10000*x - d*v"}}, initial={"x": 0.0, "v": 0.0},
     )  # fmt: skip
     given = {"periods": 100, "transient": 30}
-    alone, diagram = (
-        cd.lyapunov_spectrum(swinging, **given),
-        cd.bifurcation_diagram(swinging, {"d": [damping]}, **given),
-    )
-    for found in (alone, diagram):
+    analyses = cd.lyapunov_spectrum, cd.finite_time_exponents, cd.covariant_vectors
+    diagram = cd.bifurcation_diagram(swinging, {"d": [damping]}, **given)
+    for found in (diagram, *(analysis(swinging, **given) for analysis in analyses)):
         gap = np.abs(found["lyapunov_exponent"].values + damping / 2).ravel()
         error = found["lyapunov_error"].values.ravel()
         assert (gap < 2 * error).all()

@@ -105,20 +105,24 @@ def whole_cycles(ends: np.ndarray, cycle: int) -> np.ndarray:
     return whole if len(whole) > 2 else np.arange(len(ends))
 
 
-def error_of_exponents(rates: np.ndarray, numerics: "Numerics", steps: Any, length: Any) -> np.ndarray:
+def error_of_exponents(
+    rates: np.ndarray, numerics: "Numerics", steps: Any, length: Any, apart: np.ndarray | float = 0.0
+) -> np.ndarray:
     """Error of exponents: that of the mean over blocks, and that of the method.
 
     On a cycle blocks of whole periods are alike, and what is left is the method's: each step may change the logarithm
     of a tangent's length by what the tolerance lets it.
 
-    ``rates``, shape (blocks, ..., m): as in `standard_error`. ``steps``, ``length``, shape (...), or numbers: steps of
-    the runs over all blocks, and the time that these take.
+    ``rates``, shape (blocks, ..., m): as in `standard_error`, of lengths that no unit changes. ``steps``, ``length``,
+    shape (...), or numbers: steps of the runs over all blocks, and the time that these take. ``apart``, shape (..., m),
+    or a number: how far exponents are from those of these lengths, which is their error at least, since any lengths
+    have the same exponents in the long run.
 
     Returns: shape (..., m).
     """
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         of_method = numerics.step_error * np.where(np.asarray(length) > 0.0, steps / length, np.nan)[..., np.newaxis]
-        return np.hypot(standard_error(rates), of_method)
+        return np.maximum(np.hypot(standard_error(rates), of_method), apart)
 
 
 def rounding_of_unit(numerics: "Numerics", discrete: bool, steps: Any) -> Any:

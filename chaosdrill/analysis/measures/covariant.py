@@ -30,9 +30,11 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.build import dataset
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.layout import DONE, EVENT_COLUMNS
+from chaosdrill.engine.lengths import lengths_by_size, sizes_of_states
 from chaosdrill.engine.records import FLOW_SIGNATURE, machine_at, state_of
 from chaosdrill.engine.run import Run
 from chaosdrill.engine.setup import scratch_of
+from chaosdrill.engine.shifts import shifts_of
 from chaosdrill.engine.stepper import machine
 from chaosdrill.engine.structure import examine
 from chaosdrill.engine.tangents import log_growth
@@ -116,6 +118,8 @@ class _Forward:
         self._kept: dict[int, list[np.ndarray]] = {}
         self.sums = np.zeros((blocks.total, m))
         """Logarithms of growth from the first block to the start of each, lengths being taken in the states' sizes."""
+        self.known = sizes
+        """Sizes that states have had by the end, as those by which a spectrum has its errors."""
         self._total = np.zeros(m)
         self._last: _Chunk | None = None
 
@@ -133,6 +137,7 @@ class _Forward:
                 self.sums[first + begin :][: len(growth)] = along[:-1] + self._in_sizes(part.frames)
                 self._total = along[-1]
             self._last = chunk
+        self.known = sizes_of_states(self.run.sizes, shifts_of(self.run.system, but_of=()))
         return outcome
 
     def _in_sizes(self, frames: np.ndarray) -> np.ndarray:
@@ -452,15 +457,19 @@ def _errors(forward: _Forward, job: "Job") -> np.ndarray:
 
 
 def _means(found: _Found, run: Run, forward: _Forward, job: "Job") -> tuple[np.ndarray, np.ndarray]:
-    """Mean rates of growth and their errors."""
-    means, errors = found.growth.mean(axis=0), np.full(found.growth.shape[1], np.nan)
+    """Mean rates of growth and their errors, of lengths in the states' sizes as those of a spectrum."""
+    means, errors, blocks = found.growth.mean(axis=0), np.full(found.growth.shape[1], np.nan), forward.blocks
     kept = np.isfinite(means)
-    blocks = forward.blocks
-    time = blocks.total * blocks.interval
-    if kept.any():
-        errors[kept] = error_of_exponents(
-            in_blocks(found.growth[:, kept], WINDOWS.blocks), job.numerics, run.steps, time
-        )
+    if kept.any() and blocks.record > 1:
+        # the end of the last block is not known
+        rates = in_blocks(found.growth[:-1, kept], WINDOWS.blocks)
+        each = -(-(blocks.record - 1) // WINDOWS.blocks)
+        ends = np.append(np.arange(len(rates) + 1) * each, blocks.record - 1)
+        vectors = found.vector[ends][:, :, kept].swapaxes(1, 2)[..., np.newaxis, :]
+        lengths = lengths_by_size(vectors, np.zeros(vectors.shape[:-1], dtype=int), forward.known)[..., 0]
+        rates += np.diff(lengths[:-1], axis=0) / (each * blocks.interval)
+        apart = np.abs(lengths[-1] - lengths[0]) / (blocks.record * blocks.interval)
+        errors[kept] = error_of_exponents(rates, job.numerics, run.steps, blocks.total * blocks.interval, apart)
     return means, errors
 
 

@@ -10,7 +10,7 @@ import xarray as xr
 from chaosdrill.analysis.arguments import tangent_count
 from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.judgement.recurrence import sizes
-from chaosdrill.analysis.judgement.statistics import in_blocks, standard_error
+from chaosdrill.analysis.judgement.statistics import error_of_exponents, in_blocks, standard_error
 from chaosdrill.analysis.measures.blocks import Blocks
 from chaosdrill.analysis.measures.records import ENDED, Arrays, ValueTask, carry_out, ended_by, swept
 from chaosdrill.analysis.measures.spectra import computed_exponents, run_with_tangents
@@ -18,7 +18,9 @@ from chaosdrill.analysis.spans import Span
 from chaosdrill.analysis.tuning import WINDOWS
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.build import dataset
+from chaosdrill.engine.lengths import sizes_of_states
 from chaosdrill.engine.run import Run
+from chaosdrill.engine.shifts import shifts_of
 from chaosdrill.engine.structure import examine
 from chaosdrill.errors import SettingsError
 from chaosdrill.model import HybridSystem
@@ -99,12 +101,13 @@ def _told(system: HybridSystem, windows: _Windows, given: Any, job: Job) -> tupl
     structure = examine(system)
     m = computed_exponents(structure, count)
     run = run_with_tangents(system, structure, m, plan.unit, job.numerics)
-    outcome, growth, sums = _sums(run, plan, m, job)
+    outcome, growth, by_size, sums = _sums(run, plan, m, job)
     with np.errstate(invalid="ignore"):
         rates, mean = np.diff(sums, axis=0) / plan.unit, growth / plan.length
+        apart = np.abs(growth - by_size) / plan.length
     rates[:, run.lost[:m] == 1] = mean[run.lost[:m] == 1] = -np.inf if outcome == Outcome.OK else np.nan
     order = np.argsort(-mean, kind="stable")[:count]
-    rates, mean = rates[:, order], mean[order]
+    rates, mean, apart = rates[:, order], mean[order], apart[order]
     shape = (len(windows.counts), count)
     cumulant, cumulant_error = np.full((2, *shape, WINDOWS.orders), np.nan)
     histogram, histogram_error, centre = np.full((3, *shape, given.bins), np.nan)
@@ -115,11 +118,11 @@ def _told(system: HybridSystem, windows: _Windows, given: Any, job: Job) -> tupl
             one = rates[: len(rates) // units * units, e].reshape(-1, units).mean(axis=1)
             cumulant[w, e], cumulant_error[w, e] = cumulants(one)
             histogram[w, e], histogram_error[w, e], centre[w, e] = density(one, given.bins)
-    # growth that does not vary is as exact as the method
-    of_method = job.numerics.step_error * run.steps / plan.length
     found = {
         "lyapunov_exponent": mean,
-        "lyapunov_error": np.hypot(cumulant_error[0, :, 0], of_method),
+        "lyapunov_error": error_of_exponents(
+            in_blocks(rates, WINDOWS.blocks), job.numerics, run.steps, plan.length, apart
+        ),
         "cumulant": cumulant,
         "cumulant_error": cumulant_error,
         "histogram": histogram,
@@ -158,26 +161,33 @@ def _divided(plan: Span, wanted: Any) -> _Windows:
     return _Windows(plan, tuple(counts))
 
 
-def _sums(run: Run, plan: Span, m: int, job: Job) -> tuple[Outcome, np.ndarray, np.ndarray]:
-    """Logarithms of the tangents' growth: in all, (m,), and at the beginning and after every unit, (count + 1, m).
+def _sums(run: Run, plan: Span, m: int, job: Job) -> tuple[Outcome, np.ndarray, np.ndarray, np.ndarray]:
+    """Logarithms of the tangents' growth: in all, as it is and by sizes as that of a spectrum, both (m,), and at the
+    beginning and after every unit, (count + 1, m).
 
     Of units lengths are in parts of the sizes that states have at the ends of the first units held together, which no
     unit of a state changes.
     """
     outcome, report, first = plan.settle(run), job.report(plan.count), run.strobes
     most = max(WINDOWS.blocks, WINDOWS.held // max(1, m * len(run.x)))
-    whole, sums, unit_sizes, done = np.full(m, np.nan), np.full((plan.count + 1, m), np.nan), None, 0
+    whole, by_size, sums = np.full(m, np.nan), np.full(m, np.nan), np.full((plan.count + 1, m), np.nan)
+    held: list[Blocks] = []
+    done = 0
     while outcome == Outcome.OK and done < plan.count:
         count = min(most, plan.count - done)
         units = Blocks(run, np.arange(1, count + 1), m)
         outcome = units.go_on(count, report=report and (lambda: report(run.strobes - first)))
-        if unit_sizes is None:
+        if not held:
             # the largest states at the ends of steps would depend on the steps
             unit_sizes = sizes(np.nan_to_num(units.states)[np.newaxis], run.sizes)[0]
+        held = [*held[:1], units]
         begin = done + 1 if done else 0
         sums[begin : done + count + 1] = units.sums_by_size(unit_sizes)[begin - done :]
         whole, done = units.sums()[-1], done + count
-    return outcome, whole, sums
+    if held:
+        known = sizes_of_states(run.sizes, shifts_of(run.system, but_of=()))
+        by_size = held[-1].sums_by_size(known)[-1] - held[0].sums_by_size(known)[0]
+    return outcome, whole, by_size, sums
 
 
 def cumulants(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

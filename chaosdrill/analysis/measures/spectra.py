@@ -262,9 +262,8 @@ def mean_exponents(
     """Exponents with their errors, from logarithms summed up to the end of each block.
 
     ``sums``, ``by_size``, shape (blocks + 1, m): sums of logarithms, -inf from the block in which a tangent was lost,
-    of lengths as they are, for the exponents, and by sizes, for the errors. What they differ by at the end is an error
-    at least: any lengths have the same exponents in the long run. ``ends``, shape (blocks + 1,): ends of the blocks in
-    units. ``unit``: length of a unit. ``steps``: steps that the run took.
+    of lengths as they are, for the exponents, and by sizes, for the errors. ``ends``, shape
+    (blocks + 1,): ends of the blocks in units. ``unit``: length of a unit. ``steps``: steps that the run took.
     """
     times = ends[1:, np.newaxis] * unit
     history = sums[1:] / times
@@ -273,7 +272,7 @@ def mean_exponents(
     rates = np.zeros_like(history)
     rates[:, finite] = np.diff(by_size[:, finite], axis=0) / (np.diff(ends)[:, np.newaxis] * unit)
     apart = np.abs(sums[-1, finite] - by_size[-1, finite]) / times[-1]
-    errors[finite] = np.maximum(error_of_exponents(rates[:, finite], numerics, steps, times[-1, 0]), apart)
+    errors[finite] = error_of_exponents(rates[:, finite], numerics, steps, times[-1, 0], apart)
     half = (len(ends) - 1) // 2
     with np.errstate(invalid="ignore"):
         late = (sums[-1] - sums[half]) / ((ends[-1] - ends[half]) * unit)
