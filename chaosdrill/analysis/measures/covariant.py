@@ -460,11 +460,10 @@ def _means(found: _Found, run: Run, forward: _Forward, job: "Job") -> tuple[np.n
     """Mean rates of growth and their errors, of lengths in the states' sizes as those of a spectrum."""
     means, errors, blocks = found.growth.mean(axis=0), np.full(found.growth.shape[1], np.nan), forward.blocks
     kept = np.isfinite(means)
-    if kept.any() and blocks.record > 1:
-        # the end of the last block is not known
-        rates = in_blocks(found.growth[:-1, kept], WINDOWS.blocks)
-        each = -(-(blocks.record - 1) // WINDOWS.blocks)
-        ends = np.append(np.arange(len(rates) + 1) * each, blocks.record - 1)
+    if kept.any():
+        rates, each = in_blocks(found.growth[:, kept], WINDOWS.blocks), -(-blocks.record // WINDOWS.blocks)
+        # of the end of the record no vectors are kept: lengths there count as those at the start of its last block
+        ends = np.minimum(np.append(np.arange(len(rates) + 1) * each, blocks.record), blocks.record - 1)
         vectors = found.vector[ends][:, :, kept].swapaxes(1, 2)[..., np.newaxis, :]
         lengths = lengths_by_size(vectors, np.zeros(vectors.shape[:-1], dtype=int), forward.known)[..., 0]
         rates += np.diff(lengths[:-1], axis=0) / (each * blocks.interval)
