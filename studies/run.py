@@ -11,7 +11,7 @@
     python3 studies/run.py orbits         branches, cascades and grazing of the drill, validated by simulations
     python3 studies/run.py procedure      the best rate of penetration along stable orbits with a bound on the force
     python3 studies/run.py chaos          how chaotic the drill is: angles, windows, transients, shares, one per cent
-    python3 studies/run.py words          how often a motion is misclassified: 6,810 records whose nature is known
+    python3 studies/run.py words          how often a motion is misclassified: 6,870 records whose nature is known
     python3 studies/run.py archives       runs every scene of the studies and verifies its archive
     python3 studies/run.py start          the time to the first spectrum and diagram of a new system
     python3 studies/run.py fuzz           corrupted scenes, archives and parts; runs that are killed and resumed
