@@ -235,3 +235,15 @@ def test_the_picture_has_a_band_for_each_and_marks_the_ends(mirrored):
     assert max(one.y1 for one in heights) == pytest.approx(1.0)
     marks = [(line.get_marker(), float(line.get_xdata()[0])) for line in axes.lines if line.get_marker() in ("o", "P")]
     assert sorted(marks) == [("P", 2.62), ("o", 2.55), ("o", 2.55)]
+
+
+@pytest.mark.parametrize("unit", [1e60, 1e-60])
+def test_attractors_are_told_apart_in_any_unit(unit):
+    """Wells at plus and minus a unit, to which each half of the starts leads."""
+    images = {"x": "x + (a*u + x - x*(x/u)**2)/10"}
+    wells = cd.Map("x", {"a": 0.0, "u": unit}, images, initial={"x": 0.1 * unit})
+    drawn = {"count": 10, "seed": 1, "x": (-unit, unit)}
+    found = cd.attractors(wells, {"a": [0.0]}, periods=64, transient=100, random=drawn)
+    state, start = found["attractor_state"].values.ravel() / unit, found["initial_state"].values.ravel()
+    np.testing.assert_allclose(np.sort(state), [-1, 1])
+    np.testing.assert_array_equal(state[found["reached"].values.ravel() - 1] > 0, start > 0)

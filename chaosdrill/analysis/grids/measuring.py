@@ -49,7 +49,7 @@ def point_columns(plan: Plan) -> dict[str, tuple[str, tuple[int, ...]]]:
         "lyapunov_exponent": ("f8", (plan.exponents,)),
         "lyapunov_error": ("f8", (plan.exponents,)),
         **dict.fromkeys(mean_names(plan), ("f8", ())),
-        "moments": ("f4", (4, len(plan.shifts.bounded))),
+        "moments": ("f8", (4, len(plan.shifts.bounded))),
         "state": ("f8", (n,)),
         "lead": ("f8", ()),
         "ended_by": ("i2", (2,)),
