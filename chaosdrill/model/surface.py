@@ -1,19 +1,24 @@
 """A surface in state space, marked by transitions that change nothing."""
 
+from typing import Any
+
 from chaosdrill.model.crossings import crossings
+from chaosdrill.model.derive import image_of
 from chaosdrill.model.grammar import ExpressionError
+from chaosdrill.model.held import Trial, kept_apart
 from chaosdrill.model.places import parameter
 from chaosdrill.model.rules import folded, refused
 from chaosdrill.model.special import FLOW
 from chaosdrill.model.system import HybridSystem
 from chaosdrill.model.text import read_text
-from chaosdrill.model.transition import Transition
+from chaosdrill.model.transition import REFLECTION, Transition
 
 
 def surface(system: HybridSystem, at: str) -> tuple[HybridSystem, frozenset[int]]:
     """The system with transitions that mark where a comparison becomes true, and their indices.
 
-    Raises `ExpressionError` if that is no comparison of what moves, or if an event of the system has that surface.
+    Raises `ExpressionError` if that is no comparison of what moves, if an event of the system has that surface, or if a
+    reflection, which is no motion, would cross it.
     """
     known = system.shared.get(("surface", at))
     if known is None:
@@ -32,9 +37,23 @@ def surface(system: HybridSystem, at: str) -> tuple[HybridSystem, frozenset[int]
         ]
         mark, *others = crossings((marks[0], *system.transitions))
         for t, other in zip(system.transitions, others, strict=True):
-            if other.surface == mark.surface and other.direction in (0, mark.direction):
+            reflects = t.kind == REFLECTION
+            if other.surface == mark.surface and (reflects or other.direction in (0, mark.direction)):
                 raise ExpressionError(f"this surface is the guard of {t.name!r}; name that, as in at={t.name!r}")
+            if reflects and not _kept(system, t, value):
+                raise ExpressionError(
+                    f"the reflection {t.name!r} throws states across it, which is no crossing; compare what the "
+                    "symmetry keeps, as in x**2 > 1 where x becomes -x, name an event, or take the whole system"
+                )
         known = system.shared["surface", at] = system.remade(transitions=(*system.transitions, *marks))
     marked = known.changed(parameters=system.parameters, initial=system.initial, names_mode=system.names_mode)
     count = len(system.transitions)
     return marked, frozenset(range(count, len(marked.transitions)))
+
+
+def _kept(system: HybridSystem, transition: Transition, value: Any) -> bool:
+    """Whether a reflection leaves the value of an expression as it is."""
+    after = value.xreplace(image_of(system, transition))
+    # a clock, which alone becomes a constant, is turned back from its opposite
+    turned = (x + end for x, end in transition.reset.items() if not end.free_symbols & set(system.states))
+    return Trial(system).zero(kept_apart([after, -value]), (transition.guard, *turned))

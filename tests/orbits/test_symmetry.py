@@ -75,6 +75,27 @@ def test_symmetry_is_lost_where_the_half_map_has_a_multiplier_of_minus_one(pair)
     np.testing.assert_allclose(multipliers(one[0]), multipliers(one[1]), rtol=1e-7)
 
 
+def test_a_section_that_the_symmetry_keeps_is_that_of_the_whole_motion(pair):
+    at, half = "x**2 > 0.25", cd.halved(pair, ODD)
+    ours, whole = (cd.poincare_section(one, at=at, periods=8, transient=200) for one in (half, pair))
+    assert float(ours["return_time"]) == pytest.approx(float(whole["return_time"]), rel=1e-12)
+    np.testing.assert_allclose(abs(ours["section"][:, :2]), abs(whole["section"]), rtol=1e-9)
+
+
+@pytest.mark.parametrize("at", ["x > 0", "x - v > 0.1", "x*sin(omega*t) > 0"])
+def test_a_reflection_crosses_no_surface(pair, at):
+    with pytest.raises(cd.SettingsError, match="the reflection 'half-free' throws states across it"):
+        cd.poincare_section(cd.halved(pair, ODD), at=at, periods=8)
+    with pytest.raises(cd.SettingsError, match=r"until is .* throws states across it"):
+        cd.transient_chaos(cd.halved(pair, ODD), until=at, duration=8, initial=[{"x": 0.1}])
+
+
+@pytest.mark.parametrize("at", ["x > 0", "-x > 0", "2*x < 0"])
+def test_the_surface_of_a_reflection_is_named_by_it(at):
+    with pytest.raises(cd.SettingsError, match="name that, as in at='half-flow'"):
+        cd.poincare_section(cd.halved(cd.build("lorenz"), {"x": "-x", "y": "-y"}), at=at, periods=8)
+
+
 WALLS = cd.HybridSystem(
     name="two-sided oscillator",
     states="x v",
