@@ -51,6 +51,11 @@ class Quantity:
     dimension: Dimension
 
 
+def vanishes(digits: str) -> bool:
+    """Whether a decimal number that is not 0 is nearer to it than any double."""
+    return float(digits) == 0 and re.match("[^1-9eE]*[1-9]", digits) is not None
+
+
 def parse_quantity(text: str) -> Quantity:
     """Read a number with its unit.
 
@@ -63,7 +68,7 @@ def parse_quantity(text: str) -> Quantity:
     """
     if len(text) > 100 or not (found := _QUANTITY.fullmatch(text)):
         raise ValueError(f"{text[:40]!r} is not a number with its unit, as in '250 kg'")
-    value = float(found[1])
+    given = value = float(found[1])
     units = found[2] or ""
     exponents = [0.0, 0.0, 0.0, 0.0]
     at = 0
@@ -79,6 +84,6 @@ def parse_quantity(text: str) -> Quantity:
         value *= size**exponent
         exponents = [total + exponent * part for total, part in zip(exponents, dimension, strict=True)]
         at = factor.end()
-    if not math.isfinite(value):
-        raise ValueError(f"{text!r} is not a finite number")
+    if not math.isfinite(value) or vanishes(found[1]) or (given and not value):
+        raise ValueError(f"{text!r} is out of the range of doubles")
     return Quantity(value, (exponents[0], exponents[1], exponents[2], exponents[3]))

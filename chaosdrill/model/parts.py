@@ -346,7 +346,7 @@ class PartReader:
             raise ExpressionError(f"{shown(found):.60} divides by zero, or is not finite")
         found = rejoined(found)
         if not has_doubles(found):
-            raise ExpressionError(f"{shown(found):.60} holds a number that is larger than any double")
+            raise ExpressionError(f"{shown(found):.60} holds a number that is larger than any double, or nearer to 0")
         found = found.xreplace({s: sympy.Symbol(s.name, real=True) for s in found.free_symbols})
         if not self.open and PI.name not in self._names:
             found = found.xreplace({PI: sympy.pi})

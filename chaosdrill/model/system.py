@@ -368,6 +368,13 @@ class HybridSystem(System):
         if start is None:
             return {}
         if isinstance(start, Mapping):
+            if "state" in getattr(start, "dims", ()):
+                name, one = next(entry for entry in start.items() if "state" in entry[1].dims)
+                place = f"[{', '.join(['-1'] * (one.ndim - 1))}]" if one.ndim > 1 else ""
+                raise SettingsError(
+                    f"{self.name}: the initial state is a whole result; give a state of it, as in "
+                    f"with_initial(ds[{name!r}]{place})"
+                )
             return {str(name): value for name, value in start.items()}
         names, found = self.state_names, start
         if getattr(start, "dims", None) == ("state",):

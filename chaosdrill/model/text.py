@@ -18,6 +18,7 @@ from chaosdrill.model.grammar import BRANCHED, PLAIN_NAME, WORDS, ExpressionErro
 from chaosdrill.model.special import CONDITION, FLOW, RESET, SPECIAL
 from chaosdrill.model.tuning import TUNING
 from chaosdrill.names import remedy
+from chaosdrill.units import vanishes
 
 _UNBOUNDED = (sympy.zoo, sympy.nan, sympy.oo, -sympy.oo)
 _RELATIONS = {"<": sympy.Lt, "<=": sympy.Le, ">": sympy.Gt, ">=": sympy.Ge, "==": sympy.Eq, "!=": sympy.Ne}
@@ -58,7 +59,7 @@ def read_text(
     if found.has(*_UNBOUNDED):
         raise ExpressionError(f"{text!r:.60} divides by zero, or is not finite")
     if not has_doubles(found):
-        raise ExpressionError(f"{text!r:.60} holds a number that is larger than any double")
+        raise ExpressionError(f"{text!r:.60} holds a number that is larger than any double, or nearer to 0")
     if found.has(sympy.I):
         raise ExpressionError(f"{text!r:.60} is complex")
     return found
@@ -210,6 +211,8 @@ def _number(digits: str) -> Any:
         return _checked(sympy.Integer(int(digits)))
     if not math.isfinite(value := float(digits)):
         raise ExpressionError(f"{digits!r:.40} is larger than any double")
+    if vanishes(digits):
+        raise ExpressionError(f"{digits!r:.40} is nearer to 0 than any double")
     return sympy.Float(value)
 
 
@@ -476,6 +479,7 @@ def double(
 def has_doubles(expression: Any) -> bool:
     """Whether every number of the expression is a double, whole numbers and fractions rounded."""
     try:
-        return all(math.isfinite(float(number)) for number in expression.atoms(sympy.Rational, sympy.Float))
+        numbers = {number: float(number) for number in expression.atoms(sympy.Rational, sympy.Float)}
+        return all(math.isfinite(value) and (value or number.is_zero) for number, value in numbers.items())
     except OverflowError:
         return False

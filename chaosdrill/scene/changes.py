@@ -17,6 +17,7 @@ from chaosdrill.names import shown
 from chaosdrill.scene.lines import BARE, DOTTED, NAME, Layout, Path, layout
 from chaosdrill.scene.tuning import TUNING
 from chaosdrill.settings import too_long
+from chaosdrill.units import vanishes
 
 _KEY = re.compile(rf"\s*{DOTTED}\s*")
 _NUMBER = re.compile(r"[0-9]{1,9}")
@@ -40,8 +41,14 @@ def parse_change(text: str) -> tuple[str, Any]:
     if found is None or not text.startswith("=", found.end()):
         raise SettingsError(f"--set {text!r:.100}: expected KEY=VALUE, as in --set system.parameters.eta=0.5")
     given = text[found.end() + 1 :].strip()
+
+    def number(digits: str) -> float:
+        if vanishes(digits):
+            raise SettingsError(f"--set {text!r:.100}: {digits:.40} is nearer to 0 than any double")
+        return float(digits)
+
     try:
-        document = tomllib.loads(f"value = {given}")
+        document = tomllib.loads(f"value = {given}", parse_float=number)
     except (ValueError, RecursionError):
         if not given or given[0] in "\"'[{" or not given.isprintable():
             raise SettingsError(f"--set {text!r:.100}: {given!r:.60} is not a TOML value") from None

@@ -81,10 +81,20 @@ class CheckedSystem(Known):
         return systems.unused(self.model, parameter, self.effects)
 
 
-def check_document(raw: Mapping[str, Any]) -> list[Problem]:
-    """Check which tables the file has."""
-    inner = SystemTable.values().keys() - Document.values().keys()
-    misplaced: dict[Path, str] = {(key,): f"belongs in [system], as system.{key}" for key in raw if key in inner}
+def check_document(raw: Mapping[str, Any], system: CheckedSystem) -> list[Problem]:
+    """Check which tables the file has, and tell of what stands outside of its table to which it belongs."""
+    inner = {
+        "numerics": NumericsSettings.values(),
+        "system.initial": system.states or (),
+        "system.parameters": system.known or (),
+        "system": SystemTable.values(),
+    }
+    misplaced: dict[Path, str] = {
+        (key,): f"belongs in [{table}], as {table}.{key}"
+        for table, names in inner.items()
+        for key in raw.keys() - Document.values().keys()
+        if key in names
+    }
     return [Problem(path, misplaced.get(path, told)) for path, told in Document.faults(raw, also=())]
 
 

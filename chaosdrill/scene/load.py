@@ -19,6 +19,7 @@ from chaosdrill.scene.lines import Path as KeyPath
 from chaosdrill.scene.scene import PIPED, STDIN, Scene
 from chaosdrill.scene.tuning import TUNING
 from chaosdrill.typed import PATH, TABLE, TEXT, expecting
+from chaosdrill.units import vanishes
 
 # a long text or comment is not a key, nor is a text that its line does not close
 _TOKEN = re.compile(rf"""{COMMENT}|{LONG_STRING}|(?P<key>{DOTTED})|"[^\n]*""")
@@ -149,10 +150,10 @@ def parse_scene(text: str, name: str = "scene.toml", changes: Mapping[str, Any] 
         text, path = change(text, key, value)
         raw = _parse_toml(text, name)
         _place_change(lines, path)
-    if problems := list(_large_integers(raw)):
+    if problems := list(_beyond_doubles(raw)):
         raise InvalidSceneError(name, problems, lines)
-    problems = check_document(raw)
     system = check_system(table_in(raw, "system"))
+    problems = check_document(raw, system)
     numerics, faults = check_numerics(table_in(raw, "numerics"))
     analyses, more = check_analyses(table_in(raw, "analysis"), system)
     if "system" in raw:
@@ -198,11 +199,21 @@ def _fault_of_key(key: str) -> str:
     return ""
 
 
-def _large_integers(raw: Any, path: KeyPath = ()) -> Iterator[Problem]:
-    """Integers that no machine has, each at its place."""
+class _Vanishing(str):
+    """The digits of a number that is not 0, and nearer to it than any double."""
+
+
+def _number(digits: str) -> float | _Vanishing:
+    return _Vanishing(digits) if vanishes(digits) else float(digits)
+
+
+def _beyond_doubles(raw: Any, path: KeyPath = ()) -> Iterator[Problem]:
+    """Numbers that no machine has, each at its place."""
     if isinstance(raw, dict | list):
         for key, value in raw.items() if isinstance(raw, dict) else enumerate(raw):
-            yield from _large_integers(value, (*path, key))
+            yield from _beyond_doubles(value, (*path, key))
+    elif isinstance(raw, _Vanishing):
+        yield Problem(path, f"{raw:.40} is nearer to 0 than any double")
     elif isinstance(raw, int) and not -(2**63) <= raw < 2**63:
         text = f"an integer of {len(str(abs(raw)))} digits; integers of TOML are from -2**63 to 2**63 - 1"
         yield Problem(path, f"{text}; write a number with a point or an exponent, such as 1e20")
@@ -215,7 +226,7 @@ def _parse_toml(text: str, name: str) -> dict[str, Any]:
             line = text.count("\n", 0, found.start()) + 1
             raise SceneError(f"{name}:{line}: {fault}")
     try:
-        return tomllib.loads(text)
+        return tomllib.loads(text, parse_float=_number)
     except RecursionError:
         raise SceneError(f"{name}: invalid TOML: nested too deeply") from None
     except ValueError as fault:

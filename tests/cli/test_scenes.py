@@ -87,6 +87,7 @@ def test_a_changed_scene_is_not_gone_on_with(call, scene, tmp_path, monkeypatch)
         ("title=[1", "is not a TOML value"),
         ("title={a", "is not a TOML value"),
         ("title=a\x1bb", "is not a TOML value"),
+        ("system.parameters.eta=5e-2000", "5e-2000 is nearer to 0 than any double"),
         ("title=1\nother=2", "contains more than one value"),
     ],
 )

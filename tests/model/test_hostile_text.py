@@ -40,6 +40,8 @@ WATCHED = ("os.", "subprocess.", "compile", "exec", "import", "open", "socket.")
         ("Mod((x + v + t)**900, 2)", "remainder of a power"),
         ("1" * 5000, "digits"),
         ("1e400", "larger than any double"),
+        ("1e-400*x", "'1e-400' is nearer to 0 than any double"),
+        ("1e-200*1e-200*x", "or nearer to 0"),
         ("1e300*1e300*x", "larger than any double"),
         ("(10**300*10**300)*x", "larger than any double"),
         ("9" * 310 + "*x", "larger than any double"),

@@ -149,6 +149,12 @@ def test_an_integer_that_no_machine_has_is_refused(tmp_path, number):
     assert "such as 1e20" in told
 
 
+@pytest.mark.parametrize("number", ["5e-2000", "-0.1e-324", "5_0e-1_000"])
+def test_a_number_that_would_become_zero_is_refused(tmp_path, number):
+    told = refusal(written(tmp_path, SPRING.format(number).encode()))
+    assert told.startswith(f"scene.toml:4: system.parameters.zeta: {number} is nearer to 0 than any double")
+
+
 def test_an_empty_scene_lacks_its_system(tmp_path):
     assert refusal(written(tmp_path, b"")) == (
         "scene.toml:1: system: missing; expected a table, as [system] with model = 'lorenz'; chaosdrill list systems"
