@@ -11,7 +11,9 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import sympy
+from sympy.utilities.iterables import sift
 
+from chaosdrill.model.logarithms import multiplied_out
 from chaosdrill.model.touching import degree_bound
 from chaosdrill.model.transition import Transition
 from chaosdrill.model.tuning import TUNING
@@ -121,7 +123,9 @@ def _undone(g: Any) -> tuple[Any, int] | None:
     terms = [term.as_coeff_Mul() for term in g.args]
     if len(terms) == 2 and all(isinstance(f, sympy.exp) for _, f in terms):
         (m, a), (n, b) = terms
-        return m * sympy.exp(a.args[0] - b.args[0]) + n, 1
+        quotient = sympy.exp(multiplied_out(a.args[0] - b.args[0]))
+        below = _grows_both_ways(-quotient.args[0])
+        return (m * quotient + n, 1) if below else _undone(m * quotient + n)
     number, rest = g.as_independent(*g.free_symbols, as_Add=True)
     factor, f = rest.as_coeff_Mul()
     value, there = -number / factor, None
@@ -169,13 +173,24 @@ def _may_turn_back(u: Any) -> bool:
 
 
 def _grows_both_ways(u: Any) -> bool:
-    """Whether a value is a polynomial in a symbol that goes to infinity at both ends."""
-    for symbol in u.free_symbols:
-        if u.is_polynomial(symbol) and degree_bound(u) <= TUNING.zeros:
-            polynomial = sympy.Poly(u, symbol)
-            if polynomial.degree() % 2 == 0 and bounds_of(polynomial.LC())[0] >= 0:
-                return polynomial.degree() > 0
-    return False
+    """Whether a value grows with a polynomial in a symbol, and is for no values of all symbols far below zero."""
+    if not any(u.is_polynomial(symbol) for symbol in u.free_symbols) or degree_bound(u) > TUNING.zeros:
+        return False
+    parts = sift(sympy.Add.make_args(u), lambda term: frozenset(term.free_symbols))
+    return sum(_least(sympy.Add(*terms)) for terms in parts.values()) > -TUNING.bounded
+
+
+def _least(e: Any) -> float:
+    """A lower bound of an expression; of a polynomial in one symbol, the least value."""
+    import numpy as np
+
+    low, _ = bounds_of(e)
+    if low == -math.inf and len(e.free_symbols) == 1 and e.is_polynomial(*e.free_symbols):
+        polynomial = sympy.Poly(e, *e.free_symbols)
+        if polynomial.degree() % 2 == 0 and polynomial.LC() > 0 and not polynomial.is_ground:
+            turns = np.roots([float(k) for k in polynomial.diff().all_coeffs()]).real
+            return min(float(e.subs(polynomial.gen, sympy.Float(x, 30))) for x in turns)
+    return low
 
 
 def _as_a_whole(g: Any) -> tuple[Any, int]:
