@@ -3,7 +3,7 @@
 Refused here is only a series that ends for no values of the parameters; the run decides about all others.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -60,7 +60,7 @@ def never_completed(found: Definition, parameters: Mapping[str, Any], rebound: T
     surface = (guard,)
     if not guard.free_symbols & set(found.states):
         return f"the guard {guard} is one of time alone, which no rebound moves; {_REMEDY}"
-    following = _following(found, target)
+    following = _following(found.transitions, target)
     back = [t for t in following if zero(t.guard, surface)]
     others = [t for t in following if t not in back]
     if not back:
@@ -68,12 +68,13 @@ def never_completed(found: Definition, parameters: Mapping[str, Any], rebound: T
             f"{rebound.name!r} leads to the mode {target!r}, from which no transition leads on to a guard that is zero "
             f"where {guard} is; {_REMEDY}"
         )
-    for t in (rebound, back[0]):
-        lifted = guard.xreplace(image_of(system, t))
-        if not opaque(lifted) and _lifts(system, trial, guard, t):
+    reached = {target, *(t.target for t in _following(others, target))}
+    for ways in ([rebound], [t for t in back if reached & set(t.source)]):
+        if all(_lifts(system, trial, guard, t) for t in ways):
+            lifted = guard.xreplace(image_of(system, ways[0]))
             return (
-                f"the reset of {t.name!r} takes {guard} from zero to {lifted}, while a series of rebounds is summed up "
-                "on one surface; let it leave the guard at zero, or leave completes out"
+                f"the reset of {ways[0].name!r} takes {guard} from zero to {lifted}, while a series of rebounds is "
+                "summed up on one surface; let it leave the guard at zero, or leave completes out"
             )
     before, after, pull = _speeds(system, rebound)
     if zero(pull, surface):
@@ -82,13 +83,14 @@ def never_completed(found: Definition, parameters: Mapping[str, Any], rebound: T
             f"after {rebound.name!r} the guard {guard} has no acceleration where it is zero in {target!r}, which would "
             f"bring the next rebounds ever sooner{turns}; {_REMEDY}"
         )
-    if target in rebound.source and all(zero(after - one, surface) for one in before):
+    alone = target in rebound.source
+    if alone and all(zero(after - one, surface) for one in before):
         return f"{rebound.name!r} leaves the rate of {guard} as it is, so that it throws nothing back; {_REMEDY}"
     if opaque(guard):
         return None
     places = (trial.points(surface)[1], Trial(system, near=True).points(surface)[1])
-    series = [rebound] if target in rebound.source else [] if others else [rebound, *back]
-    if series and all(_met(trial, places, t, *_speeds(system, t))[:2] == (True, False) for t in series):
+    series = [rebound] if alone else [rebound, *back]
+    if (alone or not others) and all(_met(trial, places, t, *_speeds(system, t))[:2] == (True, False) for t in series):
         return (
             f"{rebound.name!r} loses no speed, so that rebounds never come faster; let its reset lose some, as in "
             "v = -e*v with e < 1, or leave completes out"
@@ -108,6 +110,8 @@ def _lifts(system: Any, trial: Trial, guard: Any, t: Transition) -> bool:
     import numpy as np
 
     image, places = image_of(system, t), trial.points((guard,))[1]
+    if opaque(guard.xreplace(image)):
+        return False
     slopes = (differentiate(guard, x).xreplace(image) * image.get(x, x) for x in (*system.states, system.time))
     heights, reach = (trial.values(e, places) for e in (guard.xreplace(image), sympy.Add(*map(sympy.Abs, slopes))))
     known = np.isfinite(heights) & np.isfinite(reach)
@@ -144,11 +148,11 @@ def _met(
     return met.any(axis=0).sum() >= TUNING.fewest_samples, bool((met & lost).any()), bool((met & coming).any())
 
 
-def _following(found: Definition, mode: str) -> list[Transition]:
-    """The transitions that a motion may meet from a mode on, nearest first."""
+def _following(transitions: Sequence[Transition], mode: str) -> list[Transition]:
+    """Those of the transitions that a motion may meet from a mode on, nearest first."""
     met, modes = list[Transition](), [mode]
     for mode in modes:
-        new = [t for t in found.transitions if mode in t.source and t not in met]
+        new = [t for t in transitions if mode in t.source and t not in met]
         met += [t for t in new if t.completes is None and not t.marks_only()]
         modes += [t.target for t in met if t.target not in modes]
     return met

@@ -1,5 +1,7 @@
 """A transition that completes what can never be a series of rebounds is refused, with the reason; others are not."""
 
+import dataclasses
+
 import pytest
 import sympy
 
@@ -80,6 +82,9 @@ def test_two_tanks_end_by_the_guard_that_is_advised():
     assert run["event_time"].values[-1] == pytest.approx((1 - 1e-6) / 0.25, rel=1e-12)
 
 
+BACK = cd.Transition("again", "other", "fly", "2*x", -1, {"v": "-e*v"})
+LIFTS = cd.Transition("lifts", "other", "fly", "x", 1, {"x": "v**2 + 0.01"})
+
 REFUSED = {
     "lossless": (lambda: ball(reset="-v"), "loses no speed, .*e < 1"),
     "lossless on a lift": (lambda: ball(reset="-v - 2*g", guard="x + g*t"), "loses no speed"),
@@ -98,6 +103,16 @@ REFUSED = {
             cd.Transition("again", "other", "fly", "2*x", -1, {"x": "v**2", "v": "-e*v"}), target="other", other=FLIGHT
         ),
         "reset of 'again' takes x from zero",
+    ),
+    "lifted on the way to a mode that does not": (
+        lambda: ball(
+            dataclasses.replace(BACK, source="third"),
+            dataclasses.replace(LIFTS, target="third"),
+            target="other",
+            other=FLIGHT,
+            third=FLIGHT,
+        ),
+        "reset of 'lifts' takes x from zero",
     ),
     "passed": (lambda: ball(reset="v"), "throws nothing back"),
     "passed slower": (lambda: ball(reset="v**3/(1 + v**2)", rate="-1"), "does not come back"),
@@ -143,6 +158,8 @@ ACCEPTED = {
     "through another mode, at the same surface written otherwise": lambda: ball(
         cd.Transition("again", "other", "fly", "2*x*(1 + v**2)", -1, {"v": "-e*v"}), target="other", other=FLIGHT
     ),
+    "one of two ways back lifts": lambda: ball(BACK, LIFTS, target="other", other=FLIGHT),
+    "one of two lifts, the other way round": lambda: ball(LIFTS, BACK, target="other", other=FLIGHT),
     "a cycle of three modes": lambda: ball(
         cd.Transition("second", "two", "three", "x", -1, {"v": "-e*v"}),
         cd.Transition("third", "three", "fly", "-x", 1, {"v": "-e*v"}),
