@@ -170,6 +170,13 @@ def test_of_a_map():
     assert not ds["event_time_derivative"].any()
 
 
+def test_no_derivative_depends_on_where_another_system_of_these_equations_began():
+    """x = b/(1 - r), beyond the default bounds of the first start."""
+    for b in (1.0, 1e12):
+        line = cd.Map("x", {"r": 0.5, "b": b}, {"x": "r*x + b"}, initial={"x": b})
+        holds("orbit_state", cd.periodic_orbit(line, derivatives=True), {"r": 4 * b, "b": 2}, 0)
+
+
 def test_what_moves_the_drill(drill_period_one, drill):
     """Against differences between orbits at neighbouring parameters, of fourth order."""
     _, orbit, _ = drill_period_one

@@ -733,6 +733,14 @@ def test_a_map_of_pieces_goes_on_through_its_border(side, size, image):
     assert states == pytest.approx(values / np.where(values < 0, 0.6, 1.7), abs=1e-10)
 
 
+def test_default_bounds_go_with_the_start_of_each_system():
+    for start in (2.0, 20.0):
+        grows = cd.Map("x", {"r": 0.5}, {"x": "r*x + 1"}, initial={"x": start})
+        branch = cd.continue_orbit(grows, {"r": (0.4, 1.5)}, step=0.2)
+        assert branch["branch_end"].item() == BranchEnd.ESCAPED
+        assert float(branch["orbit_state"].max()) == pytest.approx(1e9 * start, rel=1e-6)
+
+
 @pytest.mark.parametrize("low", [-5, -1e9, -np.inf])
 def test_a_branch_ends_where_its_orbits_reach_their_bounds(low):
     grows = cd.Map("x", {"r": 0.5}, {"x": "r*x + 1"}, initial={"x": 2.0}, bounds={"x": (low, 5)})
