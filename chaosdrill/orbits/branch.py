@@ -21,6 +21,7 @@ class BranchSegment:
     curve: Curve
     points: Sequence[Point]
     rank: int
+    family: bool = False  # whether they are all at one value of the parameter, and a multiplier is 1
 
     def __len__(self) -> int:
         return len(self.points)

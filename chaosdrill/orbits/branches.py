@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from chaosdrill.dataset import Outcome
-from chaosdrill.dataset.branches import BranchEnd, Special
+from chaosdrill.dataset.branches import BranchEnd, Criticality, Special
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.setup import bounds_of
@@ -42,6 +42,10 @@ ENDS = {
     Special.EVENT_SWAP: BranchEnd.EVENT_SWAP,
     Special.OUTCOME_SWITCH: BranchEnd.OUTCOME_SWITCH,
 }
+
+FAMILY = "The orbits that begin there form a family at this one value of the parameter, up to an event or a bound."
+
+NOT_FOUND = "Newton's method found no orbit at the smallest step; try a smaller step."
 
 PILED = (
     "changes of events pile up there, nearer to each other than orbits can be distinguished, as on the way to complete "
@@ -143,11 +147,12 @@ def _append(branch: Branch, curve: Curve, part: Continued, jumps: bool) -> Locat
         with suppress(LostError):
             part.points.insert(-1, curve.between(part.points[-2], part.points[-1], TUNING.before_touch))
     followed, _ = curve.followed(part.points[len(part.points) // 2]) or (part.points[0].orbit, None)
-    segment, end = BranchSegment(curve, part.points, structural_rank(curve.problem, followed)), None
+    rank, end = structural_rank(curve.problem, followed), None
+    segment = BranchSegment(curve, part.points, rank, part.family)
     if any(test.end == part.end for test in TESTS):
         segment, end = ended(segment, part.end)
     if not isinstance(curve, SpecialCurve):
-        segment, marks = _marked(segment, len(segment) - int(end is not None or jumps))
+        segment, marks = _marked(segment, 0 if part.family else len(segment) - int(end is not None or jumps))
         branch.marks += [replace(mark, segment=len(branch.segments)) for mark in marks]
     branch.segments.append(segment)
     return end
@@ -213,7 +218,7 @@ def _behind(curve: Curve, part: Continued, last: BranchSegment, branch: Branch) 
         before = last.points[-2].orbit if len(last) > 1 else at_border
         kind = sliding_between(curve.problem, part.border.good, beyond.orbit) or kind
         coming = float(curve.values(at_border)[-1] - curve.values(before)[-1])
-        way = "continues" if coming * beyond.ahead[-1] > 0 else "folds back"
+        way = "continues" if part.family or coming * beyond.ahead[-1] > 0 else "folds back"
         _mark(branch, part.border, kind, f"{text}; the branch {way}")
     first = curve.first(beyond.orbit, beyond.shot, beyond.ahead)
     return curve, replace(first, arclength=length)
@@ -268,7 +273,7 @@ def _ended_at(branch: Branch, curve: Curve, part: Continued, last: BranchSegment
         error = part.border.error + way_to_doubling(curve, last.points) + curve.error_at(last.points[-1])
         return branch.ended(BranchEnd.DOUBLING, _reached_at(curve, BranchEnd.DOUBLING, last.points[-1], error))
     if not words and part.lost:
-        words = _hidden(last)
+        words = _hidden(last) or (NOT_FOUND if curve.problem.plain.discrete else "")
     branch.ended(ENDS.get(kind, BranchEnd.NO_CONVERGENCE), words)
     kind = sliding_beyond(curve.problem, part.border) or kind if kind != Special.REGULAR else kind
     _mark(branch, part.border, kind, words)
@@ -446,10 +451,21 @@ def branches(
                     following.append(len(found) - 1)
         generation = following
         _report(progress, found, doublings)
+    _tell_families(found)
     cascade = _longest_cascade(found) if doublings else None
     if columns.wanted is not None:
         missing += [words for one in found for words in mark_functions(one, columns.wanted)]
     return branch_table(problem, (parameter,), found, cascade, columns, missing)
+
+
+def _tell_families(found: list[Branch]) -> None:
+    """Say of special points where a branch is born whose orbits are all at one value of the parameter."""
+    for number, born in {(one.parent, one.born) for one in found if one.parent >= 0 and one.segments[0].family}:
+        parent = found[number]
+        for k, mark in enumerate(parent.marks):
+            if mark.multiplicity and parent.value(mark) == born:
+                text = mark.text.removesuffix(Criticality.UNDECIDED.advice).rstrip()
+                parent.marks[k] = replace(mark, text=f"{text} {FAMILY}")
 
 
 def _partners(curve: Curve, whole: Branch, step: float, most: int) -> list[Branch]:

@@ -4,6 +4,7 @@ Steps are adapted to the error of the prediction (H. B. Keller, "Numerical solut
 eigenvalue problems", in Applications of Bifurcation Theory, Academic Press 1977, 359-384).
 """
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -45,6 +46,7 @@ class Continued:
     end: BranchEnd = BranchEnd.MOST_POINTS
     border: Border | None = None  # where the events change, if that is the end; the last point is the last one before
     lost: bool = False  # whether the curve was lost: no further point was found
+    family: bool = False  # whether the orbits are a family at one value of the parameter
 
 
 def continue_curve(
@@ -66,7 +68,9 @@ def continue_curve(
     watches = [
         (test.end, test.watch(curve, first)) for test in TESTS if test.end is not None and test.watch is not None
     ]
-    found = Continued(points)
+    found = Continued(points, family=curve.kind == Special.REGULAR and _stands(curve, first))
+    if found.family:
+        birth = Birth(first.arclength, TUNING.family_step)
     planar, turned = first.orbit.segments[0, at.SEGMENT_END] == at.PLANE, False
     h = TUNING.first_step * step if first_step is None else first_step
     while len(points) < most:
@@ -150,6 +154,18 @@ def continue_curve(
         longest = step if birth is None else birth.longest(point, step)
         h = min(h * min(max(growth, 0.3), 2.0), longest)
     return found
+
+
+def _stands(curve: Curve, first: Point) -> bool:
+    """Whether the parameter stays the same along a branch, as behind a doubling of a map that is linear in parts."""
+    if abs(first.tangent.change[-1]) > TUNING.upright * float(curve.spans[0]):
+        return False
+    for way in TUNING.family_ways:
+        with suppress(LostError):
+            # the first orbit may be known less exactly, as beside a point where branches cross
+            near, far = (curve.values(curve.after([first], part * way)[0].orbit)[0] for part in (0.5, 1.0))
+            return abs(float(far - near)) <= curve.problem.accuracy * curve.size(first.orbit)
+    return False
 
 
 def _on_own_section(curve: Curve, point: Point) -> Point:

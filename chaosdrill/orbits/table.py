@@ -131,7 +131,7 @@ def _table(segment: "BranchSegment", number: int, sequence: int, columns: Column
         "section": strobes if marks is None else [section_of(problem, p.orbit, marks) for p in points],
         "mode": modes[:, 0],
         "multipliers": values,
-        "stable": is_stable(values, problem.neutral.count),
+        "stable": is_stable(values, problem.neutral.count) & (not segment.family),
         "special": np.array([int(p.special) for p in points]),
         "sequence": np.full(len(points), sequence),
         "smallest_speed": segment.speeds.min(axis=1),

@@ -406,6 +406,12 @@ class Tuning:
     """Difference between them, as a part of those at two orbits on either side, at which they coincide in between."""
     no_effect: float = 1e-12
     """Slope of what makes an orbit over the parameter below which a parameter does nothing to it."""
+    upright: float = 1e-6
+    """Part of the direction of a branch that changes the parameter, below which it is asked whether it ever changes."""
+    family_ways: tuple[float, ...] = (0.1, 0.01, 0.001)
+    """Ways along a branch over which it must not change: the longest on which there are orbits."""
+    family_step: float = 0.5
+    """Longest step along orbits at one value of the parameter, in the norm of the weights: they may reach to bounds."""
     steps_between_doublings: int = 20
     """Steps in the distance between two doublings, from which on those of the branches that follow grow."""
     steps_beyond_doublings: int = 8

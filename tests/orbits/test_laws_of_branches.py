@@ -733,12 +733,52 @@ def test_a_map_of_pieces_goes_on_through_its_border(side, size, image):
     assert states == pytest.approx(values / np.where(values < 0, 0.6, 1.7), abs=1e-10)
 
 
+@pytest.mark.parametrize(("size", "start", "step"), [(1.0, -0.8, None), (1e6, -1.2, 0.05)])
+def test_the_flip_of_a_kinked_map_begins_a_family_up_to_its_border(size, start, step):
+    """x -> a x + b for x > 0, x/2 + b else: at a = -1 all of (0, b) are in 2-cycles; beyond, one of these is left."""
+    image = sympy.Piecewise((a * x + b, x > 0), (x / 2 + b, True))
+    kinked = mapped({x: image}, {"a": start, "b": size}, [size / (1 - start)])
+    found = cd.continue_orbit(kinked, {"a": (-1.6, -0.5)}, start="guess", doublings=1, step=step)
+    assert kinds(found) == [Special.PERIOD_DOUBLING, Special.OUTCOME_SWITCH]
+    assert found["special_value"].values == pytest.approx(-1, abs=1e-12)
+    assert "form a family at this one value" in found["special_text"].values[0]
+    assert "soft" not in found["special_text"].values[0]
+    assert "continues" in found["special_text"].values[1]
+    doubled = found.isel(point=found["branch"].values == 1)
+    values, lower = doubled["a"].values, doubled["section"].values.min(axis=(1, 2)) / size
+    family = abs(values + 1) < 1e-9
+    assert (lower[family].min(), lower[family].max()) == (pytest.approx(0, abs=1e-6), pytest.approx(0.5, abs=0.01))
+    assert not doubled["stable"].values[family].any()
+    assert lower[~family] == pytest.approx((1 + values[~family]) / (1 - values[~family] / 2), abs=1e-10)
+    assert values.min() == -1.6
+
+
+def test_the_flip_of_a_held_control_begins_a_family():
+    """Between ticks x' = x/2 + u, at each u = -k x: x -> (e - 2 k (e - 1)) x in a tick, with e = exp(1/2)."""
+    k, u, t = sympy.symbols("k u t", real=True)
+    tick = cd.Transition("tick", "on", "on", guard=sympy.sin(sympy.pi * t), direction=0, reset={u: -k * x})
+    control = cd.HybridSystem(
+        name="control", states=(x, u), time=t, parameters={"k": 1.2}, period=sympy.Integer(2),
+        modes={"on": {x: x / 2 + u + 0.2, u: 0}}, transitions=[tick], initial={x: 1.0},
+    )  # fmt: skip
+    found = cd.continue_orbit(control, {"k": (0.7, 3.5)}, doublings=1, step=0.2)
+    assert kinds(found) == [Special.BRANCH_POINT]  # of two ticks
+    assert "form a family at this one value" in found["special_text"].item()
+    assert found["special_value"].item() == pytest.approx((np.exp(0.5) + 1) / np.expm1(0.5) / 2, abs=1e-9)
+    assert found["branch_end"].values.tolist() == [BranchEnd.LIMIT, BranchEnd.ESCAPED, BranchEnd.ESCAPED]
+
+
 def test_default_bounds_go_with_the_start_of_each_system():
     for start in (2.0, 20.0):
         grows = cd.Map("x", {"r": 0.5}, {"x": "r*x + 1"}, initial={"x": start})
         branch = cd.continue_orbit(grows, {"r": (0.4, 1.5)}, step=0.2)
         assert branch["branch_end"].item() == BranchEnd.ESCAPED
         assert float(branch["orbit_state"].max()) == pytest.approx(1e9 * start, rel=1e-6)
+
+
+def test_a_map_that_has_no_more_orbits_tells_of_no_speed():
+    branch = cd.continue_orbit(cd.Map("x", {"r": 0.5}, {"x": "x/2 + sqrt(r)"}), {"r": (-1, 1)}, step=0.2)
+    assert "normal speed" not in branch["branch_end_text"].item()
 
 
 @pytest.mark.parametrize("low", [-5, -1e9, -np.inf])
