@@ -124,8 +124,11 @@ def _undone(g: Any) -> tuple[Any, int] | None:
     if len(terms) == 2 and all(isinstance(f, sympy.exp) for _, f in terms):
         (m, a), (n, b) = terms
         quotient = sympy.exp(multiplied_out(a.args[0] - b.args[0]))
-        below = _grows_both_ways(-quotient.args[0])
-        return (m * quotient + n, 1) if below else _undone(m * quotient + n)
+        if _grows_both_ways(-quotient.args[0]):
+            return m * quotient + n, 1
+        # far out both are no doubles, or zero, where their exponents differ
+        even = (quotient.args[0] + sympy.log(-m / n), 1 if m > 0 else -1) if m * n < 0 else None
+        return _undone(m * quotient + n) or even
     number, rest = g.as_independent(*g.free_symbols, as_Add=True)
     factor, f = rest.as_coeff_Mul()
     value, there = -number / factor, None
