@@ -151,11 +151,11 @@ def understood(problem: Problem, place: Place, period: int, failure: NoOrbitErro
         return NoOrbitError(failure.outcome, f"{words}: give period={after}", failure.residuals)
     ways = drifts_until_guard(run, np.where(growing, points[-1] - begun, 0.0))
     if np.isfinite(ways):
-        length = (1 + ways) * (count if problem.forced else count * unit)
+        length = f"{(1 + ways) * count:.2g} periods" if problem.forced else f"a time of {(1 + ways) * count * unit:.2g}"
         return NoOrbitError(
             Outcome.NO_ORBIT,
-            f"the motion from the start drifts, and meets a guard after a time of about {length:.2g} only: begin "
-            "there, by start='attractor' and a transient of that length",
+            f"the motion from the start drifts, and meets a guard only after about {length}: begin there, by "
+            "start='attractor' and a transient of that length",
             failure.residuals,
         )
     each = "a period" if problem.forced else "a unit of time"

@@ -612,13 +612,16 @@ def test_a_slow_switch_returns(slow, start):
 
 
 def test_a_slow_drift_from_off_its_cycle_is_no_rest():
-    sawtooth = cd.HybridSystem(
-        states="x s", modes={"only": {"x": "-x", "s": "-1e-6"}}, initial={"x": 1.0},
-        transitions=[cd.Transition("down", "only", "only", "s + 1", direction=-1, reset={"s": "0"})],
-    )  # fmt: skip
-    found = cd.periodic_orbit(sawtooth, start="guess")
-    assert int(found["outcome"]) == Outcome.NO_ORBIT
-    assert "meets a guard after a time of about 1e+06 only" in found.attrs["message"]
+    sawtooth = {
+        "states": "x s", "modes": {"only": {"x": "-x + a*cos(w*t)", "s": "-1e-6"}}, "initial": {"x": 1.0},
+        "transitions": [cd.Transition("down", "only", "only", "s + 1", direction=-1, reset={"s": "0"})],
+    }  # fmt: skip
+    free = cd.HybridSystem(**sawtooth, parameters={"a": 0.0, "w": 1.0, "t": 0.0})
+    forced = cd.HybridSystem(**sawtooth, parameters={"a": 0.1, "w": 0.1}, period="2*pi/w")
+    for system, length in ((free, "a time of 1e+06"), (forced, "1.6e+04 periods")):
+        found = cd.periodic_orbit(system, start="guess")
+        assert int(found["outcome"]) == Outcome.NO_ORBIT
+        assert f"meets a guard only after about {length}" in found.attrs["message"]
 
 
 @pytest.mark.parametrize("tolerance", [1e-12, 1e-9, 1e-7])
