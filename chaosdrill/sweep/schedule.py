@@ -90,14 +90,13 @@ def connect(address: str) -> "Client":
     try:
         # a client of an address that is none prints a traceback when it is collected
         resolve_address(address)
-    except (OSError, ValueError, TypeError) as fault:
+        return Client(address, timeout=TUNING.answer_s, set_as_default=False, name="chaosdrill")
+    except (ValueError, TypeError) as fault:
         raise SettingsError(
             f"scheduler is {address!r}, which is no address of a Dask scheduler; give the one that 'dask scheduler' "
             f"prints, as in 'tcp://10.0.0.5:8786' ({fault})"
         ) from fault
-    try:
-        return Client(address, timeout=TUNING.answer_s, set_as_default=False, name="chaosdrill")
-    except (OSError, ValueError) as fault:
+    except OSError as fault:
         raise SettingsError(
             f"scheduler is {address!r}, where no Dask scheduler answers within {TUNING.answer_s:g} s; start one with "
             f"'dask scheduler' and give the address that it prints, as in 'tcp://10.0.0.5:8786' ({fault})"
