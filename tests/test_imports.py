@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 import chaosdrill
+from chaosdrill.analysis.registry import FUNCTIONS
 
 PACKAGE = Path(chaosdrill.__file__).parent
 TUNING = PACKAGE.parent / "pyproject.toml"
@@ -134,3 +135,11 @@ def test_no_function_takes_more_than_a_dozen_arguments():
                 if len([name for name in names if name not in ("self", "cls")]) > MOST_ARGUMENTS:
                     found.append(f"{file}:{node.lineno}: {node.name}")
     assert found == []
+
+
+def test_no_room_has_the_name_of_an_analysis():
+    # it would stand in its place once it is imported
+    rooms = {file.stem for file in (PACKAGE / "analysis").glob("*.py")} | {
+        folder.name for folder in (PACKAGE / "analysis").iterdir() if folder.is_dir()
+    }
+    assert not rooms & set(FUNCTIONS)
