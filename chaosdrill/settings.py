@@ -451,13 +451,15 @@ def positive(name: str, value: Any) -> float:
 
 
 def real(value: Any) -> float:
-    """The value as a float; NaN for anything but a real number, such as texts, truth values, dates and masked ones."""
+    """The value as a float; NaN for anything but a real number, such as texts, truth values, dates and masked ones,
+    and for one that is nearer to 0 than any double."""
     # what numpy would drop is the imaginary part
     none = isinstance(value, bool) or getattr(getattr(value, "dtype", None), "kind", "") in ("b", "c", "m", "M")
     if none or isinstance(value, str | bytes) or bool(getattr(value, "ndim", 0)) or is_masked(value):
         return nan
     try:
-        return float(value)
+        number = float(value)
+        return number if number or value == 0 else nan
     except OverflowError:
         return inf
     except (TypeError, ValueError):

@@ -85,5 +85,5 @@ def parse_quantity(text: str) -> Quantity:
         exponents = [total + exponent * part for total, part in zip(exponents, dimension, strict=True)]
         at = factor.end()
     if not math.isfinite(value) or vanishes(found[1]) or (given and not value):
-        raise ValueError(f"{text!r} is out of the range of doubles")
+        raise ValueError(f"{text!r} is beyond all doubles, or nearer to 0 than any; take another unit")
     return Quantity(value, (exponents[0], exponents[1], exponents[2], exponents[3]))

@@ -212,7 +212,7 @@ def _number(digits: str) -> Any:
     if not math.isfinite(value := float(digits)):
         raise ExpressionError(f"{digits!r:.40} is larger than any double")
     if vanishes(digits):
-        raise ExpressionError(f"{digits!r:.40} is nearer to 0 than any double")
+        raise ExpressionError(f"{digits!r:.40} is nearer to 0 than any double; write 0, or take another unit")
     return sympy.Float(value)
 
 

@@ -44,7 +44,9 @@ def parse_change(text: str) -> tuple[str, Any]:
 
     def number(digits: str) -> float:
         if vanishes(digits):
-            raise SettingsError(f"--set {text!r:.100}: {digits:.40} is nearer to 0 than any double")
+            raise SettingsError(
+                f"--set {text!r:.100}: {digits:.40} is nearer to 0 than any double; write 0, or take another unit"
+            )
         return float(digits)
 
     try:

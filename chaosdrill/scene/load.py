@@ -213,7 +213,7 @@ def _beyond_doubles(raw: Any, path: KeyPath = ()) -> Iterator[Problem]:
         for key, value in raw.items() if isinstance(raw, dict) else enumerate(raw):
             yield from _beyond_doubles(value, (*path, key))
     elif isinstance(raw, _Vanishing):
-        yield Problem(path, f"{raw:.40} is nearer to 0 than any double")
+        yield Problem(path, f"{raw:.40} is nearer to 0 than any double; write 0, or take another unit")
     elif isinstance(raw, int) and not -(2**63) <= raw < 2**63:
         text = f"an integer of {len(str(abs(raw)))} digits; integers of TOML are from -2**63 to 2**63 - 1"
         yield Problem(path, f"{text}; write a number with a point or an exponent, such as 1e20")

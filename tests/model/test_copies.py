@@ -74,6 +74,7 @@ def test_a_start_in_any_form(system, start):
         ([0.5, "a"], "initial 'v' is 'a'; it must be a finite number"),
         ({"x": np.array([0.5])}, r"initial 'x' is array\(\[0.5\]\); it must be a finite number"),
         ({"x": np.complex128(1 + 2j)}, "initial 'x' is .*; it must be a finite number"),
+        ({"x": sympy.Float("1e-400")}, "initial 'x' is .*e-400; it must be a finite number"),
         (
             xr.Dataset({"states": (("time", "state"), np.zeros((3, 2)))}),
             r"whole result; .*with_initial\(ds\['states'\]\[-1\]",
