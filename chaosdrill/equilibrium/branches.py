@@ -110,11 +110,11 @@ def branches(task: Task, starts: Sequence[Equilibrium], report: Callable[[int], 
 def _enter(task: Task, found: list[Branch], one: Equilibrium, words: str, parent: int) -> None:
     """Follow the branch through an equilibrium, unless it is known."""
     curve = task.curve(one)
-    if any(b.curve.field is one.field and b.curve.holds(b.points, one) for b in found):
-        return
     try:
-        first = curve.first(one)
+        curve, first = _beside_crossing(curve, curve.first(one))
     except LostError:
+        return
+    if any(b.curve.field is one.field and b.curve.holds(b.points, first.at) for b in found):
         return
     branch = _both_ways(curve, first, task.most, words, parent)
     if len(branch.points) == 1:
@@ -122,8 +122,35 @@ def _enter(task: Task, found: list[Branch], one: Equilibrium, words: str, parent
         for way in [] if curve.field.system.sources else crossing(curve, first):
             sides = _sides(curve, first, way)
             if sides:
-                branch = _through(curve, Point(one, way), sides, task.most, words, parent)
+                branch = _through(curve, Point(first.at, way), sides, task.most, words, parent)
     found.append(branch)
+
+
+def _beside_crossing(curve: Curve, first: Point) -> tuple[Curve, Point]:
+    """The curve and its first point; where branches cross nearby, one further on, with the sizes of its states.
+
+    Nearby is what a small part of the range takes at least twice as far. In sizes that the states have next to a
+    crossing at zero the branches there have nearly the same direction, and a fold far away has none.
+    """
+    point, h, low, high = first, TUNING.first_step * TUNING.longest_step, *curve.limits
+    while abs(curve.value(point.at) - curve.value(first.at)) < TUNING.beside * (high - low):
+        try:
+            point = curve.after(point, h)
+        except LostError:
+            return curve, first
+        h *= TUNING.growth
+        if h > TUNING.farthest:
+            return curve, first
+    weights = curve.weights(point.at)
+    _, rows = curve.scaled(point.at.numbers, weights)
+    near, away = (
+        np.linalg.svd(curve.matrix(p.at.numbers) * weights * rows[:, np.newaxis], compute_uv=False)[-1]
+        for p in (first, point)
+    )
+    if away <= 2 * near or not low <= curve.value(point.at) <= high or curve.escaped(point.at):
+        return curve, first
+    curve = replace(curve, sizes=weights[:-1])
+    return curve, curve.first(point.at)
 
 
 def _both_ways(curve: Curve, first: Point, most: int, words: str, parent: int) -> Branch:

@@ -40,6 +40,8 @@ class Tuning:
     """Times that a step is halved to tell what happens in it one by one."""
     along: float = 1e-3
     """Step from a branch point onto the branch that crosses, as a part of the longest, or less."""
+    beside: float = 1e-4
+    """Part of the range of the parameter by which a branch is started beside a crossing."""
     most_branches: int = 32
     """Branches that are followed, at most."""
     level: float = 64.0

@@ -58,17 +58,17 @@ def test_branches_that_cross_are_followed_from_either(rate, other, start):
 
 
 @pytest.mark.parametrize(
-    ("rate", "x", "branches", "marks"),
+    ("rate", "m", "x", "branches", "marks"),
     [
-        ("m**4 - m**2 + x**2", 0.0, 1, {"fold": 2, "branch_point": 2}),
-        ("m**4 - m**2 + (x - 1)**2", 1.0, 1, {"fold": 2, "branch_point": 2}),
+        *(("m**4 - m**2 + x**2", m, m, 1, {"fold": 2, "branch_point": 2}) for m in (0.0, 1e-9, 1e-6, 1e-5)),
+        ("m**4 - m**2 + (x - 1)**2", 0.0, 1.0, 1, {"fold": 2, "branch_point": 2}),
         # the circle turns back where the line crosses it
-        ("x*(1 - x**2 - m**2)", 0.0, 2, {"branch_point": 4}),
+        ("x*(1 - x**2 - m**2)", 0.0, 0.0, 2, {"branch_point": 4}),
     ],
 )
-def test_a_closed_branch_that_is_crossed_is_walked_once(rate, x, branches, marks):
-    """Each way through a crossing has its point, also where the branch begins there."""
-    found = cd.equilibria(flow("crossed", {"x": rate}, {"m": 0.0}, x=x), {"m": (-2.0, 2.0)})
+def test_a_closed_branch_that_is_crossed_is_walked_once(rate, m, x, branches, marks):
+    """Each way through a crossing has its point, also where the branch begins there or nearby."""
+    found = cd.equilibria(flow("crossed", {"x": rate}, {"m": m}, x=x), {"m": (-2.0, 2.0)})
     assert found.sizes["branch_number"] == branches
     assert "closed" in found.cd.words("branch_end").values
     assert {kind: [one for one, _ in specials(found)].count(kind) for kind in marks} == marks
