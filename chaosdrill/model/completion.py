@@ -86,11 +86,11 @@ def never_completed(found: Definition, parameters: Mapping[str, Any], rebound: T
     alone = target in rebound.source
     if alone and all(zero(after - one, surface) for one in before):
         return f"{rebound.name!r} leaves the rate of {guard} as it is, so that it throws nothing back; {_REMEDY}"
-    if opaque(guard):
+    series = [(t, *_speeds(system, t)) for t in ([rebound] if alone else [rebound, *back])]
+    if opaque(guard) or any(opaque(e) for _, rates, last, force in series for e in (*rates, last, force)):
         return None
     places = (trial.points(surface)[1], Trial(system, near=True).points(surface)[1])
-    series = [rebound] if alone else [rebound, *back]
-    if (alone or not others) and all(_met(trial, places, t, *_speeds(system, t))[:2] == (True, False) for t in series):
+    if (alone or not others) and all(_met(trial, places, *one)[:2] == (True, False) for one in series):
         return (
             f"{rebound.name!r} loses no speed, so that rebounds never come faster; let its reset lose some, as in "
             "v = -e*v with e < 1, or leave completes out"
@@ -109,9 +109,10 @@ def _lifts(system: Any, trial: Trial, guard: Any, t: Transition) -> bool:
     """Whether a reset takes a guard off zero on all sheets of its surface, by more than rounding of the new state."""
     import numpy as np
 
-    image, places = image_of(system, t), trial.points((guard,))[1]
-    if opaque(guard.xreplace(image)):
+    image = image_of(system, t)
+    if opaque(guard) or opaque(guard.xreplace(image)):
         return False
+    places = trial.points((guard,))[1]
     slopes = (differentiate(guard, x).xreplace(image) * image.get(x, x) for x in (*system.states, system.time))
     heights, reach = (trial.values(e, places) for e in (guard.xreplace(image), sympy.Add(*map(sympy.Abs, slopes))))
     known = np.isfinite(heights) & np.isfinite(reach)

@@ -120,7 +120,7 @@ def _undone(g: Any) -> tuple[Any, int] | None:
     Roots and logarithms stay: where they are no numbers, the guard has no value, and its run ends. So do exponentials
     that may be pulses, upward: far from one the exponent is so large that its rounding hides both roots.
     """
-    terms = [term.as_coeff_Mul() for term in g.args]
+    terms = [term.as_coeff_Mul() for term in g.args] if g.is_Add else []
     if len(terms) == 2 and all(isinstance(f, sympy.exp) for _, f in terms):
         (m, a), (n, b) = terms
         quotient = sympy.exp(multiplied_out(a.args[0] - b.args[0]))

@@ -68,7 +68,7 @@ def test_an_iterate_is_evaluated_once() -> None:
 
 
 def test_no_flow_is_compiled_ahead(monkeypatch: pytest.MonkeyPatch) -> None:
-    for place in ("analysis.records", "engine.ahead"):
+    for place in ("analysis.measures.records", "engine.ahead"):
         monkeypatch.setattr(f"chaosdrill.{place}.compile_ahead", lambda part: pytest.fail(f"{part} is compiled"))
     for analysis in (cd.zero_one_test, cd.finite_time_exponents):
         analysis(cd.Map(**LOGISTIC), transient=100, periods=200)
