@@ -80,7 +80,7 @@ def check_period(system: "HybridSystem", period: float) -> None:
                 seen.extend(event[place.image : place.jacobian])
         return seen
 
-    if strays(values, n, system.period, period):
+    if strays(values, n, lambda: system.period, period):
         raise SettingsError(
             f"{system.name} does not repeat after its period {system.period} = {period:.12g} at "
             f"{system.parameters}; write the period as an expression of the parameters that set it"

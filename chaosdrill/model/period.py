@@ -15,19 +15,24 @@ Values = Callable[[list[float], float], Sequence[float]]
 """Values of the compared expressions at states and a time; NaN where undefined."""
 
 
-def strays(values: Values, states: int, declared: Any, period: float, count: int = TUNING.places_of_runs) -> bool:
+def strays(
+    values: Values, states: int, declared: Callable[[], Any], period: float, count: int = TUNING.places_of_runs
+) -> bool:
     """Whether a value is another one a period later, at one of a number of places; what is no number tells nothing.
 
-    ``declared``: the period as an expression; ``period``: its value.
+    ``declared``: gives the period as an expression, which is asked for where it matters whether it is one number, which
+    may be rounded; ``period``: its value.
     """
-    part = TUNING.repeats_rounded if declared.is_Float else TUNING.repeats
     rng = random.Random(20260104)
     for sample in range(count):
         x = [rng.uniform(*TUNING.drawn_below_one) * TUNING.sizes[sample % len(TUNING.sizes)] for _ in range(states)]
         t = rng.uniform(0, period)
         here, later = values(x, t), values(x, t + period)
         within = [values(x, t + share * period) for share in TUNING.later]
-        off = [_off(part, *seen) for seen in zip(here, later, *within, strict=True)]
+        seen = list(zip(here, later, *within, strict=True))
+        off = [_off(TUNING.repeats, *one) for one in seen]
+        if any(one > 0 for one in off) and (declared().is_Number or declared().is_Symbol):
+            off = [_off(TUNING.repeats_rounded, *one) for one in seen]
         if any(one > 0 for one in off):
             noise = [0.0] * len(off)
             for _ in range(TUNING.nudges):
@@ -103,7 +108,7 @@ def wrong_period(found: Definition, numbers: Mapping[str, Any]) -> str | None:
             seen = double(expression, here, _mix)
             return [math.nan if seen is None else seen]
 
-        if strays(value, len(found.states), found.period, period, len(TUNING.sizes)) and not is_periodic(
+        if strays(value, len(found.states), lambda: found.period, period, len(TUNING.sizes)) and not is_periodic(
             found, expression
         ):
             declared = f"{found.period} = {period:.12g}" if not found.period.is_Number else f"{period:.12g}"
