@@ -174,7 +174,7 @@ def test_full_disk_before_the_work(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(("place", "call"), [(Path, "write_bytes"), (os, "fsync"), (os, "replace")])
 def test_full_disk_during_the_work(folder, whole, same, monkeypatch, place, call):
-    plain, left = getattr(place, call), [3]
+    plain, left = getattr(place, call), [1]
 
     def full(*arguments):
         left[0] -= 1
