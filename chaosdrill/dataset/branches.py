@@ -83,8 +83,8 @@ class BranchEnd(Code):
     ESCAPED = 6, "A state of the orbit left its bounds; widen them if larger states are meant."
     NO_CONVERGENCE = (
         7,
-        "Newton's method found no orbit at the smallest step, with no sign of grazing or of another change of "
-        "events; try a smaller step or a tighter tolerance, and look at the smallest normal speed before the end.",
+        "Newton's method found no orbit beyond this value, with no sign of grazing or of another change of events: "
+        "it may end there, or be undefined. Try a tighter tolerance; see the smallest normal speed before the end.",
     )
     NO_EFFECT = 8, "The orbit does not depend on the parameter, so there is nothing to follow; choose another."
     JOINED = 9, "The branch meets another one that was already followed."

@@ -45,7 +45,7 @@ ENDS = {
 
 FAMILY = "The orbits that begin there form a family at this one value of the parameter, up to an event or a bound."
 
-NOT_FOUND = "Newton's method found no orbit at the smallest step; try a smaller step."
+NOT_FOUND = "Newton's method found no orbit beyond this value: it may end there, or be undefined."
 
 PILED = (
     "changes of events pile up there, nearer to each other than orbits can be distinguished, as on the way to complete "
@@ -152,7 +152,7 @@ def _append(branch: Branch, curve: Curve, part: Continued, jumps: bool) -> Locat
     if any(test.end == part.end for test in TESTS):
         segment, end = ended(segment, part.end)
     if not isinstance(curve, SpecialCurve):
-        segment, marks = _marked(segment, 0 if part.family else len(segment) - int(end is not None or jumps))
+        segment, marks = _marked(segment, part.upright, len(segment) - int(end is not None or jumps))
         branch.marks += [replace(mark, segment=len(branch.segments)) for mark in marks]
     branch.segments.append(segment)
     return end
@@ -273,7 +273,8 @@ def _ended_at(branch: Branch, curve: Curve, part: Continued, last: BranchSegment
         error = part.border.error + way_to_doubling(curve, last.points) + curve.error_at(last.points[-1])
         return branch.ended(BranchEnd.DOUBLING, _reached_at(curve, BranchEnd.DOUBLING, last.points[-1], error))
     if not words and part.lost:
-        words = _hidden(last) or (NOT_FOUND if curve.problem.plain.discrete else "")
+        events = not curve.problem.plain.discrete and np.isfinite(last.speeds).any()
+        words = _hidden(last) or ("" if events else NOT_FOUND)
     branch.ended(ENDS.get(kind, BranchEnd.NO_CONVERGENCE), words)
     kind = sliding_beyond(curve.problem, part.border) or kind if kind != Special.REGULAR else kind
     _mark(branch, part.border, kind, words)
@@ -327,12 +328,12 @@ def _escapes(segment: BranchSegment) -> bool:
     return bool(((states < low + near) | (states > high - near)).any())
 
 
-def _marked(segment: BranchSegment, count: int) -> tuple[BranchSegment, list[Mark]]:
-    """The segment with the special points among its first ``count`` points inserted, and their marks."""
+def _marked(segment: BranchSegment, begin: int, count: int) -> tuple[BranchSegment, list[Mark]]:
+    """The segment with the special points from ``begin`` on among its first ``count`` inserted, and their marks."""
     points, marks = list(segment.points), []
-    for k in reversed(steps_with(segment.with_points(points[:count]))):
-        for one in reversed(_between(segment, k, TUNING.finer)):
-            points.insert(k, one.point)
+    for k in reversed(steps_with(segment.with_points(points[begin:count]))):
+        for one in reversed(_between(segment, begin + k, TUNING.finer)):
+            points.insert(begin + k, one.point)
             marks.append(one)
     places = {id(p): k for k, p in enumerate(points)}
     found = []

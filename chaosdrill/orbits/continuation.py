@@ -46,7 +46,8 @@ class Continued:
     end: BranchEnd = BranchEnd.MOST_POINTS
     border: Border | None = None  # where the events change, if that is the end; the last point is the last one before
     lost: bool = False  # whether the curve was lost: no further point was found
-    family: bool = False  # whether the orbits are a family at one value of the parameter
+    upright: int = 0  # the first points, at one value of the parameter: how it changes among them is round-off
+    family: bool = False  # whether these are all of them
 
 
 def continue_curve(
@@ -64,13 +65,27 @@ def continue_curve(
     ``first_step``: default: a fraction of the longest. ``home``: start of the curve, which is closed if it returns
     there. Default: the first point. ``birth``: where the branch was born, far from which its steps may be longer.
     """
-    points, home, anchor = [first], home or first, 0
+    home = home or first
+    upright = curve.kind == Special.REGULAR and abs(first.tangent.change[-1]) <= TUNING.upright * float(curve.spans[0])
+    if upright and _stands(curve, first):
+        long = Birth(first.arclength, TUNING.family_step)
+        found = _followed(curve, first, step, most, first_step, home, long)
+        count = _upright(curve, found.points)
+        if count == len(found.points):
+            return replace(found, upright=count, family=True)
+    found = _followed(curve, first, step, most, first_step, home, birth)
+    return replace(found, upright=_upright(curve, found.points)) if upright else found
+
+
+def _followed(
+    curve: Curve, first: Point, step: float, most: int, first_step: float | None, home: Point, birth: Birth | None
+) -> Continued:
+    """The curve from a point on, whether or not the parameter changes."""
+    points, anchor = [first], 0
     watches = [
         (test.end, test.watch(curve, first)) for test in TESTS if test.end is not None and test.watch is not None
     ]
-    found = Continued(points, family=curve.kind == Special.REGULAR and _stands(curve, first))
-    if found.family:
-        birth = Birth(first.arclength, TUNING.family_step)
+    found = Continued(points)
     planar, turned = first.orbit.segments[0, at.SEGMENT_END] == at.PLANE, False
     h = TUNING.first_step * step if first_step is None else first_step
     while len(points) < most:
@@ -94,7 +109,7 @@ def continue_curve(
                 if sharp is not None:
                     before = points[: len(points) - len(recent) + sharp]
                     way = TUNING.again * (recent[sharp + 1].arclength - recent[sharp].arclength)
-                    rest = continue_curve(curve, recent[sharp], step, most - len(before), way, home, birth)
+                    rest = _followed(curve, recent[sharp], step, most - len(before), way, home, birth)
                     return replace(rest, points=before + rest.points)
                 # the polynomial through the last points may lead elsewhere than their tangents
                 anchor = len(points) - 1
@@ -157,15 +172,28 @@ def continue_curve(
 
 
 def _stands(curve: Curve, first: Point) -> bool:
-    """Whether the parameter stays the same along a branch, as behind a doubling of a map that is linear in parts."""
-    if abs(first.tangent.change[-1]) > TUNING.upright * float(curve.spans[0]):
-        return False
+    """Whether the parameter stays the same at first, as behind a doubling of a map that is linear in parts."""
     for way in TUNING.family_ways:
         with suppress(LostError):
             # the first orbit may be known less exactly, as beside a point where branches cross
             near, far = (curve.values(curve.after([first], part * way)[0].orbit)[0] for part in (0.5, 1.0))
-            return abs(float(far - near)) <= curve.problem.accuracy * curve.size(first.orbit)
+            return abs(float(far - near)) <= _same(curve, first)
     return False
+
+
+def _upright(curve: Curve, points: list[Point]) -> int:
+    """How many of the first points are at one value of the parameter, which a flat branch leaves in the end."""
+    values = np.array([curve.values(p.orbit)[0] for p in points])
+    left = np.abs(values - values[:2][-1]) > _same(curve, points[0])
+    if not left[1:].any():
+        return len(points)
+    count = 1 + int(left[1:].argmax())
+    return 0 if count == 2 and left[0] else count
+
+
+def _same(curve: Curve, first: Point) -> float:
+    """How far apart equal values of the parameter may be."""
+    return curve.problem.accuracy * curve.size(first.orbit)
 
 
 def _on_own_section(curve: Curve, point: Point) -> Point:

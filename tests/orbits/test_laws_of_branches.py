@@ -753,6 +753,22 @@ def test_the_flip_of_a_kinked_map_begins_a_family_up_to_its_border(size, start, 
     assert values.min() == -1.6
 
 
+@pytest.mark.parametrize(("power", "middle"), [(11, 0.0), (25, 2.0)])
+def test_a_flat_flip_begins_no_family(power, middle):
+    """u -> -(1 + a) u + u^n has the 2-cycle +-a^(1/(n - 1)), whose multiplier is ((n - 1) a - 1)^2."""
+    u, other = x - middle, 2 / (power - 1)
+    flat = mapped({x: middle - (1 + a) * u + u**power}, {"a": -0.3}, [middle])
+    found = cd.continue_orbit(flat, {"a": (-0.5, 0.5)}, start="guess", doublings=1)
+    assert kinds(found) == [Special.PERIOD_DOUBLING, Special.BRANCH_POINT]
+    assert found["special_value"].values == pytest.approx([0, other], abs=1e-9)
+    assert "family" not in found["special_text"].values[0]
+    doubled = found.isel(point=found["branch"].values == 1)
+    values, stable = doubled["a"].values, doubled["stable"].values
+    assert stable[(values > 1e-6) & (values < other - 1e-6)].all()
+    assert not stable[values > other + 1e-6].any()
+    assert values.max() == 0.5
+
+
 def test_the_flip_of_a_held_control_begins_a_family():
     """Between ticks x' = x/2 + u, at each u = -k x: x -> (e - 2 k (e - 1)) x in a tick, with e = exp(1/2)."""
     k, u, t = sympy.symbols("k u t", real=True)
@@ -776,9 +792,20 @@ def test_default_bounds_go_with_the_start_of_each_system():
         assert float(branch["orbit_state"].max()) == pytest.approx(1e9 * start, rel=1e-6)
 
 
-def test_a_map_that_has_no_more_orbits_tells_of_no_speed():
-    branch = cd.continue_orbit(cd.Map("x", {"r": 0.5}, {"x": "x/2 + sqrt(r)"}), {"r": (-1, 1)}, step=0.2)
-    assert "normal speed" not in branch["branch_end_text"].item()
+@pytest.mark.parametrize(
+    "system",
+    [
+        cd.Map("x", {"r": 0.5}, {"x": "x/2 + sqrt(r)"}),
+        cd.HybridSystem(
+            states="x", time="t", parameters={"r": 0.5}, period="2*pi", modes={"m": {"x": "sqrt(r)*cos(t) - x"}}
+        ),
+    ],
+)
+def test_orbits_without_events_that_end_tell_of_no_speed(system):
+    words = cd.continue_orbit(system, {"r": (-1, 1)}, step=0.2)["branch_end_text"].item()
+    assert "be undefined" in words
+    assert "speed" not in words
+    assert "step" not in words
 
 
 @pytest.mark.parametrize("low", [-5, -1e9, -np.inf])
