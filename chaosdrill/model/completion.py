@@ -130,14 +130,12 @@ def _speeds(system: Any, t: Transition) -> tuple[list[Any], Any, Any]:
 def _met(
     trial: Trial, places: "tuple[np.ndarray, np.ndarray]", rebound: Transition, before: list[Any], after: Any, pull: Any
 ) -> tuple[bool, bool, bool]:
-    """Whether motions are met at the guard, some of them lose speed there, and some come back to it, if that is known.
+    """Whether motions are met at the guard, some of them lose speed there, and some come back to it.
 
     Parameters have any values and signs at the first of the places, and about their own at the others.
     """
     import numpy as np
 
-    if any(opaque(e) for e in (*before, after, pull)):
-        return False, True, True
     on, n = np.hstack(places), len(trial.states)
     signs = on[n + 1 :, : places[0].shape[1]]
     signs *= np.random.default_rng(20261128).choice([-1.0, 1.0], signs.shape)
