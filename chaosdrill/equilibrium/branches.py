@@ -119,10 +119,10 @@ def _enter(task: Task, found: list[Branch], one: Equilibrium, words: str, parent
     branch = _both_ways(curve, first, task.most, words, parent)
     if len(branch.points) == 1:
         # where branches cross, each has a direction of its own
-        for way in [] if curve.field.system.sources else crossing(curve, first):
-            sides = _sides(curve, first, way)
-            if sides:
+        for way in [] if curve.field.system.sources else reversed(crossing(curve, first)):
+            if sides := _sides(curve, first, way):
                 branch = _through(curve, Point(first.at, way), sides, task.most, words, parent)
+                break
     found.append(branch)
 
 
