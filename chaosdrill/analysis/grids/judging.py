@@ -25,7 +25,7 @@ from chaosdrill.analysis.judgement.classification import (
 )
 from chaosdrill.analysis.judgement.recurrence import CLOSE, FLOOR, ROUND_OFF, Recurrence, recurrence
 from chaosdrill.analysis.judgement.resting import is_left, rests
-from chaosdrill.analysis.judgement.statistics import block_ends, error_of_exponents, rounding_of_unit
+from chaosdrill.analysis.judgement.statistics import block_ends, error_of_exponents, rounding_of_point
 from chaosdrill.analysis.judgement.tori import END, KEPT, LENGTH, aside, stays_late
 from chaosdrill.analysis.judgement.words import Evidence, Selectable, words
 from chaosdrill.analysis.tuning import PLAN
@@ -187,9 +187,8 @@ def averages_of(
 
 def _rounding_of_point(plan: "Plan", batch: Batch, which: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Part of the sizes of states that errors may add up to from one of so many points of records to the next."""
-    units = batch.ends[-1]
-    of_unit = rounding_of_unit(plan.numerics, plan.system.discrete, batch.steps[which] / units)
-    return np.asarray(of_unit * units / np.maximum(points, 1))
+    of = plan.numerics, plan.system.discrete
+    return np.asarray(rounding_of_point(*of, batch.steps[which], batch.ends[-1], points))
 
 
 def errors_of(plan: "Plan", batch: Batch, which: np.ndarray, sums: np.ndarray) -> np.ndarray:

@@ -110,10 +110,11 @@ def sizes(points: np.ndarray, known: np.ndarray) -> np.ndarray:
 def find_period(points: np.ndarray, known: np.ndarray, most: int, rounding: float = 0.0) -> int:
     """Smallest period of a sequence of section points, 0 if no period up to ``most`` fits.
 
-    The last half of the sequence must repeat for at least two periods, every state within 1e-6 of its own size.
+    The last half of the sequence must repeat for at least two periods, every state within 1e-6 of its own size, or
+    within what the errors of the run add up to, at most 1e-6 of the size that it has had on the way.
 
-    ``points``, shape (iterates, n). ``known``, shape (n,): sizes that states have had on the way. ``most``: longest
-    period looked for.
+    ``points``, shape (iterates, n). ``known``, shape (n,): these sizes. ``most``: longest period looked for.
+    ``rounding``: as in `recurrence`.
     """
     points = points[len(points) // 2 :]
     if not np.isfinite(points).all():

@@ -125,16 +125,19 @@ def error_of_exponents(
         return np.maximum(np.hypot(standard_error(rates), of_method), apart)
 
 
-def rounding_of_unit(numerics: "Numerics", discrete: bool, steps: Any) -> Any:
-    """Part of the sizes of states that the errors of a run, or of a map, may add up to in a unit of so many ``steps``.
+def rounding_of_point(numerics: "Numerics", discrete: bool, steps: Any, units: Any, points: Any) -> Any:
+    """Part of the sizes of states that the errors of a run, or of a map, may add up to from one of its points to the
+    next, of so many in ``units`` with ``steps``.
 
     Those of steps are independent, but for those of fixed steps: a unit of a slow forcing takes hundreds.
     """
     if discrete:
-        return np.full_like(steps, RUNS.rounding, dtype=float)
-    if numerics.traits.fixed_step:
-        return np.full_like(steps, numerics.global_error, dtype=float)
-    return numerics.step_error * np.sqrt(np.maximum(steps, 1.0))
+        of_unit = np.full_like(steps, RUNS.rounding, dtype=float)
+    elif numerics.traits.fixed_step:
+        of_unit = np.full_like(steps, numerics.global_error, dtype=float)
+    else:
+        of_unit = numerics.step_error * np.sqrt(np.maximum(np.divide(steps, units), 1.0))
+    return of_unit * units / np.maximum(points, 1)
 
 
 def error_of_mean_rate(totals: np.ndarray, times: np.ndarray, numerics: "Numerics", pace: np.ndarray) -> np.ndarray:

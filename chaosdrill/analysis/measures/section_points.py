@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from chaosdrill.analysis.judgement.recurrence import CLOSE, find_period, sizes
-from chaosdrill.analysis.judgement.statistics import block_ends, error_of_mean_rate, rounding_of_unit, whole_cycles
+from chaosdrill.analysis.judgement.statistics import block_ends, error_of_mean_rate, rounding_of_point, whole_cycles
 from chaosdrill.analysis.judgement.tori import stays_late
 from chaosdrill.analysis.recording import Record, record, record_returns
 from chaosdrill.analysis.sections import Section, find_section, settled_at
@@ -74,7 +74,7 @@ def section_points(where: Section, given: Any, max_period: int, job: "Job") -> T
     known = np.append(shifts.sizes(run.sizes), np.ones(phases.shape[1]))
     repeats = outcome == Outcome.OK and not system.draws
     units = max(blocks.points[-1], 1)
-    rounding = rounding_of_unit(job.numerics, system.discrete, run.steps / units) * units / max(len(points), 1)
+    rounding = float(rounding_of_point(job.numerics, system.discrete, run.steps, units, len(points)))
     period = find_period(compared, known, max_period, rounding) if repeats else 0
     if period:
         window = np.column_stack([compared, modes])[np.newaxis]

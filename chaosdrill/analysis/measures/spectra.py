@@ -17,7 +17,7 @@ from chaosdrill.analysis.judgement.statistics import (
     error_of_mean_rate,
     kaplan_yorke,
     kaplan_yorke_error,
-    rounding_of_unit,
+    rounding_of_point,
 )
 from chaosdrill.analysis.judgement.tori import KEPT, LENGTH
 from chaosdrill.analysis.judgement.words import Evidence, reason, words
@@ -102,7 +102,9 @@ def _evidence(
         late=means.late[np.newaxis],
         course=means.course[np.newaxis],
         length=np.array([plan.length]),
-        rounding=rounding_of_unit(job.numerics, run.system.discrete, np.array([run.steps / plan.count])) / run.samples,
+        rounding=rounding_of_point(
+            job.numerics, run.system.discrete, np.array([run.steps]), plan.count, plan.count * run.samples
+        ),
         neutral=np.array([int(structure.neutral(flow_of(run)))]),
         complete=len(means.values) == run.system.free,
     )
@@ -262,8 +264,8 @@ def mean_exponents(
     """Exponents with their errors, from logarithms summed up to the end of each block.
 
     ``sums``, ``by_size``, shape (blocks + 1, m): sums of logarithms, -inf from the block in which a tangent was lost,
-    of lengths as they are, for the exponents, and by sizes, for the errors. ``ends``, shape
-    (blocks + 1,): ends of the blocks in units. ``unit``: length of a unit. ``steps``: steps that the run took.
+    of lengths as they are, for the exponents, and by sizes, for the errors. ``ends``, shape (blocks + 1,): ends of the
+    blocks in units. ``unit``: length of a unit. ``steps``: steps that the run took.
     """
     times = ends[1:, np.newaxis] * unit
     history = sums[1:] / times
