@@ -148,7 +148,7 @@ def guess_of_forced(problem: "Problem", place: Place, periods: int, values: np.n
 
     ``values``, shape (q,): free parameters, as they are in the system of the place.
 
-    Returns: ``outcome``: ``Outcome.OK``, or the reason why the run ended early.
+    Returns the outcome, ``Outcome.OK`` or the reason why the run ended early, and the orbit, if there is one.
     """
     period = place.system.forcing_period()
     assert period is not None

@@ -235,23 +235,25 @@ class Problem:
         orbit: Orbit,
         watched: bool = True,
         section: Orbit | None = None,
-        solved: float = TUNING.residual,
+        solved: float | None = None,
     ) -> Shot:
         """The shooting residual of an orbit, and its derivatives.
 
         ``watched``: whether to look for other guards on the way. ``section``: the one through whose start, across the
         flow there, the plane goes on which an orbit without events and without a period begins; by default the orbit
-        itself. ``solved``: the residual by which states are taken to be off. A rebound lower than that is none: where
-        equations that hold better show a crossing, their own residual counts.
+        itself. ``solved``: the residual by which states are taken to be off; by default that of solved equations. A
+        rebound lower than that is none: where equations that hold better show a crossing, their own residual counts.
         """
         d = self.states
         plane = self.plane(section or orbit)
         if orbit.drift is not None:
             plane[at.DRIFT] = orbit.drift
-        exactness = solved / TUNING.residual * self.solved_to(orbit.starts[:, :d])
+        exactness = self.solved_to(orbit.starts[:, :d])
+        if solved is not None:
+            exactness = solved / TUNING.residual * exactness
         outcome, residual, found = self._residual(orbit, self.sizes, exactness, plane, watched)
         equations, sensitivity, monodromy, factors, speeds, seen, met = found
-        if watched and residual < solved == TUNING.residual and (seen[:, 0] >= 0).any():
+        if watched and solved is None and residual < TUNING.residual and (seen[:, 0] >= 0).any():
             return self.shoot(orbit, watched, section, residual)
         if not np.isfinite(equations[:, -1]).all():
             residual = np.inf
@@ -282,8 +284,8 @@ class Problem:
         long. ``weights``, shape (columns,): what a difference of each reduced unknown counts; by default those of
         `weights` at the guess. ``section``: as for `shoot`.
 
-        Returns: ``code``: `CONVERGED`, else why not: `SINGULAR`, `SLOW`, or an outcome of a run. ``shot``: the last
-        one. ``residuals``: one a step.
+        Returns ``code``, which is `CONVERGED`, or else why not, `SINGULAR`, `SLOW`, or an outcome of a run; the last
+        orbit and its shot; and ``residuals``, one a step.
         """
         d, count, section = self.states, len(orbit), section or orbit
         columns = self.columns(orbit)
