@@ -51,6 +51,9 @@ class Quantity:
     dimension: Dimension
 
 
+VANISHES = "is nearer to 0 than any double; write 0, or take another unit"
+
+
 def vanishes(digits: str) -> bool:
     """Whether a decimal number that is not 0 is nearer to it than any double."""
     return float(digits) == 0 and re.match("[^1-9eE]*[1-9]", digits) is not None

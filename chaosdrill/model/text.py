@@ -18,7 +18,7 @@ from chaosdrill.model.grammar import BRANCHED, PLAIN_NAME, WORDS, ExpressionErro
 from chaosdrill.model.special import CONDITION, FLOW, RESET, SPECIAL
 from chaosdrill.model.tuning import TUNING
 from chaosdrill.names import remedy
-from chaosdrill.units import vanishes
+from chaosdrill.units import VANISHES, vanishes
 
 _UNBOUNDED = (sympy.zoo, sympy.nan, sympy.oo, -sympy.oo)
 _RELATIONS = {"<": sympy.Lt, "<=": sympy.Le, ">": sympy.Gt, ">=": sympy.Ge, "==": sympy.Eq, "!=": sympy.Ne}
@@ -212,7 +212,7 @@ def _number(digits: str) -> Any:
     if not math.isfinite(value := float(digits)):
         raise ExpressionError(f"{digits!r:.40} is larger than any double")
     if vanishes(digits):
-        raise ExpressionError(f"{digits!r:.40} is nearer to 0 than any double; write 0, or take another unit")
+        raise ExpressionError(f"{digits!r:.40} {VANISHES}")
     return sympy.Float(value)
 
 

@@ -17,7 +17,7 @@ from chaosdrill.names import shown
 from chaosdrill.scene.lines import BARE, DOTTED, NAME, Layout, Path, layout
 from chaosdrill.scene.tuning import TUNING
 from chaosdrill.settings import too_long
-from chaosdrill.units import vanishes
+from chaosdrill.units import VANISHES, vanishes
 
 _KEY = re.compile(rf"\s*{DOTTED}\s*")
 _NUMBER = re.compile(r"[0-9]{1,9}")
@@ -44,9 +44,7 @@ def parse_change(text: str) -> tuple[str, Any]:
 
     def number(digits: str) -> float:
         if vanishes(digits):
-            raise SettingsError(
-                f"--set {text!r:.100}: {digits:.40} is nearer to 0 than any double; write 0, or take another unit"
-            )
+            raise SettingsError(f"--set {text!r:.100}: {digits:.40} {VANISHES}")
         return float(digits)
 
     try:

@@ -19,7 +19,7 @@ from chaosdrill.scene.lines import Path as KeyPath
 from chaosdrill.scene.scene import PIPED, STDIN, Scene
 from chaosdrill.scene.tuning import TUNING
 from chaosdrill.typed import PATH, TABLE, TEXT, expecting
-from chaosdrill.units import vanishes
+from chaosdrill.units import VANISHES, vanishes
 
 # a long text or comment is not a key, nor is a text that its line does not close
 _TOKEN = re.compile(rf"""{COMMENT}|{LONG_STRING}|(?P<key>{DOTTED})|"[^\n]*""")
@@ -213,7 +213,7 @@ def _beyond_doubles(raw: Any, path: KeyPath = ()) -> Iterator[Problem]:
         for key, value in raw.items() if isinstance(raw, dict) else enumerate(raw):
             yield from _beyond_doubles(value, (*path, key))
     elif isinstance(raw, _Vanishing):
-        yield Problem(path, f"{raw:.40} is nearer to 0 than any double; write 0, or take another unit")
+        yield Problem(path, f"{raw:.40} {VANISHES}")
     elif isinstance(raw, int) and not -(2**63) <= raw < 2**63:
         text = f"an integer of {len(str(abs(raw)))} digits; integers of TOML are from -2**63 to 2**63 - 1"
         yield Problem(path, f"{text}; write a number with a point or an exponent, such as 1e20")
