@@ -23,7 +23,7 @@ from chaosdrill.analysis.judgement.classification import (
     evidence_of,
     undrawn,
 )
-from chaosdrill.analysis.judgement.recurrence import CLOSE, FLOOR, ROUND_OFF, Recurrence, recurrence
+from chaosdrill.analysis.judgement.recurrence import CLOSE, ROUND_OFF, Recurrence, recurrence, residual_at_largest
 from chaosdrill.analysis.judgement.resting import is_left, rests
 from chaosdrill.analysis.judgement.statistics import block_ends, error_of_exponents, rounding_of_point
 from chaosdrill.analysis.judgement.tori import END, KEPT, LENGTH, aside, stays_late
@@ -125,10 +125,8 @@ def _add_exact(
 
     Returns, bool, shape (P,): whether they do so to round-off, and nearby motions neither come closer nor leave.
     """
-    residual, at_centre = found.residual.copy(), np.flatnonzero(e.recurs & neutral)
-    # round-off may come from the largest that states have been
-    largest = size[at_centre] / FLOOR
-    residual[at_centre] = recurrence(paths[at_centre], largest, plan.max_period, 2 * plan.max_period).residual
+    at_centre = np.flatnonzero(e.recurs & neutral)
+    residual = residual_at_largest(found, at_centre, paths, size, plan.max_period, 2 * plan.max_period)
     exact = np.flatnonzero(e.recurs & ~e.attracts & closes_exactly(e, residual, found.period))
     e.exact[exact] = _returned(paths[exact], size[exact], e.rounding[exact])
     return np.asarray(e.recurs & neutral & (found.residual <= ROUND_OFF))

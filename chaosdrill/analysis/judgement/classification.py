@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chaosdrill.analysis.judgement.recurrence import CLOSE, FLOOR, ROUND_OFF, Recurrence, recurrence
+from chaosdrill.analysis.judgement.recurrence import CLOSE, ROUND_OFF, Recurrence, recurrence, residual_at_largest
 from chaosdrill.analysis.judgement.resting import lengthens, stirs
 from chaosdrill.analysis.judgement.stationarity import SAME, departs, stationarity
 from chaosdrill.analysis.judgement.statistics import SINKS, STAYS, block_ends, leading
@@ -255,9 +255,7 @@ def add_record(
     paths, sizes, most = aside(windows[:, -lengths[0] :], shifts), shifts.sizes(known), lengths[0] // REPEATS
     found = recurrence(paths, sizes, most, rounding=e.rounding)
     e.recurs |= found.period > 0
-    residual, neutral = found.residual.copy(), np.flatnonzero((found.period > 0) & e.unmoved)
-    # round-off may come from the largest that states have been
-    residual[neutral] = recurrence(paths[neutral], sizes[neutral] / FLOOR, most).residual
+    residual = residual_at_largest(found, np.flatnonzero((found.period > 0) & e.unmoved), paths, sizes, most)
     period = np.where(closes_exactly(e, residual, found.period), found.period, 0)
     e.exact |= stays(paths, sizes, period, e.rounding)
     if lengths[0] < points:

@@ -107,6 +107,18 @@ def sizes(points: np.ndarray, known: np.ndarray) -> np.ndarray:
     return np.maximum(np.abs(points).max(axis=1) + FLOOR * known, SMALLEST)
 
 
+def residual_at_largest(
+    found: Recurrence, which: np.ndarray, windows: np.ndarray, known: np.ndarray, most: int, depth: int | None = None
+) -> np.ndarray:
+    """Residuals, shape (P,), of some runs in parts of the largest that states have been, from which round-off may come.
+
+    ``found``, ``windows``, ``known``, ``most``, ``depth``: as in `recurrence`. ``which``: numbers of these runs.
+    """
+    residual = found.residual.copy()
+    residual[which] = recurrence(windows[which], known[which] / FLOOR, most, depth).residual
+    return residual
+
+
 def find_period(points: np.ndarray, known: np.ndarray, most: int, rounding: float = 0.0) -> int:
     """Smallest period of a sequence of section points, 0 if no period up to ``most`` fits.
 
