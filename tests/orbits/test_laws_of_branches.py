@@ -9,6 +9,8 @@ import sympy
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq, fsolve
+from support.discrete import mapped
+from support.following import kinds
 
 import chaosdrill as cd
 from chaosdrill.dataset.branches import BranchEnd, Special
@@ -18,10 +20,6 @@ from chaosdrill.orbits.multipliers import Spectra
 from chaosdrill.orbits.roots import bracketed
 
 x, y, z, w, r, mu, a, b, unit = sympy.symbols("x y z w r mu a b unit", real=True)
-
-
-def mapped(images, parameters, initial):
-    return cd.Map(tuple(images), parameters, images, name="map", initial=dict(zip(images, initial, strict=True)))
 
 
 def stepped(images, parameters, initial, condition=None):
@@ -41,10 +39,6 @@ def stepped(images, parameters, initial, condition=None):
         modes={"wait": {**dict.fromkeys(states, 0), clock: 1}}, transitions=steps,
         initial={**dict(zip(states, initial, strict=True)), clock: 0.5},
     )  # fmt: skip
-
-
-def kinds(branch):
-    return [Special(int(k)) for k in branch["special_kind"].values]
 
 
 # The curve lives in all points of an orbit: windows of the logistic map.
@@ -713,114 +707,3 @@ def test_a_test_function_that_fails_stops_nothing(monkeypatch):
     assert kinds(branch) == [Special.PERIOD_DOUBLING]
     assert float(branch["special_value"][0]) == pytest.approx(3.0, abs=1e-11)
     assert branch.attrs["message"].count("the test function of a level failed: ZeroDivisionError('no value')") == 1
-
-
-PIECES = (sympy.Piecewise((0.4 * x + mu, x <= 0), (-0.7 * x + mu, True)), mu - 0.15 * x - 0.55 * sympy.Abs(x))
-
-
-@pytest.mark.parametrize("image", PIECES, ids=["pieces", "abs"])
-@pytest.mark.parametrize(("side", "size"), [(-1, 1.0), (1, 1.0), (1, 1e-9)])
-def test_a_map_of_pieces_goes_on_through_its_border(side, size, image):
-    """x -> a x + mu for x <= 0, b x + mu else: the fixed point mu / (1 - slope) passes 0 where both slopes are < 1."""
-    start = 0.2 * size * side / (0.6 if side < 0 else 1.7)
-    one = cd.Map((x,), {"mu": 0.2 * size * side}, {x: image}, initial={x: start})
-    found = cd.continue_orbit(one, {"mu": (-size, size)}, start="guess")
-    names = ("branch 1", "branch 2")[:: -side if image is PIECES[0] else side]
-    assert found["special_text"].item().startswith(" becomes ".join(names))
-    assert found["special_value"].item() == pytest.approx(0, abs=1e-10 * size)
-    values, states = found["mu"].values / size, found["orbit_state"].values[:, 0] / size
-    assert (values.min(), values.max()) == (-1, 1)
-    assert states == pytest.approx(values / np.where(values < 0, 0.6, 1.7), abs=1e-10)
-
-
-@pytest.mark.parametrize(("size", "start", "step"), [(1.0, -0.8, None), (1e6, -1.2, 0.05)])
-def test_the_flip_of_a_kinked_map_begins_a_family_up_to_its_border(size, start, step):
-    """x -> a x + b for x > 0, x/2 + b else: at a = -1 all of (0, b) are in 2-cycles; beyond, one of these is left."""
-    image = sympy.Piecewise((a * x + b, x > 0), (x / 2 + b, True))
-    kinked = mapped({x: image}, {"a": start, "b": size}, [size / (1 - start)])
-    found = cd.continue_orbit(kinked, {"a": (-1.6, -0.5)}, start="guess", doublings=1, step=step)
-    assert kinds(found) == [Special.PERIOD_DOUBLING, Special.OUTCOME_SWITCH]
-    assert found["special_value"].values == pytest.approx(-1, abs=1e-12)
-    assert "form a family at this one value" in found["special_text"].values[0]
-    assert "soft" not in found["special_text"].values[0]
-    assert "continues" in found["special_text"].values[1]
-    doubled = found.isel(point=found["branch"].values == 1)
-    values, lower = doubled["a"].values, doubled["section"].values.min(axis=(1, 2)) / size
-    family = abs(values + 1) < 1e-9
-    assert (lower[family].min(), lower[family].max()) == (pytest.approx(0, abs=1e-6), pytest.approx(0.5, abs=0.01))
-    assert not doubled["stable"].values[family].any()
-    assert lower[~family] == pytest.approx((1 + values[~family]) / (1 - values[~family] / 2), abs=1e-10)
-    assert values.min() == -1.6
-
-
-@pytest.mark.parametrize(("power", "middle"), [(11, 0.0), (25, 2.0)])
-def test_a_flat_flip_begins_no_family(power, middle):
-    """u -> -(1 + a) u + u^n has the 2-cycle +-a^(1/(n - 1)), whose multiplier is ((n - 1) a - 1)^2."""
-    u, other = x - middle, 2 / (power - 1)
-    flat = mapped({x: middle - (1 + a) * u + u**power}, {"a": -0.3}, [middle])
-    found = cd.continue_orbit(flat, {"a": (-0.5, 0.5)}, start="guess", doublings=1)
-    assert kinds(found) == [Special.PERIOD_DOUBLING, Special.BRANCH_POINT]
-    assert found["special_value"].values == pytest.approx([0, other], abs=1e-9)
-    assert "family" not in found["special_text"].values[0]
-    doubled = found.isel(point=found["branch"].values == 1)
-    values, stable = doubled["a"].values, doubled["stable"].values
-    assert stable[(values > 1e-6) & (values < other - 1e-6)].all()
-    assert not stable[values > other + 1e-6].any()
-    assert values.max() == 0.5
-
-
-def test_the_flip_of_a_held_control_begins_a_family():
-    """Between ticks x' = x/2 + u, at each u = -k x: x -> (e - 2 k (e - 1)) x in a tick, with e = exp(1/2)."""
-    k, u, t = sympy.symbols("k u t", real=True)
-    tick = cd.Transition("tick", "on", "on", guard=sympy.sin(sympy.pi * t), direction=0, reset={u: -k * x})
-    control = cd.HybridSystem(
-        name="control", states=(x, u), time=t, parameters={"k": 1.2}, period=sympy.Integer(2),
-        modes={"on": {x: x / 2 + u + 0.2, u: 0}}, transitions=[tick], initial={x: 1.0},
-    )  # fmt: skip
-    found = cd.continue_orbit(control, {"k": (0.7, 3.5)}, doublings=1, step=0.2)
-    assert kinds(found) == [Special.BRANCH_POINT]  # of two ticks
-    assert "form a family at this one value" in found["special_text"].item()
-    assert found["special_value"].item() == pytest.approx((np.exp(0.5) + 1) / np.expm1(0.5) / 2, abs=1e-9)
-    assert found["branch_end"].values.tolist() == [BranchEnd.LIMIT, BranchEnd.ESCAPED, BranchEnd.ESCAPED]
-
-
-def test_default_bounds_go_with_the_start_of_each_system():
-    for start in (2.0, 20.0):
-        grows = cd.Map("x", {"r": 0.5}, {"x": "r*x + 1"}, initial={"x": start})
-        branch = cd.continue_orbit(grows, {"r": (0.4, 1.5)}, step=0.2)
-        assert branch["branch_end"].item() == BranchEnd.ESCAPED
-        assert float(branch["orbit_state"].max()) == pytest.approx(1e9 * start, rel=1e-6)
-
-
-@pytest.mark.parametrize(
-    "system",
-    [
-        cd.Map("x", {"r": 0.5}, {"x": "x/2 + sqrt(r)"}),
-        cd.HybridSystem(
-            states="x", time="t", parameters={"r": 0.5}, period="2*pi", modes={"m": {"x": "sqrt(r)*cos(t) - x"}}
-        ),
-    ],
-)
-def test_orbits_without_events_that_end_tell_of_no_speed(system):
-    words = cd.continue_orbit(system, {"r": (-1, 1)}, step=0.2)["branch_end_text"].item()
-    assert "be undefined" in words
-    assert "speed" not in words
-    assert "step" not in words
-
-
-@pytest.mark.parametrize("low", [-5, -1e9, -np.inf])
-def test_a_branch_ends_where_its_orbits_reach_their_bounds(low):
-    grows = cd.Map("x", {"r": 0.5}, {"x": "r*x + 1"}, initial={"x": 2.0}, bounds={"x": (low, 5)})
-    branch = cd.continue_orbit(grows, {"r": (0.4, 0.95)})
-    assert branch["branch_end"].item() == BranchEnd.ESCAPED
-    assert float(branch["r"].max()) == pytest.approx(0.8, abs=1e-8)
-
-
-@pytest.mark.parametrize("bound", [(-1e6, 1e6), (-100.0, 1e5), (-100.0, np.inf)])
-def test_a_canard_that_a_run_does_not_follow_is_no_escape(bound):
-    """Off it the linear prediction runs away; no orbit is larger than its spikes of 30."""
-    neuron = cd.build("izhikevich")
-    bounded = neuron.changed(bounds={**neuron.bounds, "v": bound})
-    branch = cd.continue_orbit(bounded, {"c": (-70.0, -40.0)}, step=0.5, transient=200)
-    assert branch["branch_end"].item() == BranchEnd.NO_CONVERGENCE
-    assert "as along a canard" in branch["branch_end_text"].item()

@@ -54,3 +54,8 @@ def clocked(name: str, states: Any, parameters: Any, images: Any, initial: Any) 
         period=sympy.Integer(1),
         initial={**initial, clock: 0.5},
     )
+
+
+def mapped(images, parameters, initial):
+    """A map of a table of images."""
+    return cd.Map(tuple(images), parameters, images, name="map", initial=dict(zip(images, initial, strict=True)))

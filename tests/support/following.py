@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chaosdrill.dataset.branches import BranchEnd
+from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.orbits.curves import curve
 
@@ -17,3 +17,8 @@ def at_both_limits(result, limits):
     ends = np.array(list(limits.values()))
     at = np.isclose(result.values[[0, -1], :, np.newaxis], ends, rtol=0, atol=1e-12)
     return result.branches[0].end_code == BranchEnd.LIMIT and at.any(axis=(1, 2)).all()
+
+
+def kinds(branch):
+    """The special points of a branch by their kinds."""
+    return [Special(int(k)) for k in branch["special_kind"].values]
