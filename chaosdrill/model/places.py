@@ -86,6 +86,7 @@ def rewritten(system: S, put: Callable[[Any], Any], states: Mapping[Any, Any] | 
         return {mode: put(expression) for mode, expression in given.items()}
 
     return system.changed(
+        shared=system.shared,
         regions=by_mode(system.regions),
         modes={mode: fields(rates) for mode, rates in system.modes.items()},
         quadratures={name: by_mode(rates) for name, rates in system.quadratures.items()},

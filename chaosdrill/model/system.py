@@ -493,7 +493,8 @@ class HybridSystem(System):
         """A system made of other arguments, where they are given, and of those that this one is made of."""
         of_all = ("name", "states", "time", "parameters", "modes", "transitions", "period", "regions", "quadratures")
         own = {name: getattr(self, name) for name in (*of_all, "bounds", "description", "labels")}
-        return HybridSystem(**{**own, "initial": self.start, **other}).changed(noise=self.noise)
+        made = HybridSystem(**{**own, "initial": self.start, **other})
+        return made.changed(noise=self.noise) if self.noise else made
 
     def _set_initial(self, values: Mapping[str, Any]) -> None:
         start: dict[str, Any] = {}

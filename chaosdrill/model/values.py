@@ -23,6 +23,9 @@ EXPRESSIONS = ("time", "period")
 LATE = ("states", *EXPRESSIONS)
 """Attributes that an outline leaves to the whole system."""
 
+NUMBERS = frozenset({"parameters", "initial", "names_mode", "limits", "shared"})
+"""Attributes on which nothing depends that is derived of a system."""
+
 PUBLIC = (
     *("name", "description", "labels", "states", "time", "period", "modes", "transitions", "regions", "quadratures"),
     *("bounds", "parameters", "initial", "state_names", "mode_names", "forcing_period"),
@@ -108,9 +111,7 @@ class System(Definition):
         if "whole" not in vars(self):
             return self
         whole: Self = vars(self)["whole"]()
-        return whole.changed(
-            **{name: vars(self)[name] for name in ("parameters", "initial", "names_mode", "limits", "shared")}
-        )
+        return whole.changed(**{name: vars(self)[name] for name in NUMBERS})
 
     @property
     def state_names(self) -> tuple[str, ...]:
@@ -185,9 +186,10 @@ class System(Definition):
             super().__setattr__(name, value if name == "shared" else read_only(value))
 
     def changed(self, **values: Any) -> Self:
-        """A copy with other values of these attributes, which are not checked; what was derived is shared."""
+        """A copy with other values of these attributes, not checked; it shares what was derived if they are numbers."""
         other = copy(self)
-        other._put(**values)
+        own = {} if values.keys() <= NUMBERS else {"shared": Shared()}
+        other._put(**own | values)
         return other
 
     def limited(self, limits: Mapping[str, Limit]) -> Self:

@@ -53,7 +53,7 @@ def system():
 def end(system, method="taylor", bounds=None, **initial):
     system = system.with_initial(**initial)
     if bounds:
-        system = system.changed(bounds={**system.bounds, **bounds})
+        system = system.remade(bounds={**system.bounds, **bounds})
     run = Run(system, 5.0, Numerics(method, 1e-10), tangents=np.eye(2))
     return run, run.advance(3)[0]
 

@@ -56,6 +56,12 @@ def test_kernels_are_the_same_letter_by_letter(effects):
     assert (one.single, one.lanes()) == (other.single, other.lanes())
 
 
+def test_a_copy_with_another_field_shares_no_definition():
+    neuron = systems.build("izhikevich")
+    write_definition(neuron.changed(bounds={**neuron.bounds, "v": (-100.0, 1e5)}))
+    assert differing(neuron.built, through_text(neuron)) == []
+
+
 def own(**changed):
     fields = {
         "name": "a name of my own",

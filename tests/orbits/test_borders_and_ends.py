@@ -116,7 +116,7 @@ def test_a_branch_ends_where_its_orbits_reach_their_bounds(low):
 def test_a_canard_that_a_run_does_not_follow_is_no_escape(bound):
     """Off it the linear prediction runs away; no orbit is larger than its spikes of 30."""
     neuron = cd.build("izhikevich")
-    bounded = neuron.changed(bounds={**neuron.bounds, "v": bound})
+    bounded = neuron.remade(bounds={**neuron.bounds, "v": bound})
     branch = cd.continue_orbit(bounded, {"c": (-70.0, -40.0)}, step=0.5, transient=200)
     assert branch["branch_end"].item() == BranchEnd.NO_CONVERGENCE
     assert "as along a canard" in branch["branch_end_text"].item()
