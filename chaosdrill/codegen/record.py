@@ -30,7 +30,8 @@ _FILES = (
     *("engine.setup", "engine.structure", "engine.period", "analysis.judgement.classification", "sweep.fingerprint"),
     *("equilibrium.expressions", "equilibrium.fields"),
     *("declared", "scene.checks", "scene.defined", "scene.check_made"),
-    *("orbits.problem", "orbits.expressions", "orbits.functions", "orbits.verification", "orbits.multipliers"),
+    *("orbits.residual", "orbits.expressions", "orbits.functions", "orbits.verification", "orbits.neutral"),
+    "analysis.measures.orders",
 )
 """What derives, and what checks the definition of a scene, beside `_FOLDERS`."""
 

@@ -28,8 +28,7 @@ def lifted(system: HybridSystem, *, tangent: bool) -> Lifted:
     lifted system hold those of the saltation matrix S by state, time and parameters. ``tangent``: whether a is carried.
     """
     taken = {way: place for place, way in enumerate(_ways(system))}
-    known = system.relative(("lifted", str(tangent)), partial(_lifted, system, tangent))
-    return Lifted(known.changed(initial={**known.initial, **system.initial}), taken)
+    return Lifted(system.relative(("lifted", str(tangent)), partial(_lifted, system, tangent)), taken)
 
 
 def _ways(system: HybridSystem) -> list[tuple[int, int]]:

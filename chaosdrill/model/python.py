@@ -8,7 +8,7 @@ import dis
 import hashlib
 import inspect
 import types
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 from uuid import uuid4
 
@@ -207,10 +207,15 @@ def _content(value: Any, seen: list[Any]) -> Iterator[str]:
     """All that a value is made of, as far as compiled code can depend on it."""
     import numpy as np
 
-    if inspect.isfunction(value):
-        if value in seen:
-            yield f"function {seen.index(value)};"
-            return
+    own_module = isinstance(value, types.ModuleType) and value.__name__.partition(".")[0] not in LIBRARIES
+    if (own_module or inspect.isfunction(value)) and value in seen:
+        yield f"{type(value).__name__} {seen.index(value)};"
+    elif own_module:
+        codes = (one.__code__ for one in seen if inspect.isfunction(one))
+        names = set[str]().union(*(_names(code, "LOAD_ATTR", "LOAD_METHOD") for code in codes))
+        seen.append(value)
+        yield from _named(names, vars(value), seen)
+    elif inspect.isfunction(value):
         seen.append(value)
         yield from _content((value.__defaults__, value.__code__), seen)
         for cell in value.__closure__ or ():
@@ -220,18 +225,16 @@ def _content(value: Any, seen: list[Any]) -> Iterator[str]:
                 yield UNKNOWN
                 continue
             yield from _content(held, seen)
-        for name in sorted(_names(value.__code__) & value.__globals__.keys()):
-            yield f"global {name};"
-            yield from _content(value.__globals__[name], seen)
-    elif inspect.isfunction(getattr(value, "py_func", None)):
-        yield f"{sorted(value.targetoptions.items())!r};"
-        yield from _content(value.py_func, seen)
+        yield from _named(_names(value.__code__, "LOAD_GLOBAL", "LOAD_NAME"), value.__globals__, seen)
+    elif inspect.isfunction(plain_function(value)):
+        yield f"{sorted(getattr(value, 'targetoptions', {}).items())!r};"
+        yield from _content(plain_function(value), seen)
     elif isinstance(value, types.CodeType):
         yield f"code {value.co_argcount} {value.co_flags} {value.co_names} {value.co_freevars} {value.co_cellvars};"
         yield value.co_code.hex()
         yield from _content(value.co_consts, seen)
     elif isinstance(value, tuple | list):
-        yield f"{type(value).__name__} {len(value)};"
+        yield f"{type(value).__name__} {len(value)} {getattr(value, '_fields', '')};"
         for one in value:
             yield from _content(one, seen)
     elif isinstance(value, np.ndarray) and not value.dtype.hasobject:
@@ -239,7 +242,7 @@ def _content(value: Any, seen: list[Any]) -> Iterator[str]:
         yield hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()
     elif value is None or isinstance(value, bool | int | float | complex | str | bytes | np.generic):
         yield f"{type(value).__name__} {value!r};"
-    elif isinstance(value, types.ModuleType) and value.__name__.partition(".")[0] in LIBRARIES:
+    elif isinstance(value, types.ModuleType):
         yield f"module {value.__name__};"
     elif (getattr(value, "__module__", None) or "numpy").partition(".")[0] in LIBRARIES and hasattr(value, "__name__"):
         yield f"{getattr(value, '__module__', None)} {value.__name__};"
@@ -247,8 +250,14 @@ def _content(value: Any, seen: list[Any]) -> Iterator[str]:
         yield UNKNOWN
 
 
-def _names(code: types.CodeType) -> set[str]:
-    """Names that a function and those within it look up in its module."""
-    inner = (_names(one) for one in code.co_consts if isinstance(one, types.CodeType))
-    own = {i.argval for i in dis.get_instructions(code) if i.opname in ("LOAD_GLOBAL", "LOAD_NAME")}
-    return own.union(*inner)
+def _named(names: set[str], held: Mapping[str, Any], seen: list[Any]) -> Iterator[str]:
+    """What stands under those of some names that a module has."""
+    for name in sorted(names & held.keys()):
+        yield f"global {name};"
+        yield from _content(held[name], seen)
+
+
+def _names(code: types.CodeType, *how: str) -> set[str]:
+    """Names that a function and those within it look up so."""
+    inner = (_names(one, *how) for one in code.co_consts if isinstance(one, types.CodeType))
+    return {i.argval for i in dis.get_instructions(code) if i.opname in how}.union(*inner)

@@ -191,7 +191,7 @@ class HybridSystem(System):
     def relative(
         self, how: tuple[str, ...], make: "Callable[[], HybridSystem]", kind: "type[HybridSystem] | None" = None
     ) -> "HybridSystem":
-        """A system derived from the equations of this one, with numbers of its own; stored or built.
+        """A system derived from the equations of this one, with its numbers where it has them; stored or built.
 
         ``how``: identifies it among the systems derived from this one. ``make``: builds it, and can be sent to another
         process. ``kind``: of what is built, as a record of it is read; default: `HybridSystem`.
@@ -202,7 +202,11 @@ class HybridSystem(System):
             key = self.shared.key
             related[how] = make() if key is None else kind.listed((*key, *how), make, {})
         found: HybridSystem = related[how]
-        return found
+        start = {**self.parameters, **self.initial}
+        return found.changed(
+            parameters={name: self.parameters.get(name, value) for name, value in found.parameters.items()},
+            initial={name: start.get(name, value) for name, value in found.initial.items()},
+        )
 
     @staticmethod
     def _list(key: tuple[str, ...], system: "HybridSystem") -> None:

@@ -72,9 +72,8 @@ class Carrier:
         self.second = not system.sources
         self.lifted: Lifted = lifted(system, tangent=self.second)
         self.free = tuple(dict.fromkeys((*problem.free, *names)))
-        with_passengers = self.lifted.system.with_parameters(system.parameters)
-        self.wide = problem.alike(with_passengers, self.free)
-        self.coarse_wide = self.coarse.alike(with_passengers, self.free)
+        self.wide = problem.alike(self.lifted.system, self.free)
+        self.coarse_wide = self.coarse.alike(self.lifted.system, self.free)
         self.n, self.r = len(system.state_names), len(system.quadratures)
         self.coarse.sizes = problem.sizes
         self.wide.sizes = np.concatenate([problem.sizes, np.ones(self.wide.states - self.n)])

@@ -34,7 +34,7 @@ class Residual:
         settings = settings_of(self.system, numerics, numerics.order)
         settings["target"] = 2**62
         tables = tables_of(self.system, (), np.zeros((0, n)), passes(self.system))
-        # the other system has the start of the first one of its equations, with which bounds go
+        # bounds go with the start, among which free parameters do not count
         tables.bounds[:, : n - len(free)] = bounds_of(system)
         self._clock = self.system.mode_names.index(CLOCK) if CLOCK in self.system.modes else -1
         self._states = states_of(
@@ -135,9 +135,7 @@ class Residual:
 
 def _with_free(system: HybridSystem, free: tuple[str, ...]) -> HybridSystem:
     """The system with free parameters among its states, and a mode whose rate gives the period."""
-    known = system.relative(("free", *free), partial(_made_with_free, system, free))
-    values = {name: value for name, value in system.parameters.items() if name not in free}
-    return known.with_parameters(**values)
+    return system.relative(("free", *free), partial(_made_with_free, system, free))
 
 
 def _made_with_free(system: HybridSystem, free: tuple[str, ...]) -> HybridSystem:

@@ -32,14 +32,21 @@ def of_system(system: "HybridSystem") -> dict[str, Any]:
 
 
 def _texts(system: "HybridSystem") -> dict[str, Any]:
-    """The equations."""
+    """The equations, with all digits of their numbers."""
+    from sympy.printing.str import StrPrinter
+
+    class Printer(StrPrinter):
+        def _print_Float(self, number: Any) -> str:
+            return repr(float(number))
+
+    text = Printer().doprint
     return {
-        "regions": {mode: str(region) for mode, region in system.regions.items()},
-        "modes": {mode: {str(s): str(rate) for s, rate in field.items()} for mode, field in system.modes.items()},
-        "transitions": [str(transition) for transition in system.transitions],
-        "period": str(system.period),
+        "regions": {mode: text(region) for mode, region in system.regions.items()},
+        "modes": {mode: {str(s): text(rate) for s, rate in field.items()} for mode, field in system.modes.items()},
+        "transitions": [text(transition.content()) for transition in system.transitions],
+        "period": text(system.period),
         "quadratures": {
-            name: {mode: str(e) for mode, e in rates.items()} for name, rates in system.quadratures.items()
+            name: {mode: text(e) for mode, e in rates.items()} for name, rates in system.quadratures.items()
         },
     }
 

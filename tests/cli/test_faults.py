@@ -293,6 +293,16 @@ def test_what_has_changed_is_told_in_its_own_letters():
     assert changes({"name": "сверло"}, {"name": "бур"}) == ['name: "сверло" before, "бур" now']
 
 
+def test_a_constant_that_differs_in_its_last_digit_has_changed():
+    from chaosdrill.sweep.fingerprint import changes, of_system, plain
+
+    one, other = (
+        plain(of_system(cd.HybridSystem(states="x", modes={"on": {"x": f"-{rate}*x"}})))
+        for rate in ("0.1", "0.10000000000000002")
+    )
+    assert changes(one, other) == ['modes.on.x: "-0.1*x" before, "-0.10000000000000002*x" now']
+
+
 # Files may have any name that the system allows, in any locale.
 
 

@@ -5,7 +5,9 @@ import math
 import pickle
 import subprocess
 import sys
+from collections import namedtuple
 from math import pi
+from types import ModuleType
 
 import mpmath
 import numpy as np
@@ -299,6 +301,26 @@ def test_what_a_function_reads_is_that_of_its_definition():
     table[0] = 4.0
     with pytest.raises(ChaosdrillError, match="have changed since the system was defined; define the system again"):
         cd.trajectory(late, duration=1.0, **METHOD)
+
+
+def rate_by(table):
+    return cd.HybridSystem(states="x", modes={"one": lambda t, x, p: (-table.rate * x.x,)}, initial={"x": 1.0})
+
+
+def test_constants_by_name_are_told_apart_by_their_names():
+    one, two = (rate_by(namedtuple("table", names)(1.0, 2.0)) for names in ("rate other", "other rate"))
+    assert one.modes != two.modes
+    assert one.modes == rate_by(namedtuple("table", "rate other")(1.0, 2.0)).modes
+
+
+def test_an_attribute_of_a_module_is_that_of_the_definition():
+    module = ModuleType("settings_of_a_user")
+    module.rate = 1.0
+    one = rate_by(module)
+    module.rate = 2.0
+    assert rate_by(module).modes != one.modes
+    with pytest.raises(ChaosdrillError, match="have changed since the system was defined"):
+        cd.trajectory(one, duration=1.0, **METHOD)
 
 
 def test_a_name_of_the_module_that_is_a_parameter_too_is_not_read(monkeypatch):

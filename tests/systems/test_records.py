@@ -4,6 +4,7 @@ import json
 import math
 import os
 import pickle
+import re
 import shutil
 import subprocess
 import sys
@@ -17,9 +18,13 @@ import sympy
 import chaosdrill as cd
 from chaosdrill import systems
 from chaosdrill.codegen import cache, kernels_of, record
+from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import forcing_periods
 from chaosdrill.errors import SettingsError
 from chaosdrill.model import system as model
+from chaosdrill.model.lifted import lifted
+from chaosdrill.model.system import RELATED
+from chaosdrill.orbits.residual import Residual
 
 PACKAGE = Path(cd.__file__).parent
 CHOSEN = ("lorenz", "impact-oscillator", "percussive-drill")
@@ -332,6 +337,29 @@ def test_noise_has_the_numbers_of_its_system_whichever_was_derived_first():
     found = noisy(0.7, zeta=0.02)
     assert found.parameters == {**found.parameters, "e_low": 0.7, "e_high": 0.9, "zeta": 0.02, "noise_seed": 5.0}
     assert found.limits["e_low"].refuses(-0.1)
+
+
+def test_what_is_derived_has_the_numbers_of_its_system_whichever_was_derived_first():
+    first = cd.build("impact-oscillator")
+    lifted(first, tangent=False)
+    Residual(first, ("zeta",), Numerics("taylor"))
+    other = first.with_parameters(e=0.75, zeta=0.02).with_initial(x=-2.0, v=0.25)
+    wide = lifted(other, tangent=False).system
+    assert wide.parameters == other.parameters
+    assert wide.initial == {**wide.initial, **other.initial}
+    free = Residual(other, ("zeta",), Numerics("taylor")).system
+    assert free.parameters == {name: value for name, value in other.parameters.items() if name != "zeta"}
+    assert free.initial == {**other.initial, "zeta": 0.02}
+
+
+def test_a_change_of_whatever_derives_makes_records_anew():
+    derived = "|".join((RELATED, *record._FACTS))
+    derives = re.compile(rf"function_of\(|\.relative\(|shared\[\"({derived})\"\] = ")
+    files = {
+        ".".join(path.relative_to(PACKAGE).with_suffix("").parts): path.read_text() for path in PACKAGE.rglob("*.py")
+    }
+    seen = {*record._FILES, *(name for name in files if name.rpartition(".")[0] in record._FOLDERS)}
+    assert [name for name, text in files.items() if derives.search(text) and name not in seen] == []
 
 
 SPECTRUM_OF = """
