@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 import sympy
 
 from chaosdrill.errors import ModelError
-from chaosdrill.model.crossings import crossings
+from chaosdrill.model.crossings import crossings, stripped
 from chaosdrill.model.derive import differentiate
 from chaosdrill.model.parts import read_expression, read_symbol, read_table
 from chaosdrill.model.places import parameter
@@ -80,9 +80,10 @@ def filippov(
         Parameters and their values.
     surface : expression, or mapping of str to expression
         The expression h that is zero on the surface. It has to be linear in a state, with a coefficient of parameters
-        alone. If it names other states too, it becomes a state, under the name given: with ``{"s": "x + tau*v"}``
-        the system has the state s in the place of v, the last state in which it is linear. Its initial value follows
-        from that of v at the parameters given here, and stays where these are changed.
+        alone, or to have the sign of such a one, as ``tanh(x)``. If it names other states too, it becomes a state,
+        under the name given: with ``{"s": "x + tau*v"}`` the system has the state s in the place of v, the last state
+        in which it is linear. Its initial value follows from that of v at the parameters given here, and stays where
+        these are changed.
     above, below : mapping of state to expression
         Time derivative of every state where h > 0, and where h < 0.
     time : sympy.Symbol or str, optional
@@ -306,7 +307,10 @@ class TwoSided(Written):
     def beside(written: Written, surface: Any) -> "TwoSided":
         name, states, time, parameters = written.name, written.states, written.time, written.parameters
         own, h = _read_surface(name, surface, written.names)
-        if own is not None and (own in (*states, time) or own.name in parameters):
+        if own is None:
+            h, way = stripped(h)
+            h *= way
+        elif own in (*states, time) or own.name in parameters:
             raise ModelError(f"{name}: the surface is named {own}, which names something else; rename it")
         given = {field.name: getattr(written, field.name) for field in fields(Written)}
         return TwoSided(**given, surface=h, solved=_solved(written, h, own), own=own)

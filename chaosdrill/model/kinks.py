@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 import sympy
 
 from chaosdrill.errors import ModelError
+from chaosdrill.model.crossings import stripped
 from chaosdrill.model.filippov import SLIDING, Field, More, TwoSided, Written, several, vanishes
 from chaosdrill.model.parts import read_table
 from chaosdrill.model.tables import UNNAMED
@@ -200,11 +201,12 @@ class _Broken:
         return (a - b, larger, smaller) if isinstance(part, sympy.Max) else (a - b, smaller, larger)
 
     def canonical(self, g: Any) -> tuple[Any, int]:
-        """A surface with one of its signs, without a common number, and the sign by which the expression differs."""
-        _, reduced = sympy.expand(g).primitive()
+        """A surface in its simplest form, with one of its signs, and the sign by which the expression differs."""
+        core, way = stripped(g)
+        _, reduced = sympy.expand(core).primitive()
         if reduced.xreplace(self._written.places).could_extract_minus_sign():
-            return sympy.expand(-reduced), -1
-        return reduced, 1
+            return sympy.expand(-reduced), -way
+        return reduced, way
 
     def _parallels(self) -> Iterator[tuple[tuple[Any, Any], tuple[int, Any, int]]]:
         """Of two surfaces of one expression, h and k: the sign of c in k = c h + d, d, and the sign of that here."""

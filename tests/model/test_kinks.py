@@ -49,6 +49,21 @@ def test_an_oscillator_of_two_stiffnesses_has_their_mean_period(force):
     assert run["states"].values[-1] == pytest.approx([np.sin(2 * after), 2 * np.cos(2 * after)], abs=1e-12)
 
 
+@pytest.mark.parametrize("surface", ["tanh(v)", "exp(3*v) - 1", "-2*v*(1 + x**2) - v**3", "1 - (1 - v)**3"])
+def test_a_surface_may_be_written_in_any_way(surface):
+    """Dry friction takes twice its bound from the amplitude in each half turn."""
+    sides = {name: {"x": "v", "v": f"-x {term}"} for name, term in (("above", "- b"), ("below", "+ b"))}
+    whole = {"name": "mass", "states": "x v", "parameters": {"b": 0.1}, "initial": {"x": 1.0}}
+    turned = {"above": sides["below"], "below": sides["above"]} if surface.startswith("-") else sides
+    friction = f"-x {'+' if surface.startswith('-') else '-'} b*sign({surface})"
+    for system in (
+        cd.filippov(**whole, **turned, surface=surface),
+        cd.in_modes(**whole, field={"x": "v", "v": friction}),
+    ):
+        end = cd.trajectory(system, duration=3 * pi, samples=1)["states"].values[-1]
+        assert end[0] == pytest.approx(-0.4, abs=1e-12)
+
+
 @pytest.mark.parametrize("force", ["-Max(-1, Min(1, 2*x))", "Min(1, Max(-2*x, -1))"])
 def test_a_force_that_saturates_is_taken_apart(force):
     """x'' = -2 x within 1/2 of zero and -sign(x) beyond: let go at 5/8, it is at 1/2 with the speed 1/2."""
