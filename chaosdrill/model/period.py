@@ -67,10 +67,17 @@ def is_periodic(found: Definition, expression: Any) -> bool:
 
     if expression.has(Called):
         return False
+
+    def turned(argument: Any) -> Any:
+        spread = sympy.expand(argument)
+        turns = spread.coeff(sympy.pi)
+        # two decimal numbers may have a rounded product
+        if turns.is_Float and abs(turns - round(turns)) <= TUNING.rounded * abs(turns):
+            return spread - turns * sympy.pi + round(turns) * sympy.pi
+        return spread
+
     later = expression.xreplace({found.time: found.time + found.period})
-    later = later.replace(
-        lambda part: isinstance(part, sympy.Function), lambda part: part.func(*map(sympy.expand, part.args))
-    )
+    later = later.replace(lambda e: isinstance(e, sympy.Function), lambda e: e.func(*map(turned, e.args)))
     return bool(sympy.expand(later - expression) == 0)
 
 

@@ -34,6 +34,15 @@ def test_a_period_may_hold_a_logarithm_of_exponentials():
     assert strobed["time"].values[-1] == pytest.approx(4 * math.pi * math.log(1 + math.e), rel=1e-14)
 
 
+@pytest.mark.parametrize("later", [1e6, 1e9])
+def test_a_drive_with_decimal_numbers_may_begin_at_any_time(later):
+    """Such phases have rounding far above what a period may be wrong by."""
+    drive = sympy.sin(2.65334772785532 * (T - later))
+    assert repeats(driven(drive, 2 * sympy.pi / 2.65334772785532))
+    with pytest.raises(cd.ModelError, match="does not repeat after the declared period"):
+        driven(drive, 2 * sympy.pi / 2.653347727)
+
+
 @pytest.mark.parametrize("unit", UNITS)
 @pytest.mark.parametrize(
     "drive",
