@@ -64,7 +64,7 @@ def _filled(e: Any, known: dict[Any, Any]) -> Any:
     if e not in known:
         made = with_parts(e, [_filled(a, known) for a in e.args])
         if made.is_Mul and _divides(made):
-            made = _cancelled(made)
+            made = _conjugated(_cancelled(made))
         if (made.is_Mul or made.is_Add) and _divides(made) and _has_functions(made):
             made = _joined(made) if made.is_Add else _quotient(made)
         known[e] = made
@@ -93,6 +93,23 @@ def _cancelled(e: Any) -> Any:
             common, above, below = sympy.cofactors(exact(a), exact(b))
             if common.free_symbols:
                 return _cancelled(e / a**times / b**by * above**times * below**by * common ** (times + by))
+    return e
+
+
+def _conjugated(e: Any) -> Any:
+    """A product in which the difference of two roots is zero where another factor is, divided by this."""
+    factors = [base_and_power(f) for f in sympy.Mul.make_args(e)]
+    for (a, times), (b, by) in permutations(factors, 2):
+        if not (times.is_Integer and by.is_Integer and times * by < 0 and a.is_Add and len(a.args) == 2):
+            continue
+        parts = [term.as_coeff_Mul() for term in exact(a).args]
+        if parts[0][0] * parts[1][0] < 0 and all(r == 1 or (r.is_Pow and r.exp == sympy.S.Half) for _, r in parts):
+            apart = sympy.expand(sympy.Add(*(c * abs(c) * r**2 for c, r in parts)))
+            total = sympy.Add(*(abs(c) * r for c, r in parts))
+            for n in (1, 2):
+                ratio = sympy.cancel(apart / exact(b) ** n)
+                if ratio.is_number:
+                    return _conjugated(e / a**times * (ratio * b**n / total) ** times)
     return e
 
 
@@ -178,9 +195,9 @@ def _joined(e: Any) -> Any:
         if len(poles) < 2:
             continue
         others = [term for term in terms if term not in poles]
-        put = sympy.Add(*poles)
-        found = _divided(sympy.together(put), symbol, distance)
-        if found is not None:
+        whole = sympy.together(sympy.Add(*poles))
+        found = _divided(whole, symbol, distance) or _conjugated(whole)
+        if found != whole:
             return sympy.Add(found, *others)
     return e
 

@@ -46,6 +46,9 @@ LAWS = {
     "(u**2 - k**2*u**4)/(k*u**2 - u)": lambda u: -u * (1 + SIZE * u),
     "u*sinh(k*u)/sinh(u)": lambda u: u * mpmath.sinh(SIZE * u) / mpmath.sinh(u) if u else mpmath.mpf(0),
     "u*sinh(u)/sinh(k*u)": lambda u: u * mpmath.sinh(u) / mpmath.sinh(SIZE * u) if u else mpmath.mpf(0),
+    "(sqrt(k + u) - sqrt(k))/u": lambda u: 1 / (mpmath.sqrt(SIZE + u) + mpmath.sqrt(SIZE)),
+    "u/(sqrt(4 + u) - 2)": lambda u: mpmath.sqrt(4 + u) + 2,
+    "sqrt(k + u)/u - sqrt(k - u)/u": lambda u: 2 / (mpmath.sqrt(SIZE + u) + mpmath.sqrt(SIZE - u)),
     "exp(-exp(-1000*u))": lambda u: mpmath.exp(-mpmath.exp(-1000 * u)),
     "atan(k*exp(1000*u))": lambda u: mpmath.atan(SIZE * mpmath.exp(1000 * u)),
 }
