@@ -1,13 +1,14 @@
 """The equations of a system whose parameters are drawn at events: states of rate 0 that resets draw anew."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 import sympy
 
 from chaosdrill.errors import SettingsError
 from chaosdrill.model.noise import PERIOD, SEED, Distribution, Noise, known_events, names_of
-from chaosdrill.model.places import parameter
+from chaosdrill.model.places import parameter, rewritten
 from chaosdrill.model.special import random_uniform
 from chaosdrill.model.transition import Transition
 from chaosdrill.model.values import System
@@ -18,21 +19,19 @@ CLOCK = "draw"
 
 def with_draws(system: System, noise: Noise) -> dict[str, Any]:
     """The definition of a system whose parameters are drawn at events."""
-    distributions, whole = noise.distributions, system.built
+    distributions = noise.distributions
+    put = {parameter(name): _value(name, one) for name, one in distributions.items()}
+    whole = rewritten(system.built, lambda expression: sympy.sympify(expression).xreplace(put))
     period = whole.period if whole.forced else None
     if period is not None and (fixed := {symbol.name for symbol in period.free_symbols} & distributions.keys()):
         raise SettingsError(f"{whole.name}: the period depends on {min(fixed)!r}, which therefore cannot be drawn")
     drawn = _Drawn(distributions)
-    symbols = {name: _value(name, one) for name, one in distributions.items()}
-    put = {parameter(name): expression for name, expression in symbols.items()}
     events = {name: _events(whole, name, noise.events[name]) for name in distributions}
     given: dict[str, Any] = {
         "name": whole.name,
         "description": whole.description,
         "states": [*whole.state_names, *(state for name in distributions for state in names_of(name))],
-        "quadratures": {
-            name: {mode: _put(rate, put) for mode, rate in rates.items()} for name, rates in whole.quadratures.items()
-        },
+        "quadratures": whole.quadratures,
         "bounds": {**whole.bounds, **{state: None for name in distributions for state in names_of(name)}},
         "labels": {
             **{k: v for k, v in whole.labels.items() if k not in distributions},
@@ -45,7 +44,7 @@ def with_draws(system: System, noise: Noise) -> dict[str, Any]:
     }
     held = {state: sympy.Integer(0) for name in distributions for state in names_of(name)}
     if whole.discrete:
-        images = {x.name: _put(image, put) for x, image in vars(whole)["images"].items()}
+        images = {x.name: image.xreplace(put) for x, image in vars(whole)["images"].items()}
         still = {state: sympy.Symbol(state, real=True) for name in distributions for state in names_of(name)}
         draws = {k: v for name in distributions for k, v in drawn.reset(name).items()}
         given |= {"images": {**images, **still, **draws}}
@@ -54,12 +53,9 @@ def with_draws(system: System, noise: Noise) -> dict[str, Any]:
         given |= {
             "time": whole.time,
             "period": whole.period,
-            "modes": {
-                mode: {**{x.name: _put(rate, put) for x, rate in rates.items()}, **held}
-                for mode, rates in whole.modes.items()
-            },
-            "regions": {mode: _put(region, put) for mode, region in whole.regions.items()},
-            "transitions": [*_resets(whole, put, events, drawn), *_clocks(whole, events, drawn)],
+            "modes": {mode: {**rates, **held} for mode, rates in whole.modes.items()},
+            "regions": whole.regions,
+            "transitions": [*_resets(whole, events, drawn), *_clocks(whole, events, drawn)],
         }
     return given
 
@@ -95,10 +91,6 @@ def _value(name: str, one: Distribution) -> Any:
     return one.value(sympy.Symbol(names_of(name)[0], real=True), _own(name, one))
 
 
-def _put(expression: Any, put: Mapping[Any, Any]) -> Any:
-    return sympy.sympify(expression).xreplace(put)
-
-
 def _labels(system: System, distributions: Mapping[str, Distribution]) -> dict[str, str]:
     found = {SEED: "seed of the noise"}
     for name, one in distributions.items():
@@ -128,14 +120,11 @@ def _events(system: System, name: str, at: tuple[str, ...]) -> tuple[frozenset[s
     return frozenset(found), clock
 
 
-def _resets(
-    system: System, put: Mapping[Any, Any], events: Mapping[str, tuple[frozenset[str], bool]], drawn: _Drawn
-) -> Iterator[Transition]:
+def _resets(system: System, events: Mapping[str, tuple[frozenset[str], bool]], drawn: _Drawn) -> Iterator[Transition]:
     """The transitions of the system, with the draws that they make."""
     for t in system.transitions:
         more = {k: v for name, (named, _) in events.items() if t.name in named for k, v in drawn.reset(name).items()}
-        reset = {**{x.name: _put(image, put) for x, image in t.reset.items()}, **more}
-        yield t.rewritten(lambda expression: _put(expression, put), reset=reset)
+        yield replace(t, reset={**t.reset, **more})
 
 
 def _clocks(system: System, events: Mapping[str, tuple[frozenset[str], bool]], drawn: _Drawn) -> Iterator[Transition]:

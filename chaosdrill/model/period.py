@@ -72,9 +72,8 @@ def is_periodic(found: Definition, expression: Any) -> bool:
         spread = sympy.expand(argument)
         turns = spread.coeff(sympy.pi)
         # two decimal numbers may have a rounded product
-        if turns.is_Float and abs(turns - round(turns)) <= TUNING.rounded * abs(turns):
-            return spread - turns * sympy.pi + round(turns) * sympy.pi
-        return spread
+        whole = turns.is_Float and abs(turns - round(turns)) <= TUNING.rounded * abs(turns)
+        return spread - turns * sympy.pi + round(turns) * sympy.pi if whole else spread
 
     later = expression.xreplace({found.time: found.time + found.period})
     later = later.replace(lambda e: isinstance(e, sympy.Function), lambda e: e.func(*map(turned, e.args)))

@@ -29,8 +29,6 @@ RELATED = "related"
 """Under which `Shared` has the systems that were derived from one, by what tells them apart."""
 
 _derived: "OrderedDict[Any, Shared]" = OrderedDict()
-
-
 _listed: "OrderedDict[Any, HybridSystem]" = OrderedDict()
 """Systems of the library of late, by their keys."""
 
@@ -169,7 +167,7 @@ class HybridSystem(System):
         with deriving:
             # others of the same equations may be known by another key
             self.shared.key, self.shared.outline, self.shared.recalled = key, outline(self), frozenset()
-            self._list(key, self)
+            _keep(_listed, key, self)
         return self
 
     @classmethod
@@ -185,7 +183,7 @@ class HybridSystem(System):
                     return None
                 found, whole = cls.__new__(cls), Whole(make)
                 found._put(whole=whole, limits=limits, shared=shared, **attributes(shared.outline, whole))
-            cls._list(key, found)
+            _keep(_listed, key, found)
         return found
 
     def relative(
@@ -208,13 +206,6 @@ class HybridSystem(System):
             initial={name: start.get(name, value) for name, value in found.initial.items()},
         )
 
-    @staticmethod
-    def _list(key: tuple[str, ...], system: "HybridSystem") -> None:
-        _listed[key] = system
-        _listed.move_to_end(key)
-        while len(_listed) > TUNING.recent_systems:
-            _listed.popitem(last=False)
-
     def _become(self, found: Definition, parameters: Mapping[Any, Any], initial: Mapping[Any, Any] | None) -> None:
         self._put(
             **{one.name: getattr(found, one.name) for one in fields(found)},
@@ -228,7 +219,12 @@ class HybridSystem(System):
             )
         from chaosdrill.model.exponents import exponent_parameters
 
-        self._put(exponent_parameters=exponent_parameters(self), shared=self._shared_with_others())
+        self._put(exponent_parameters=exponent_parameters(self))
+        key = (type(self), *self._content())
+        with deriving:
+            # a recent system with the same equations shares what is derived of them
+            self._put(shared=_derived.get(key, Shared()))
+            _keep(_derived, key, self.shared)
         self._begin({str(key): value for key, value in (initial or {}).items()})
 
     def begun(self, initial: Mapping[str, Any]) -> "HybridSystem":
@@ -241,16 +237,6 @@ class HybridSystem(System):
         start = {"mode": next(iter(self.modes)), **dict.fromkeys(self.state_names, 0.0)}
         self._put(initial=start, names_mode=not self.regions)
         self._set_initial(initial)
-
-    def _shared_with_others(self) -> Shared:
-        """The `Shared` of a recent system with the same equations; else a new one."""
-        key = (type(self), *self._content())
-        with deriving:
-            shared = _derived.setdefault(key, Shared())
-            _derived.move_to_end(key)
-            while len(_derived) > TUNING.recent_systems:
-                _derived.popitem(last=False)
-        return shared
 
     @property
     def autonomous(self) -> bool:
@@ -537,6 +523,14 @@ def _drawn(system: HybridSystem, noise: "Noise") -> HybridSystem:
     if found is None:
         raise ModelError(reader.told(f"{system.name} with noise"))
     return type(system).of(found, reader.parameters, noise.initial)
+
+
+def _keep(table: "OrderedDict[Any, Any]", key: Any, value: Any) -> None:
+    """Keep the most recent entries of a table alone."""
+    table[key] = value
+    table.move_to_end(key)
+    while len(table) > TUNING.recent_systems:
+        table.popitem(last=False)
 
 
 def _number(system: str, what: str, key: Any, value: Any) -> float:

@@ -24,10 +24,10 @@ OF_NOISE = ("draw", "count")
 """Endings of the states that a parameter becomes which is drawn anew: the standard variate, and the draws so far."""
 
 MOST = sys.float_info.max
+"""Largest double: whole numbers of any length may be given."""
 
 DEFAULT_BOUND = 1e9
 """Size of a state that has escaped, in units of the largest initial state where that is larger than 1."""
-"""Largest double: whole numbers of any length may be given."""
 
 
 class _ReadOnly:
