@@ -1,6 +1,7 @@
 """Symbolic derivatives of a system's expressions."""
 
 from collections.abc import Mapping, Set
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import sympy
@@ -228,35 +229,37 @@ def turns(system: System) -> "list[tuple[sympy.Expr, list[int]]]":
     rational parts of each other, numbers or expressions of parameters; such a shift is proved by putting it in.
     """
     found: list[tuple[sympy.Expr, list[int]]] = []
-    wholes = [e for mode in system.modes for e in system.modes[mode].values()]
-    resets = [image_of(system, t) for t in system.transitions]
-    wholes += [*(t.guard for t in system.transitions), *_deciding(system)]
-    entries = [sympy.sympify(e) for e in (*wholes, *(e for reset in resets for e in reset.values()))]
+    # a decimal number that is shifted and shifted back may be another one
+    exact = partial(sympy.nsimplify, rational=True)
+    wholes = [exact(e) for mode in system.modes for e in system.modes[mode].values()]
+    wholes += [exact(e) for e in (*(t.guard for t in system.transitions), *_deciding(system))]
+    resets = [{x: exact(e) for x, e in image_of(system, t).items()} for t in system.transitions]
+    entries = (*wholes, *(e for reset in resets for e in reset.values()))
     waves = {wave for e in entries for wave in e.atoms(sympy.sin, sympy.cos, sympy.tan, sympy.cot)}
     moving = {*system.states, system.time}
     for state in system.states[: system.free]:
         slopes = sorted({sympy.diff(w.args[0], state) for w in waves} - {sympy.Integer(0)}, key=sympy.default_sort_key)
         if not slopes or slopes[0].free_symbols & moving:
             continue
-        parts = [sympy.nsimplify(abs(sympy.cancel(slope / slopes[0])), rational=True) for slope in slopes]
+        parts = [abs(sympy.cancel(slope / slopes[0])) for slope in slopes]
         if not all(part.is_Rational for part in parts):
             continue
         unit = slopes[0] * sympy.gcd_list(parts)
-        length = 2 * sympy.pi / (abs(sympy.nsimplify(unit, rational=True)) if unit.is_number else unit)
+        length = 2 * sympy.pi / (abs(unit) if unit.is_number else unit)
         together = {state}
         while True:
             shifted = {x: x + length for x in together}
             carried = set()
             for reset in resets:
                 for x, e in reset.items():
-                    change = sympy.sympify(e).xreplace(shifted) - e
+                    change = e.xreplace(shifted) - e
                     if x not in together and _vanishes(change - length):
                         carried.add(x)
             if not carried:
                 break
             together |= carried
-        if all(_vanishes(sympy.sympify(e).xreplace(shifted) - e) for e in wholes) and all(
-            _vanishes(sympy.sympify(e).xreplace(shifted) - e - (length if x in together else 0))
+        if all(_vanishes(e.xreplace(shifted) - e) for e in wholes) and all(
+            _vanishes(e.xreplace(shifted) - e - (length if x in together else 0))
             for reset in resets
             for x, e in reset.items()
         ):

@@ -126,3 +126,10 @@ def test_what_a_step_turns_repeats_by_its_parts_alone(images, word):
         assert words(cd.bifurcation_diagram(one, {"w": [np.sqrt(2) / 2]}, **length)) == {word}
     if "sqrt" not in images["x"]:
         assert words(cd.lyapunov_spectrum(one.with_parameters(w=0.2), periods=512, transient=100)) == {"periodic"}
+
+
+@pytest.mark.parametrize("image", ["x + 0.4 + k*sin(2*pi*x)", "x + 2/5 + k*sin(6.283185307179586*x)"])
+def test_the_angle_of_a_circle_map_is_one_however_its_numbers_are_written(image):
+    """Below 1/(2 pi) the map has an inverse: its motion is a cycle or fills the circle, and no state grows."""
+    circle = cd.Map("x", {"k": 0.14}, {"x": image}, initial={"x": 0.3}, name="circle")
+    assert words(cd.lyapunov_spectrum(circle, periods=1024)) == {"quasiperiodic"}
