@@ -181,3 +181,10 @@ def test_what_turns_as_it_comes_closer_leaves_no_channel():
         states="x v", time="t", parameters={"c": 1e-4}, period=2 * np.pi, modes={"on": rates}, initial={"x": 1.0}
     )
     assert words(cd.bifurcation_diagram(one, {"c": [1e-4, 2e-4]}, transient=200, periods=64)) == {"periodic"}
+
+
+def test_chaos_whose_stays_have_no_mean_length_has_no_word():
+    """Boole's map leaves length as it is, which is infinite: its exponent is zero, that of any record positive."""
+    boole = cd.Map("x", {}, {"x": "x - 1/x"}, name="boole")
+    found = [cd.lyapunov_spectrum(boole.with_initial(x=k / 41), periods=1024) for k in (3, 5, 11, 14, 15)]
+    assert set.union(*map(words, found)) <= OPEN

@@ -24,7 +24,7 @@ from chaosdrill.analysis.judgement.tori import (
     stopped,
     turn,
 )
-from chaosdrill.analysis.judgement.words import FOLDS, Evidence, Selectable, steady, words
+from chaosdrill.analysis.judgement.words import FOLDS, Evidence, Selectable, pauses, steady, words
 from chaosdrill.analysis.tuning import PLAN
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.shifts import Shifts, shifts_of
@@ -142,6 +142,7 @@ def evidence_of(
         quarter = max(1, round(QUARTER * (course.shape[1] - 1)))
         with np.errstate(invalid="ignore"):
             found.quarter = course[:, -1] - course[:, -1 - quarter]
+            found.pauses = pauses(course)
             found.steady = steady(course) & ~_paired(exponents, lead)
             # lengths of tangents that turn come and go, also where nothing grows
             area = course + averages.course[one_of[0], :, np.minimum(column + 1, exponents.shape[1] - 1)]

@@ -33,6 +33,11 @@ STEADY = 0.05
 """Part of the growth of a record by which it differs from a straight line at most where each step has its part, as on a
 cycle of any length and in chaos on narrow bands. On a torus growth comes and goes."""
 
+PAUSE, HARDLY, FEWEST = 0.125, 0.1, 4
+"""Part of a record in which chaos does not pause, part of the mean growth of a block by which tangents grow or shrink
+at most in one of a pause, and blocks of a pause at least. Phases without growth that last so long may have no mean
+length; then the exponent is zero, whatever a record shows."""
+
 BOUNDED, STILL = 10.0, 2.0
 """Logarithm by which tangents grow or shrink in a record of a torus at most. It stays bounded there but for shear, in
 which it is that of the length. Where averages do not converge faster than any power, as on a torus that has just been
@@ -66,6 +71,7 @@ class Evidence(Selectable):
     late: np.ndarray  # its growth rate over the later half of the record
     quarter: np.ndarray  # logarithm of its growth in the last quarter of the record
     steady: np.ndarray  # bool: tangents grow or shrink as fast all the time, however little, not by shear
+    pauses: np.ndarray  # bool: for a good part of the record they hardly grow or shrink, though they do on average
     even: np.ndarray  # bool: they grow so, or their areas do, as where they turn: in chaos on bands of any width
     recurs: np.ndarray  # bool: all late points come back within the tolerance, those of a cycle apart from each other
     exact: np.ndarray  # bool: they come back as exactly as a run allows
@@ -272,12 +278,12 @@ RULES = (
     Rule(Outcome.TRANSIENT, lambda e: e.positive & ~e.chaos_possible, "tangents grow in a flow that has no chaos"),
     Rule(
         Outcome.CHAOTIC,
-        lambda e: e.positive & e.grows_on,
+        lambda e: e.positive & e.grows_on & ~e.pauses,
         "the largest exponent is positive beyond its error, to the end of a stationary record",
     ),
     Rule(
         Outcome.CHAOTIC,
-        lambda e: e.folds,
+        lambda e: e.folds & ~e.pauses,
         "tangents grow further than in any departure, and once more to the end of a stationary record",
     ),
     Rule(
@@ -328,6 +334,17 @@ def steady(course: np.ndarray) -> np.ndarray:
         grown = off @ times / (times @ times)
         rest = np.sqrt(((off - grown[:, np.newaxis] * times) ** 2).mean(axis=1))
         return np.asarray((np.abs(grown) > UNMOVED) & (rest <= STEADY * np.abs(grown)))
+
+
+def pauses(course: np.ndarray) -> np.ndarray:
+    """Whether logarithms of growth, as in `steady`, hardly change in a good part of a record in which they do grow."""
+    growth = np.diff(course, axis=1)
+    count = max(FEWEST, round(PAUSE * growth.shape[1]))
+    if count > growth.shape[1]:
+        return np.zeros(len(course), dtype=bool)
+    with np.errstate(invalid="ignore"):
+        still = np.abs(growth) <= HARDLY * growth.mean(axis=1, keepdims=True)
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(still, count, axis=1).all(axis=2).any(axis=1))
 
 
 def rule_of(evidence: Evidence) -> np.ndarray:
