@@ -20,8 +20,8 @@ def strays(
 ) -> bool:
     """Whether a value is another one a period later, at one of a number of places; what is no number tells nothing.
 
-    ``declared``: gives the period as an expression, which is asked for where it matters whether it is one number, which
-    may be rounded; ``period``: its value.
+    ``declared``: gives the period as an expression, which is asked for where it matters whether its numbers may be
+    rounded; ``period``: its value.
     """
     rng = random.Random(20260104)
     for sample in range(count):
@@ -31,7 +31,7 @@ def strays(
         within = [values(x, t + share * period) for share in TUNING.later]
         seen = list(zip(here, later, *within, strict=True))
         off = [_off(TUNING.repeats, *one) for one in seen]
-        if any(one > 0 for one in off) and (declared().is_Number or declared().is_Symbol):
+        if any(one > 0 for one in off) and _may_be_rounded(declared()):
             off = [_off(TUNING.repeats_rounded, *one) for one in seen]
         if any(one > 0 for one in off):
             noise = [0.0] * len(off)
@@ -43,6 +43,12 @@ def strays(
             if any(one > TUNING.cancelled * n for one, n in zip(off, noise, strict=True)):
                 return True
     return False
+
+
+def _may_be_rounded(period: Any) -> bool:
+    """Whether a period is so many times one number or parameter, or holds a decimal number."""
+    _, of = period.as_coeff_Mul()
+    return of == 1 or of.is_Symbol or any(number.is_Float for number in period.atoms())
 
 
 def _off(part: float, here: float, later: float, *within: float) -> float:

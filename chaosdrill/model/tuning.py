@@ -110,7 +110,7 @@ class Tuning:
     repeats: float = 1e-10
     """Part of what a value moves within a period by which it may differ after one: phases are rounded."""
     repeats_rounded: float = 1e-6
-    """The same after a period that is one number or parameter, written with fewer digits than a double has."""
+    """The same after a period of a number or parameter that is written with fewer digits than a double has."""
     rounded: float = 1e-13
     """Part of a value that is round-off of what does not move."""
     nudges: int = 16

@@ -71,3 +71,13 @@ def test_what_is_no_period_is_refused_in_any_unit(unit, period):
 def test_a_rounded_period_is_one_for_a_definition_as_for_a_run(unit):
     system = driven(sympy.sin(OMEGA * T), sympy.Float(6.2831853), unit)
     check_period(system, 6.2831853)
+
+
+@pytest.mark.parametrize("period", ["6.2831853/omega", "2*6.2831853", "turn", "2*turn", "turn/2"])
+def test_a_number_of_a_period_may_be_rounded_wherever_it_stands(period):
+    rate = 2 if period == "turn/2" else 1
+    one = {"parameters": {"omega": 1.0, "turn": 6.2831853}, "modes": {"on": {"x": f"cos({rate}*omega*t) - x"}}}
+    system = cd.HybridSystem(states="x", period=period, **one)
+    assert cd.trajectory(system, periods=1, samples=2)["time"].values[-1] == pytest.approx(
+        6.2831853 * {"2*6.2831853": 2, "2*turn": 2, "turn/2": 0.5}.get(period, 1)
+    )
