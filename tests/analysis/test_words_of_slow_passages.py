@@ -183,6 +183,26 @@ def test_what_turns_as_it_comes_closer_leaves_no_channel():
     assert words(cd.bifurcation_diagram(one, {"c": [1e-4, 2e-4]}, transient=200, periods=64)) == {"periodic"}
 
 
+STILL = {
+    "epidemic": ({"x": "-k*x*y", "y": "k*x*y - y"}, {"x": 0.99, "y": 0.01}, "equilibrium"),
+    "drag": ({"x": "y", "y": "-k*y"}, {"x": 1.0, "y": 1.0}, "equilibrium"),
+    "threshold": ({"x": "x**2*(1 - x)", "y": "-k*y"}, {"x": 1e-9, "y": 1.0}, "undecided"),
+}
+
+
+@pytest.mark.parametrize("name", STILL)
+@pytest.mark.parametrize("duration", [60.0, 400.0])
+def test_what_ends_on_a_line_of_rests_is_on_no_cycle(name, duration):
+    """One exponent is zero along the line; beside a neutral rest a motion is as slow, but goes on."""
+    field, start, word = STILL[name]
+    system = cd.HybridSystem(
+        name=name, states="x y", parameters={"k": 2.0, "q": 0.0}, modes={"on": field}, initial=start
+    )
+    lengths = {"duration": duration, "transient": 0}
+    chart = cd.parameter_chart(system, {"k": [2.0], "q": [0.0]}, exponents=2, max_extension=0, **lengths)
+    assert words(cd.lyapunov_spectrum(system, **lengths)) == words(chart) == {word}
+
+
 def test_chaos_whose_stays_have_no_mean_length_has_no_word():
     """Boole's map leaves length as it is, which is infinite: its exponent is zero, that of any record positive."""
     boole = cd.Map("x", {}, {"x": "x - 1/x"}, name="boole")

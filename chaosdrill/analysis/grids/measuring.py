@@ -200,7 +200,7 @@ def _look_at_instants(group: _Group, begun: Begun, evidence: Evidence, left: np.
         seen, before = evidence_of_records(plan.system, plan.structure, plan.shifts, *of), evidence.at(at)
         # whether it rests is known from the run with tangents
         seen.ended, seen.rests, seen.sinks, seen.winds = before.ended, before.rests, before.sinks, before.winds
-        seen.stirs |= before.stirs
+        seen.stirs, seen.lengthens = seen.stirs | before.stirs, seen.lengthens | before.lengthens
         evidence.put(at, seen)
     group.tell(open_, words(evidence.at(open_)))
 

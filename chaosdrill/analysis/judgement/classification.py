@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chaosdrill.analysis.judgement.recurrence import CLOSE, ROUND_OFF, Recurrence, recurrence, residual_at_largest
-from chaosdrill.analysis.judgement.resting import lengthens, stirs
+from chaosdrill.analysis.judgement.resting import is_still, lengthens, stirs
 from chaosdrill.analysis.judgement.stationarity import SAME, departs, stationarity
 from chaosdrill.analysis.judgement.statistics import SINKS, STAYS, block_ends, leading
 from chaosdrill.analysis.judgement.tori import (
@@ -236,9 +236,11 @@ def evidence_of_records(
         # along an unstable cycle that round-off does not leave, tangents grow as in chaos
         open_ = np.flatnonzero(np.isin(words(e), (*OPEN_ANSWERS, Outcome.CHAOTIC)))
         add_passages(e, open_, undrawn(system, passages[open_]), known[open_], shifts)
-    add_turns(e, windows, shifts, flow is not None)
+    if flow is not None:
+        add_turns(e, system, windows, shifts)
     add_later(e, windows, known, shifts, part, flow)
-    add_turns(e, windows, shifts, flow is not None)
+    if flow is not None:
+        add_turns(e, system, windows, shifts)
     return e
 
 
@@ -373,12 +375,20 @@ def add_ends(e: Evidence, averages: Averages, paths: np.ndarray, known: np.ndarr
         e.arrives[left] = closes_for_good(paths[left, -count:], known[left], e.rounding[left])
 
 
-def add_turns(e: Evidence, windows: np.ndarray, shifts: Shifts, seen: np.ndarray | bool = True) -> None:
-    """Add whether turns of motions at instants of any kind lengthen, where nothing but that speaks against a cycle."""
-    asked = np.flatnonzero((words(e) == Outcome.PERIODIC) & seen)
+def add_turns(
+    e: Evidence, system: HybridSystem, windows: np.ndarray, shifts: Shifts, seen: np.ndarray | bool = True
+) -> None:
+    """Add whether turns of motions at instants of any kind lengthen, where nothing but that speaks against a cycle.
+
+    What does not move has no turns. It is on a cycle with the forcing, or along a line, or else passes slowly.
+    """
+    asked = np.flatnonzero(words(e) == Outcome.PERIODIC)
     asked = asked[np.isfinite(windows[asked]).all(axis=(1, 2))]
     if len(asked):
-        e.lengthens[asked] |= lengthens(shifts.quotient(windows[asked, :, :-1]))
+        paths = shifts.quotient(windows[asked, :, :-1])
+        still, passes = is_still(paths), not (system.forced or len(shifts.lines))
+        seen = np.broadcast_to(seen, len(e.lead))[asked]
+        e.lengthens[asked] |= np.where(still, passes, seen & lengthens(paths))
 
 
 def add_passages(e: Evidence, which: np.ndarray, passages: np.ndarray, known: np.ndarray, shifts: Shifts) -> None:

@@ -107,6 +107,12 @@ def stirs(windows: np.ndarray, known: np.ndarray, part: np.ndarray | float = 1.0
     return found
 
 
+def is_still(paths: np.ndarray) -> np.ndarray:
+    """Whether nothing moves in the later half of paths, shape (P, W, n), within the tolerance; bool, shape (P,)."""
+    late = paths[:, paths.shape[1] // 2 :]
+    return np.asarray((np.ptp(late, axis=1) <= CLOSE * np.abs(paths).max(axis=1)).all(axis=1))
+
+
 def lengthens(paths: np.ndarray) -> np.ndarray:
     """Whether turns take longer and longer, and no less so in the end, or never as long again; bool, shape (P,).
 
@@ -133,9 +139,7 @@ def lengthens(paths: np.ndarray) -> np.ndarray:
         grows = late - early > LONGER * early and between > early
         repeats = (quick[p] and not seen[p].any()) or _repeats(turns)
         found[p] = (grows and late - between > SHRINKS * (between - early)) or not repeats
-    # what has come to rest but for a shift has no turns
-    late = paths[:, paths.shape[1] // 2 :]
-    return np.asarray(found & (np.ptp(late, axis=1) > CLOSE * np.abs(paths).max(axis=1)).any(axis=1))
+    return found
 
 
 def _all_seen(above: np.ndarray) -> np.ndarray:

@@ -116,10 +116,11 @@ def _evidence(
         system, structure, shifts, averages, window, known, path.states[blocks][np.newaxis], part, flow, passages
     )
     e.winds = structure.winds(flow_of(run)[np.newaxis]) & ~e.noisy
-    if not system.forced and structure.autonomous and not flow_of(run).any():
-        e.rests[:] = True
-    elif e.sinks[0] or e.shrinks[0]:
-        e.rests = rests(run.x[np.newaxis], known, flow_of(run), time_of_motion(system, job.numerics))
+    if not system.forced and structure.autonomous:
+        # what moves by more than its size in a record, if it goes on, does not rest; the time of a motion takes a run
+        slow = (np.abs(flow_of(run)) * plan.length <= run.sizes).all()
+        if slow or e.sinks[0] or e.shrinks[0]:
+            e.rests = rests(run.x[np.newaxis], known, flow_of(run), time_of_motion(system, job.numerics))
     begin = np.array([float(system.initial[name]) for name in system.state_names])
     left = partial(is_left, partial(flow_of, run), run.x, run.sizes, begin)
     add_rests(e, e.rests, np.array([not path.moved]), lambda _: left())
