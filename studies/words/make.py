@@ -23,7 +23,7 @@ from runs import RUNS as RUN_FAMILIES
 from runs import called as called_by_spectra
 
 import chaosdrill
-from chaosdrill.analysis.judgement.classification import Averages, evidence_of_records
+from chaosdrill.analysis.judgement.classification import Averages, Records, evidence_of_records
 from chaosdrill.analysis.judgement.statistics import block_ends, standard_error
 from chaosdrill.analysis.judgement.tori import KEPT
 from chaosdrill.analysis.judgement.words import words
@@ -80,10 +80,8 @@ def called(states, growth):
     structure = Structure(frozenset(), np.eye(n), 0, False)
     windows = np.concatenate([states[:, -KEPT:], np.zeros((points, min(length, KEPT), 1))], axis=2)
     coarse = states[:, np.maximum(ends - 1, 0)]
-    evidence = evidence_of_records(
-        *(forced, structure, Shifts.none(n), averages),
-        *(np.ascontiguousarray(windows), known, coarse, min(1.0, KEPT / length)),
-    )
+    of = np.ascontiguousarray(windows), known, min(1.0, KEPT / length)
+    evidence = evidence_of_records(Records(forced, structure, Shifts.none(n), averages, *of), coarse)
     return [Outcome(int(code)).meaning for code in words(evidence)]
 
 

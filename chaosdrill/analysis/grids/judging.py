@@ -13,6 +13,7 @@ import numpy as np
 
 from chaosdrill.analysis.judgement.classification import (
     Averages,
+    Records,
     add_ends,
     add_later,
     add_record,
@@ -87,9 +88,8 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     windows = last_rows(full, LENGTH) if full.shape[1] > LENGTH else full
     early = None if before is None else undrawn(plan.system, before[which])
     part = np.minimum(1.0, windows.shape[1] / np.maximum(points, 1))
-    e = evidence_of(
-        plan.system, plan.structure, plan.shifts, averages, windows, known, batch.outcome[which], early, part
-    )
+    records = Records(plan.system, plan.structure, plan.shifts, averages, windows, known, part)
+    e = evidence_of(records, batch.outcome[which], early)
     e.measured[:] = plan.exponents > 0
     neutral = add_returns(e, found, lasts, whole, paths, size)
     if not plan.exponents:

@@ -17,6 +17,7 @@ from chaosdrill.analysis.grids.matching import moments
 from chaosdrill.analysis.grids.plan import Plan
 from chaosdrill.analysis.judgement.classification import (
     OPEN_ANSWERS,
+    Records,
     add_passages,
     add_regularity,
     evidence_of_records,
@@ -194,10 +195,11 @@ def _look_at_instants(group: _Group, begun: Begun, evidence: Evidence, left: np.
     runs.proceed(which, 0, np.array([0, fine.periods]))
     sums, known = group.batch.sums_by_size(open_), runs.sizes
     averages = averages_of(plan, group.batch, open_, sums, fine.periods, errors_of(plan, group.batch, open_, sums))
+    records = Records(plan.system, plan.structure, plan.shifts, averages, runs.window, known)
     for p in which[runs.outcome == Outcome.OK].tolist():
         one, at = np.array([p]), open_[[p]]
-        of = (averages.at(one), runs.window[one], known[one], first[one], 1.0, partial(runs.rates, p))
-        seen, before = evidence_of_records(plan.system, plan.structure, plan.shifts, *of), evidence.at(at)
+        seen = evidence_of_records(records.at(one), first[one], partial(runs.rates, p))
+        before = evidence.at(at)
         # whether it rests is known from the run with tangents
         seen.ended, seen.rests, seen.sinks, seen.winds = before.ended, before.rests, before.sinks, before.winds
         seen.stirs, seen.lengthens = seen.stirs | before.stirs, seen.lengthens | before.lengthens

@@ -1,7 +1,7 @@
 """Evidence from records, for spectra as for points of grids; `words` beside it makes words of it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -107,23 +107,26 @@ def _paired(exponents: np.ndarray, lead: np.ndarray) -> np.ndarray:
         return np.asarray((np.abs(exponents + lead[:, np.newaxis]) <= PAIRED * np.abs(lead)[:, np.newaxis]).any(axis=1))
 
 
-def evidence_of(
-    system: HybridSystem,
-    structure: Structure,
-    shifts: Shifts,
-    averages: Averages,
-    windows: np.ndarray,
-    known: np.ndarray,
-    ended: np.ndarray,
-    before: np.ndarray | None = None,
-    part: np.ndarray | float = 1.0,
-) -> Evidence:
+@dataclass(frozen=True)
+class Records(Selectable):
+    """P records of one system, by their exponents and their last states."""
+
+    system: HybridSystem
+    structure: Structure
+    shifts: Shifts
+    averages: Averages
+    windows: np.ndarray  # (P, W, n + 1): states and modes, NaN behind the last
+    known: np.ndarray  # (P, n): sizes that states have had on the way
+    part: np.ndarray | float = 1.0  # (P,): part of the record that the windows are of
+
+
+def evidence_of(records: Records, ended: np.ndarray, before: np.ndarray | None = None) -> Evidence:
     """What exponents and states of records say; whether the points come back, and how, is for the caller to add.
 
-    ``windows``, shape (P, W, n + 1): states and modes of the record; NaN behind the last. ``known``, shape (P, n):
-    sizes that states have had on the way. ``ended``, int, shape (P,): what ended the runs, or ``OK``. ``before``, shape
-    (P, n): states long before the record. ``part``, shape (P,): part of the record that the windows are of.
+    ``ended``, int, shape (P,): what ended the runs, or ``OK``. ``before``, shape (P, n): states long before the record.
     """
+    system, structure, shifts, averages = records.system, records.structure, records.shifts, records.averages
+    windows, known, part = records.windows, records.known, records.part
     exponents, length = averages.exponents, averages.length
     points, n = len(exponents), system.free
     lead, margin, column = leading(exponents, averages.errors, averages.neutral, length, complete=averages.complete)
@@ -192,14 +195,8 @@ def _add_flow(found: Evidence, averages: Averages, system: HybridSystem, structu
 
 
 def evidence_of_records(
-    system: HybridSystem,
-    structure: Structure,
-    shifts: Shifts,
-    averages: Averages,
-    windows: np.ndarray,
-    known: np.ndarray,
+    records: Records,
     coarse: np.ndarray,
-    part: float,
     flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
     passages: np.ndarray | None = None,
 ) -> Evidence:
@@ -207,9 +204,8 @@ def evidence_of_records(
 
     Parameters
     ----------
-    windows, known
-        As in `evidence_of`; the last states, all of a length, which are this ``part`` of the records. Of a map the last
-        `LENGTH` tell, and all where these leave a record open.
+    records : Records
+        Their last states, all of a length. Of a map the last `LENGTH` tell, and all where these leave a record open.
     coarse : ndarray, shape (P, B + 1, n)
         States at the beginning of the records and at the ends of their blocks.
     flow : callable, optional
@@ -217,12 +213,13 @@ def evidence_of_records(
     passages : ndarray, shape (P, E, n + 1), optional
         States and modes after the events of a transition, as in `add_passages`, of a system free of time.
     """
-    ended = np.full(len(windows), int(Outcome.OK))
-    whole, coarse = undrawn(system, windows), undrawn(system, coarse)
-    points = round(whole.shape[1] / part)
+    system, shifts, averages, known = records.system, records.shifts, records.averages, records.known
+    ended = np.full(len(known), int(Outcome.OK))
+    whole, coarse = undrawn(system, records.windows), undrawn(system, coarse)
+    points = round(whole.shape[1] / records.part)
     windows = whole[:, -LENGTH:] if flow is None else whole
     part = min(1.0, windows.shape[1] / points)
-    e = evidence_of(system, structure, shifts, averages, windows, known, ended, coarse[:, 0], part)
+    e = evidence_of(replace(records, windows=windows, part=part), ended, coarse[:, 0])
     if system.draws:
         return e
     if flow is None:

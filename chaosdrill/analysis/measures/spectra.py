@@ -9,7 +9,7 @@ import xarray as xr
 
 from chaosdrill.analysis.arguments import tangent_count
 from chaosdrill.analysis.base import Job
-from chaosdrill.analysis.judgement.classification import Averages, add_rests, evidence_of_records
+from chaosdrill.analysis.judgement.classification import Averages, Records, add_rests, evidence_of_records
 from chaosdrill.analysis.judgement.resting import is_left, rests
 from chaosdrill.analysis.judgement.statistics import (
     block_ends,
@@ -112,9 +112,8 @@ def _evidence(
     flow, shifts = None if plan.periodic else partial(flow_of, run), shifts_of(system, but_of=())
     part = min(1.0, window.shape[1] / (plan.count * run.samples))
     passages = path.passages()[np.newaxis] if path.met else None
-    e = evidence_of_records(
-        system, structure, shifts, averages, window, known, path.states[blocks][np.newaxis], part, flow, passages
-    )
+    records = Records(system, structure, shifts, averages, window, known, part)
+    e = evidence_of_records(records, path.states[blocks][np.newaxis], flow, passages)
     e.winds = structure.winds(flow_of(run)[np.newaxis]) & ~e.noisy
     if not system.forced and structure.autonomous:
         # what moves by more than its size in a record, if it goes on, does not rest; the time of a motion takes a run
