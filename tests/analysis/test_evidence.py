@@ -131,6 +131,22 @@ def test_the_rotation_number_of_a_pendulum_is_an_elliptic_integral(pendulum, ang
     assert float(back["rotation_number"]) == pytest.approx(1 - exact, abs=1e-10)
 
 
+@pytest.mark.parametrize("speed", [2.5, -7.0])
+def test_an_angle_that_goes_round_turns_by_itself(pendulum, speed):
+    """A pendulum that goes over the top, by the time of a turn."""
+    exact = speed / (4 * ellipk(4 / speed**2)) % 1
+    found = cd.regularity(
+        pendulum.with_initial(q=0.1, p=(speed**2 - 2 + 2 * np.cos(0.1)) ** 0.5 * np.sign(speed)), periods=1000
+    )
+    assert float(found["rotation_number"]) == pytest.approx(exact, abs=1e-9)
+
+
+def test_what_has_no_rotation_number_says_why(logistic):
+    """The clock is at one value whenever it ticks; of forty values of one state there are 39 pairs."""
+    assert "clock did not move" in cd.regularity(logistic, periods=100, plane=["clock", "x"]).attrs["reason"]
+    assert cd.regularity(logistic, periods=40).attrs["reason"].startswith("39 pairs")
+
+
 def test_the_golden_mean(circle):
     found = cd.regularity(circle.with_parameters(angle=2 * np.pi * GOLDEN), periods=1500)
     assert float(found["rotation_number"]) == pytest.approx(GOLDEN, abs=1e-12)

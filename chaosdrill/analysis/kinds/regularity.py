@@ -35,8 +35,8 @@ class Regularity(SweptRecord):
     plane: list[str] | None = setting(
         ListOf(Text(), distinct=True, least=2, most=2),
         None,
-        doc="States of the plane in which points turn, from the first towards the second; default: the first "
-        "two that move on the section or, if only one does, this state and its next value.",
+        doc="States of the plane in which points turn, from the first towards the second; default: an angle that goes "
+        "round by itself, else the first two that move on the section or, if only one does, it and its next value.",
     )
 
     @classmethod
@@ -65,9 +65,9 @@ def regularity(system: HybridSystem, given: Regularity, job: Job) -> Dataset:
     strobe of an integrate-and-fire cell, averages converge slowly; use points at its events instead.
 
     The rotation number is the smooth average of the angle by which a point turns about the average of all, seen in a
-    plane of two states. On a closed curve about that centre it is the ratio of two frequencies, up to whole numbers;
-    on a cycle a fraction. On other sets it is the mean of that angle, which depends on the plane; where the angles fill
-    the turn, as in most chaos, turns cannot be counted, and it is NaN.
+    plane of two states, or of an angle among the states that goes round. On a closed curve about that centre it is the
+    ratio of two frequencies, up to whole numbers; on a cycle a fraction. On other sets it is the mean of that angle,
+    which depends on the plane; where angles fill the turn, as in most chaos, turns cannot be counted, and it is NaN.
 
     Returns
     -------

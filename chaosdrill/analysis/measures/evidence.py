@@ -19,6 +19,7 @@ from chaosdrill.analysis.measures.records import Arrays, Measure
 from chaosdrill.analysis.measures.section_points import Taken
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.shifts import shifts_of
 
 FEWEST = 40
 """Points without which the 0-1 test has no steps to compare, nor a smooth average a course."""
@@ -74,9 +75,13 @@ def _regularity(taken: Taken, given: Any, numerics: Numerics) -> Arrays:
         apart_in_parts = np.stack([halves_apart(part[..., np.newaxis])[:, 0] for part in of_parts.swapaxes(0, 1)])
         digits_error[moving] = np.maximum(np.std(_digits(apart_in_parts, values), axis=0, ddof=1), OF_SIZES)
         average_error[moving] = np.hypot(error, numerics.global_error * np.abs(values).max(axis=1))
-    plane = _plane(taken, given.plane, moving)
-    turned, turned_error = _rotation(plane, numerics.global_error)
-    uncounted = "" if taken.outcome != Outcome.OK or np.isfinite(turned) else _uncounted(plane)
+    turned = turned_error = np.nan
+    uncounted = "nothing moves on the section, so that nothing turns" if taken.outcome == Outcome.OK else ""
+    if moving:
+        steps, uncounted = _steps(taken, given.plane, moving)
+        if not uncounted:
+            (mean,), _, (error,) = smooth_means(steps[np.newaxis], np.ones(1))
+            turned, turned_error = mean % 1, np.hypot(error, numerics.global_error)
     return {
         "average": average,
         "average_error": average_error,
@@ -131,47 +136,41 @@ def _too_few(taken: Taken) -> str:
     return f"{count} points say nothing: record {FEWEST} at least"
 
 
-def _uncounted(plane: np.ndarray) -> str:
-    """Why points in a plane have no rotation number."""
-    if not len(plane):
-        return "nothing moves on the section, so that nothing turns"
-    return "the points do not turn about their centre so that turns can be counted"
+def _steps(taken: Taken, names: list[str] | None, moving: list[int]) -> tuple[np.ndarray, str]:
+    """Turns from point to point, and why they are not counted, if they are not."""
+    states, system, none = taken.states, taken.run.system, np.zeros(0)
+    for turn in shifts_of(system, but_of=()).turns if names is None else ():
+        angle = int(np.flatnonzero(turn)[0])
+        if np.ptp(states[:, angle]) > abs(turn[angle]):
+            return np.diff(states[:, angle]) / abs(turn[angle]), ""
+    places = moving[:2] if names is None else [system.state_names.index(name) for name in names]
+    if still := [system.state_names[i] for i in places if i not in moving]:
+        return none, f"nothing turns in the plane: {' and '.join(still)} did not move on the section"
+    points = states[:, places]
+    if len(places) == 1:
+        points = np.column_stack([points[:-1], points[1:]])
+    if len(points) < FEWEST:
+        return none, f"{len(points)} pairs of a state and its next value say nothing: record one point more"
+    return _counted(points)
 
 
-def _plane(taken: Taken, names: list[str] | None, moving: list[int]) -> np.ndarray:
-    """Points in the plane in which they turn, shape (N, 2), or (0, 2) if nothing does.
+def _counted(points: np.ndarray) -> tuple[np.ndarray, str]:
+    """Turns about the centre from point to point, shape (N, 2), and why they are not counted, if they are not.
 
-    It is that of two states; where only one moves, of it and its next value.
+    What a step turns is known but for whole turns; they are counted from the widest gap that the steps leave. If all
+    steps make it much narrower than those of a part of the record, they fill the turn, and there is no such gap.
     """
-    if names is not None:
-        moving = [i for i in map(taken.run.system.state_names.index, names) if i in moving]
-    chosen = taken.states[:, moving[:2]]
-    if chosen.shape[1] == 1:
-        chosen = np.column_stack([chosen[:-1], chosen[1:]])
-    return chosen if chosen.shape[1] else np.zeros((0, 2))
+    centre = np.einsum("w,wi->i", fading(len(points)), points[1:])
+    scaled = (points - centre) / np.ptp(points, axis=0)
+    step = np.diff(np.arctan2(scaled[:, 1], scaled[:, 0]) / (2 * np.pi)) % 1
+    ordered, gaps = _gaps(step)
+    if gaps.max() < OF_PARTS * max(_gaps(part)[1].max() for part in _parts(step)):
+        return step, "the points do not turn about their centre so that turns can be counted"
+    begin = ordered[(int(gaps.argmax()) + 1) % len(ordered)]
+    return begin + (step - begin) % 1, ""
 
 
 def _gaps(step: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Parts of a turn in order, and the gap behind each."""
     ordered = np.sort(step)
     return ordered, np.diff(ordered, append=ordered[0] + 1)
-
-
-def _rotation(points: np.ndarray, rounding: float) -> tuple[float, float]:
-    """Turns about the centre from point to point on average, 0 to 1, and their error; NaN where turns are not counted.
-
-    What a step turns is known but for whole turns; they are counted from the widest gap that the steps leave. If all
-    steps make it much narrower than those of a part of the record, they fill the turn, and there is no such gap.
-    """
-    if len(points) < FEWEST:
-        return np.nan, np.nan
-    centre = np.einsum("w,wi->i", fading(len(points)), points[1:])
-    scaled = (points - centre) / np.ptp(points, axis=0)
-    angle = np.arctan2(scaled[:, 1], scaled[:, 0]) / (2 * np.pi)
-    step = np.diff(angle) % 1
-    ordered, gaps = _gaps(step)
-    if gaps.max() < OF_PARTS * max(_gaps(part)[1].max() for part in _parts(step)):
-        return np.nan, np.nan
-    begin = ordered[(int(gaps.argmax()) + 1) % len(ordered)]
-    (mean,), _, (error,) = smooth_means((step - begin)[np.newaxis] % 1, np.ones(1))
-    return float((mean + begin) % 1), float(np.hypot(error, rounding))
