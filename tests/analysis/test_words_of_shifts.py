@@ -90,6 +90,17 @@ def test_locked_phases_are_on_a_cycle_from_the_beginning(duration):
     assert int(cd.lyapunov_spectrum(rotors, duration=duration)["outcome"]) == Outcome.PERIODIC
 
 
+@pytest.mark.parametrize("duration", [60.0, 3000.0])
+def test_an_angle_alone_goes_round_a_cycle(duration):
+    """An overdamped junction beyond its critical current: a flow of one state leaves a line, but not a circle."""
+    junction = cd.HybridSystem(
+        name="junction", states="p", parameters={"k": 0.3, "q": 0.0}, modes={"on": {"p": "1/2 - k*sin(p)"}}
+    )
+    lengths = {"duration": duration, "transient": 20}
+    chart = cd.parameter_chart(junction, {"k": [0.3], "q": [0.0]}, exponents=1, max_extension=0, **lengths)
+    assert words(cd.lyapunov_spectrum(junction, **lengths)) == words(chart) == {"periodic"}
+
+
 def test_attractors_are_matched_modulo_shifts():
     """A pendulum at rest but for its shaking, in whichever of its wells."""
     pendulum = cd.HybridSystem(

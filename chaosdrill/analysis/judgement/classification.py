@@ -154,7 +154,7 @@ def evidence_of(records: Records, ended: np.ndarray, before: np.ndarray | None =
         found.drawn_in = shrinks.any(axis=1) & ~found.steady
     found.noisy[:] = system.draws
     if averages.complete and exponents.shape[1] and not system.forced and structure.autonomous:
-        _add_flow(found, averages, system, structure)
+        _add_flow(found, averages, system, structure, shifts)
     with np.errstate(invalid="ignore"):
         if averages.complete and contracts(system):
             found.torus_possible = ~(exponents.sum(axis=1) * length < -NEUTRAL)
@@ -173,7 +173,7 @@ def evidence_of(records: Records, ended: np.ndarray, before: np.ndarray | None =
     return found
 
 
-def _add_flow(found: Evidence, averages: Averages, system: HybridSystem, structure: Structure) -> None:
+def _add_flow(found: Evidence, averages: Averages, system: HybridSystem, structure: Structure, shifts: Shifts) -> None:
     """Add whether there is a zero exponent for the flow of a system without forcing, or all tangents shrink."""
     exponents, length = averages.exponents, averages.length
     with np.errstate(invalid="ignore"):
@@ -190,8 +190,9 @@ def _add_flow(found: Evidence, averages: Averages, system: HybridSystem, structu
         zero &= (growth * np.sign(decides) <= APART * np.abs(decides)) | (decides == 0)
         # what rests but for a shift has no other one
         found.flows = zero.sum(axis=1) >= np.minimum(averages.neutral, max(structure.symmetries, 1))
-        # on a line nothing comes back
-        found.flows &= system.free > 1 or structure.symmetries > 0 or not _smooth(system)
+        # on a line nothing comes back, on a circle it does
+        line = system.free == 1 and not structure.symmetries and not len(shifts.turns)
+        found.flows &= not line or not _smooth(system)
 
 
 def evidence_of_records(
