@@ -1,6 +1,6 @@
 """Branches of orbits over one parameter, traced in both directions from a start and onto doubled orbits."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ from chaosdrill.engine.setup import bounds_of
 from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.branch import Branch, BranchSegment, Mark
 from chaosdrill.orbits.conserved import other_family
-from chaosdrill.orbits.continuation import Birth, Continued, continue_curve
+from chaosdrill.orbits.continuation import Birth, Continued, continue_curve, family
 from chaosdrill.orbits.criticality import normal_form
 from chaosdrill.orbits.crossings import TESTS, Located, ended, located, noise_of, steps_with
 from chaosdrill.orbits.curve import Curve, SpecialCurve
@@ -452,21 +452,33 @@ def branches(
                     following.append(len(found) - 1)
         generation = following
         _report(progress, found, doublings)
-    _tell_families(found)
+    _tell_families(curve, found, step, max_points)
     cascade = _longest_cascade(found) if doublings else None
     if columns.wanted is not None:
         missing += [words for one in found for words in mark_functions(one, columns.wanted)]
     return branch_table(problem, (parameter,), found, cascade, columns, missing)
 
 
-def _tell_families(found: list[Branch]) -> None:
+def _tell_families(curve: Curve, found: list[Branch], step: float, most: int) -> None:
     """Say of special points where a branch is born whose orbits are all at one value of the parameter."""
-    for number, born in {(one.parent, one.born) for one in found if one.parent >= 0 and one.segments[0].family}:
-        parent = found[number]
-        for k, mark in enumerate(parent.marks):
-            if mark.multiplicity and parent.value(mark) == born:
-                text = mark.text.removesuffix(Criticality.UNDECIDED.advice).rstrip()
-                parent.marks[k] = replace(mark, text=f"{text} {FAMILY}")
+    for branch in found:
+        for k, mark in enumerate(branch.marks):
+            if mark.multiplicity == 1 and mark.form.criticality == Criticality.UNDECIDED:
+                first = next(_born(curve, branch, mark, step), None)
+                if first is not None and family(curve, first, step / float(curve.spans[0]), most) is not None:
+                    branch.marks[k] = replace(mark, text=f"{mark.kind.advice} {FAMILY}")
+
+
+def _born(curve: Curve, branch: Branch, mark: Mark, step: float) -> Iterator[Point]:
+    """First points of the branches that are born at a special point."""
+    if mark.kind == Special.PERIOD_DOUBLING:
+        for orbit, shot, ahead, _ in doubled(curve, branch.orbit(mark), 1.0, step):
+            yield curve.first(orbit, shot, ahead)
+    elif mark.kind == Special.BRANCH_POINT:
+        points, k = branch.segments[mark.segment].points, mark.point
+        beside = [points[max(k - 1, 0)].orbit, points[min(k + 1, len(points) - 1)].orbit]
+        for orbit, shot, ahead in crossing(curve, beside[0], points[k].orbit, beside[1], step):
+            yield curve.first(orbit, shot, ahead)
 
 
 def _partners(curve: Curve, whole: Branch, step: float, most: int) -> list[Branch]:
@@ -475,19 +487,15 @@ def _partners(curve: Curve, whole: Branch, step: float, most: int) -> list[Branc
     for mark in whole.marks:
         if mark.kind != Special.BRANCH_POINT or mark.multiplicity > 1:
             continue
-        points = whole.segments[mark.segment].points
-        here = points[mark.point]
+        here = whole.segments[mark.segment].points[mark.point]
         again = replace(whole, marks=[m for m in whole.marks if m is not mark])
         if _passed(curve, [again], here, mark):
             continue  # it crosses itself: both ways have been gone
-        beside = [points[max(mark.point - 1, 0)].orbit, points[min(mark.point + 1, len(points) - 1)].orbit]
-        for orbit, shot, ahead in crossing(curve, beside[0], here.orbit, beside[1], step):
+        for first in _born(curve, whole, mark, step):
             if _passed(curve, found, here, mark):
                 continue
             others = [s for one in (whole, *found) for s in one.segments]
-            branch = trace_branch(
-                curve, curve.first(orbit, shot, ahead), step / float(curve.spans[0]), most, others=others
-            )
+            branch = trace_branch(curve, first, step / float(curve.spans[0]), most, others=others)
             if not branch.segments:
                 continue
             branch.parent, branch.born = 0, whole.value(mark)

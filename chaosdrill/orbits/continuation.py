@@ -66,15 +66,27 @@ def continue_curve(
     there. Default: the first point. ``birth``: where the branch was born, far from which its steps may be longer.
     """
     home = home or first
-    upright = curve.kind == Special.REGULAR and abs(first.tangent.change[-1]) <= TUNING.upright * float(curve.spans[0])
-    if upright and _stands(curve, first):
-        long = Birth(first.arclength, TUNING.family_step)
-        found = _followed(curve, first, step, most, first_step, home, long)
-        count = _upright(curve, found.points)
-        if count == len(found.points):
-            return replace(found, upright=count, family=True)
+    whole = family(curve, first, step, most, first_step, home)
+    if whole is not None:
+        return whole
     found = _followed(curve, first, step, most, first_step, home, birth)
-    return replace(found, upright=_upright(curve, found.points)) if upright else found
+    return replace(found, upright=_upright(curve, found.points)) if _is_upright(curve, first) else found
+
+
+def family(
+    curve: Curve, first: Point, step: float, most: int, first_step: float | None = None, home: Point | None = None
+) -> Continued | None:
+    """The curve from a point on, as `continue_curve`, if all its points are at one value of the parameter."""
+    if not _is_upright(curve, first) or not _stands(curve, first):
+        return None
+    long = Birth(first.arclength, TUNING.family_step)
+    found = _followed(curve, first, step, most, first_step, home or first, long)
+    count = _upright(curve, found.points)
+    return replace(found, upright=count, family=True) if count == len(found.points) else None
+
+
+def _is_upright(curve: Curve, first: Point) -> bool:
+    return curve.kind == Special.REGULAR and abs(first.tangent.change[-1]) <= TUNING.upright * float(curve.spans[0])
 
 
 def _followed(

@@ -39,6 +39,8 @@ def test_the_flip_of_a_kinked_map_begins_a_family_up_to_its_border(size, start, 
     assert found["special_value"].values == pytest.approx(-1, abs=1e-12)
     assert "form a family at this one value" in found["special_text"].values[0]
     assert "soft" not in found["special_text"].values[0]
+    alone = cd.continue_orbit(kinked, {"a": (-1.6, -0.5)}, start="guess", step=step)
+    assert alone["special_text"].item() == found["special_text"].values[0]
     assert "continues" in found["special_text"].values[1]
     doubled = found.isel(point=found["branch"].values == 1)
     values, lower = doubled["a"].values, doubled["section"].values.min(axis=(1, 2)) / size
@@ -73,7 +75,9 @@ def test_the_flip_of_a_held_control_begins_a_family():
         name="control", states=(x, u), time=t, parameters={"k": 1.2}, period=sympy.Integer(2),
         modes={"on": {x: x / 2 + u + 0.2, u: 0}}, transitions=[tick], initial={x: 1.0},
     )  # fmt: skip
+    alone = cd.continue_orbit(control, {"k": (0.7, 3.5)}, step=0.2)
     found = cd.continue_orbit(control, {"k": (0.7, 3.5)}, doublings=1, step=0.2)
+    assert alone["special_text"].item() == found["special_text"].item()
     assert kinds(found) == [Special.BRANCH_POINT]  # of two ticks
     assert "form a family at this one value" in found["special_text"].item()
     assert found["special_value"].item() == pytest.approx((np.exp(0.5) + 1) / np.expm1(0.5) / 2, abs=1e-9)
