@@ -71,6 +71,11 @@ def other_family(problem: "Problem", orbit: "Orbit", shot: "Shot") -> str:
     return ""
 
 
+def nearly_closed(problem: "Problem") -> float:
+    """The residual at which the equations of an orbit tell whether it is one of a family."""
+    return max(TUNING.closes, TUNING.closes_by * problem.numerics.tolerance)
+
+
 def likely_at(problem: "Problem", guess: "Orbit") -> tuple[np.ndarray, np.ndarray]:
     """What may be conserved at a guess, as `conserved_at`: all that one shows that closes, or the likeliest quantity.
 
@@ -86,7 +91,7 @@ def likely_at(problem: "Problem", guess: "Orbit") -> tuple[np.ndarray, np.ndarra
         return nothing, nothing
     vectors, sizes = _from_the_left(problem, guess, matrix)
     left = vectors[:, : len(sizes)].T / scale
-    known = max(TUNING.closes, TUNING.closes_by * problem.numerics.tolerance)
+    known = nearly_closed(problem)
     closed = (sizes <= TUNING.of_family * known * sizes[0]) & (shot.residual <= known)
     return _gradients(problem, guess, left[closed], weights), _gradients(problem, guess, left[-1:], weights)
 
@@ -96,10 +101,26 @@ def _gradients(problem: "Problem", orbit: "Orbit", left: np.ndarray, weights: np
     d, count = problem.states, len(orbit)
     rows = left[:, count : count + d] / weights[:d]
     lengths = np.linalg.norm(rows, axis=1, keepdims=True)
-    rows = rows[lengths[:, 0] > 0] / lengths[lengths[:, 0] > 0]
-    rows[np.abs(rows) < TUNING.smallest_singular_value] = 0.0
+    rows = _reduced(rows[lengths[:, 0] > 0] / lengths[lengths[:, 0] > 0])
+    rows[np.abs(rows) < nearly_closed(problem)] = 0.0
     largest = np.take_along_axis(rows, np.abs(rows).argmax(axis=1, keepdims=True), axis=1)
     return np.asarray(np.sign(largest) * rows * weights[:d])
+
+
+def _reduced(rows: np.ndarray) -> np.ndarray:
+    """The rows of length 1 in a reduced echelon form: which singular vectors span a space is left to round-off."""
+    if len(rows) < 2:
+        return rows
+    rest = np.linalg.svd(rows, full_matrices=False)[2]
+    pivots = []
+    for column in range(rows.shape[1]):
+        part = rest[:, column]
+        # where all are smaller, nothing is left
+        if np.linalg.norm(part) > 0.5 / np.sqrt(rows.shape[1]):
+            pivots.append(column)
+            rest = rest - np.outer(part, part @ rest) / (part @ part)
+    reduced = np.linalg.lstsq(rows[:, pivots], rows, rcond=None)[0]
+    return np.asarray(reduced / np.linalg.norm(reduced, axis=1, keepdims=True))
 
 
 def family_words(rows: np.ndarray, names: tuple[str, ...]) -> str:
@@ -108,10 +129,10 @@ def family_words(rows: np.ndarray, names: tuple[str, ...]) -> str:
         return ""
     told = [" ".join(f"{v:+.3g} {x}" for v, x in zip(row.tolist(), names, strict=True) if v) for row in rows]
     told = [one.removeprefix("+").replace(" +", " + ").replace(" -", " - ") for one in told]
-    return (
-        "the orbit is one of a family at the same parameters, since a quantity is conserved; "
-        f"{' and '.join(told)}, its differential at the start of the orbit, is held"
-    )
+    why, which = "a quantity is conserved", "its differential at the start of the orbit, is held"
+    if len(rows) > 1:
+        why, which = f"{len(rows)} quantities are conserved", "their differentials at the start of the orbit, are held"
+    return f"the orbit is one of a family at the same parameters, since {why}; {' and '.join(told)}, {which}"
 
 
 def _dependencies(problem: "Problem", orbit: "Orbit", shot: "Shot", weights: np.ndarray) -> np.ndarray:

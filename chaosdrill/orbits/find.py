@@ -13,7 +13,7 @@ from chaosdrill.engine import shooting as at
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 from chaosdrill.model import HybridSystem
-from chaosdrill.orbits.conserved import conserved_at, family_words, likely_at, on_level
+from chaosdrill.orbits.conserved import conserved_at, family_words, likely_at, nearly_closed, on_level
 from chaosdrill.orbits.guess import (
     InitialGuess,
     guess_of_autonomous,
@@ -337,16 +337,26 @@ def solved(
     if words := _comes_with_another(problem, guess):
         raise NoOrbitError(Outcome.NO_ORBIT, words)
     guess = based(problem, guess)
-    closed, likely = likely_at(problem, guess) if level else (np.zeros((0, problem.states)),) * 2
+    if not level:
+        return _solved(problem, guess, reach)
+    closed, likely = likely_at(problem, guess)
     if len(closed) and (found := _solved_on_level(problem, guess, reach, closed)):
         return found
+    found, failure = None, NoOrbitError(Outcome.NO_ORBIT, "")
     try:
-        return _solved(problem, guess, reach)
-    except NoOrbitError:
-        found = _solved_on_level(problem, guess, reach, likely) if len(likely) else None
-        if found is None:
-            raise
-        return found
+        found = _solved(problem, guess, reach)
+    except NoOrbitError as error:
+        failure = error
+    if found is None or len(conserved_at(problem, *found[:2])):
+        # the last steps lead to any member of a family: it is the one that the others come near
+        _, near, _, residuals = problem.newton(guess, reach=reach, enough=nearly_closed(problem))
+        closed, _ = likely_at(problem, near)
+        if len(closed) and (nearest := _solved_on_level(problem, near, reach, closed)):
+            return *nearest[:2], np.concatenate([residuals, nearest[2][1:]])
+    found = found or (_solved_on_level(problem, guess, reach, likely) if len(likely) else None)
+    if found is None:
+        raise failure
+    return found
 
 
 def _solved_on_level(

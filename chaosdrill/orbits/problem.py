@@ -271,10 +271,11 @@ class Problem:
         reach: float = 0.5,
         weights: np.ndarray | None = None,
         section: Orbit | None = None,
+        enough: float = TUNING.residual,
     ) -> tuple[int, Orbit, Shot, np.ndarray]:
         """Newton's method from a guess.
 
-        It has converged when no residual is above ``TUNING.residual``, when none has become smaller where round-off,
+        It has converged when no residual is above ``enough``, when none has become smaller where round-off,
         or the change of the steps with the state, may be all that is left of them, or when the start is known to its
         rounding, of which deviations that grow in one turn make a large residual.
 
@@ -293,7 +294,7 @@ class Problem:
         conditions = np.eye(columns)[d + 1 + count :] if conditions is None else conditions
         conditions = np.vstack([conditions, self.held(orbit)])
         residuals: list[float] = []
-        code, sharper, shortest, enough = SLOW, 0, reach, TUNING.residual
+        code, sharper, shortest = SLOW, 0, reach
         noise = max(100 * TUNING.residual, TUNING.residual_of_steps * self.numerics.tolerance)
         step: _Step | None = None
         for turn in range(TUNING.newton_steps):

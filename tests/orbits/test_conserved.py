@@ -250,3 +250,6 @@ def test_an_ellipse_is_its_own_start(speed):
     assert found["orbit_state"].values == pytest.approx([1, 0, 0, speed], abs=1e-11)
     assert float(found["period_time"]) == pytest.approx(math.tau * (2 - speed**2) ** -1.5, rel=1e-11)
     assert int(found["neutral"]) == 4
+    # of energy, angular momentum and the axis; told in the same way whatever round-off makes of them
+    told = re.search(r"3 quantities are conserved; 1 x and (\S+) y \+ (\S+) u and (\S+) v, ", found.attrs["message"])
+    assert float(told[2]) / float(told[1]) == pytest.approx(speed, rel=0.01)

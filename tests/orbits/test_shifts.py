@@ -102,6 +102,17 @@ def test_the_gait_of_a_runner():
     np.testing.assert_allclose(whole["path_state"][-1] - whole["path_state"][0], drift, atol=1e-10)
 
 
+def test_which_gait_of_a_family_is_found_does_not_depend_on_writing_and_tolerance():
+    """There is a gait of every energy: the last steps of Newton's method would lead to any of them."""
+    gaits = [
+        cd.periodic_orbit(runner(placed), start="guess", at="touchdown", tolerance=tolerance)["orbit_state"]
+        for placed, tolerance in ((True, 1e-13), (False, 1e-13), (True, 1e-10))
+    ]
+    first, *others = ([float(gait.sel(state=name)) for name in ("y", "u")] for gait in gaits)
+    for other in others:
+        assert other == pytest.approx(first, rel=1e-8)
+
+
 def test_where_it_runs_changes_nothing():
     """The branch of gaits is that of the runner without a position."""
     both = [branches(runner(p), "k", (34.0, 36.0), 1, "guess", 0, 0, 0.1, 200, FINE, None) for p in (True, False)]
