@@ -153,6 +153,8 @@ def _append(branch: Branch, curve: Curve, part: Continued, jumps: bool) -> Locat
         segment, end = ended(segment, part.end)
     if not isinstance(curve, SpecialCurve):
         segment, marks = _marked(segment, part.upright, len(segment) - int(end is not None or jumps))
+        if part.beyond is not None and not part.upright:
+            segment, marks = _marked_at_limit(segment, marks, segment.with_points([part.points[-2], part.beyond]))
         branch.marks += [replace(mark, segment=len(branch.segments)) for mark in marks]
     branch.segments.append(segment)
     return end
@@ -338,11 +340,31 @@ def _marked(segment: BranchSegment, begin: int, count: int) -> tuple[BranchSegme
     places = {id(p): k for k, p in enumerate(points)}
     found = []
     for one in reversed(marks):
-        kind = one.point.special
-        form = normal_form(segment.curve.problem, one.point.orbit, kind, one.multiplicity)
-        text = _form_words(one, form, bool(len(segment.curve.problem.conserved)))
-        found.append(Mark(0, places[id(one.point)], kind, one.error, text, one.multiplicity, form))
+        found.append(_mark_of(segment.curve, places[id(one.point)], one))
     return segment.with_points(points), found
+
+
+def _marked_at_limit(
+    segment: BranchSegment, marks: list[Mark], across: BranchSegment
+) -> tuple[BranchSegment, list[Mark]]:
+    """The same with a special point that the limit cannot be told from, if there is one in the step across it."""
+    limit = float(segment.values[-1, 0])
+    for one in _between(across, 1, 0) if steps_with(across) else []:
+        away = abs(float(segment.curve.values(one.point.orbit)[0]) - limit)
+        alike = (m for m in marks if m.kind == one.point.special)
+        if away <= one.error and all(abs(segment.values[m.point, 0] - limit) > m.error + one.error for m in alike):
+            last = replace(segment.points[-1], special=one.point.special)
+            segment = segment.with_points([*segment.points[:-1], last])
+            marks = [*marks, _mark_of(segment.curve, len(segment) - 1, one)]
+    return segment, marks
+
+
+def _mark_of(curve: Curve, place: int, one: Located) -> Mark:
+    """The mark of a special point, with what is born there."""
+    kind = one.point.special
+    form = normal_form(curve.problem, one.point.orbit, kind, one.multiplicity)
+    text = _form_words(one, form, bool(len(curve.problem.conserved)))
+    return Mark(0, place, kind, one.error, text, one.multiplicity, form)
 
 
 def _form_words(mark: Located, form: NormalForm, held: bool) -> str:
@@ -443,9 +465,10 @@ def branches(
                 branch = _doubled_branch(curve, found, parent, mark, step, max_points, turn)
                 if branch is None:
                     born = found[parent].value(mark)
-                    missing.append(
-                        f"no doubled orbit was found next to the period doubling at {parameter} = {born:.9g}"
-                    )
+                    if born not in limits:  # there the doubled orbits may be beyond
+                        missing.append(
+                            f"no doubled orbit was found next to the period doubling at {parameter} = {born:.9g}"
+                        )
                 else:
                     branch.start = f"the period doubling at {parameter} = {branch.born:.12g}"
                     found.append(branch)

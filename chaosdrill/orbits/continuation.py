@@ -48,6 +48,7 @@ class Continued:
     lost: bool = False  # whether the curve was lost: no further point was found
     upright: int = 0  # the first points, at one value of the parameter: how it changes among them is round-off
     family: bool = False  # whether these are all of them
+    beyond: Point | None = None  # of a curve that ends at a limit, the next point
 
 
 def continue_curve(
@@ -156,7 +157,7 @@ def _followed(
             found.end = BranchEnd.REST
             return found
         if limit is not point:
-            found.end = BranchEnd.LIMIT
+            found.end, found.beyond = BranchEnd.LIMIT, point
             return found
         if _through_rest(curve, points):
             points.pop()

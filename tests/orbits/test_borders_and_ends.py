@@ -84,6 +84,18 @@ def test_the_flip_of_a_held_control_begins_a_family():
     assert found["branch_end"].values.tolist() == [BranchEnd.LIMIT, BranchEnd.ESCAPED, BranchEnd.ESCAPED]
 
 
+@pytest.mark.parametrize(("low", "high", "branches"), [(2.0, 3.0, 1), (3.0, 3.3, 2)])
+def test_a_special_point_at_a_limit_is_listed(low, high, branches):
+    """x -> r x (1 - x) has its fixed point 1 - 1/r double at r = 3."""
+    middle = (low + high) / 2
+    logistic = mapped({x: a * x * (1 - x)}, {"a": middle}, [1 - 1 / middle])
+    found = cd.continue_orbit(logistic, {"a": (low, high)}, start="guess", doublings=1)
+    assert kinds(found) == [Special.PERIOD_DOUBLING]
+    assert found["special_value"].item() == pytest.approx(3, abs=1e-12)
+    assert found.sizes["branch_number"] == branches
+    assert not found.attrs.get("message")
+
+
 def test_default_bounds_go_with_the_start_of_each_system():
     for start in (2.0, 20.0):
         grows = cd.Map("x", {"r": 0.5}, {"x": "r*x + 1"}, initial={"x": start})
