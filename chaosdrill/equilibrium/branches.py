@@ -7,6 +7,7 @@ is located as a zero of the quantity that changes, by Brent's method.
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -223,6 +224,7 @@ def _mark(task: Task, found: list[Branch], number: int) -> None:
     places = []
     for first, last in _intervals(branch.points):
         places += _events(branch.curve, first, last)
+    places += _at_limits(branch, places)
     places.sort(key=lambda place: place[0].arclength)
     points = branch.points
     for point, kind, error, multiplicity, detail in places:
@@ -375,6 +377,26 @@ def _events(curve: Curve, first: Point, last: Point) -> list[Place]:
         if abs(changed) > (a.way * b.way < 0):
             found += _crossings(curve, low, high, changed, a.way * b.way < 0)
     return found
+
+
+def _at_limits(branch: Branch, places: Sequence[Place]) -> list[Place]:
+    """The special points that the limits of the parameter cannot be told from, by steps across these."""
+    curve, points, found = branch.curve, branch.points, list[Place]()
+    for end, (last, before), turn in ((branch.ends[1], points[:-3:-1], False), (branch.ends[0], points[:2], True)):
+        if end != BranchEnd.LIMIT:
+            continue
+        inside, limit = (before.turned(), last.turned()) if turn else (before, last)
+        with suppress(LostError):
+            for one in _events(curve, inside, curve.after(limit, TUNING.along)):
+                known = any(_apart(curve, other, last) <= other[2] + one[2] for other in places)
+                if _apart(curve, one, last) <= one[2] and not known:
+                    found.append((last, *one[1:]))
+    return found
+
+
+def _apart(curve: Curve, place: Place, point: Point) -> float:
+    """How far the parameter of a special point is from that of another one."""
+    return abs(curve.value(place[0].at) - curve.value(point.at))
 
 
 def _one_by_one(curve: Curve, first: Point, last: Point, halvings: int) -> list[tuple[Point, Point]]:

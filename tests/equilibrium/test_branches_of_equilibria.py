@@ -114,6 +114,13 @@ def test_lorenz_has_a_pitchfork_and_two_subcritical_hopf_points(lorenz):
     assert np.abs(found["special_frequency"].values[kinds == "hopf"] - omega).max() < 1e-12
 
 
+def test_special_points_at_the_limits_are_listed(lorenz):
+    hopf = 10 * (10 + 8 / 3 + 3) / (10 - 8 / 3 - 1)
+    found = cd.equilibria(lorenz[0].with_parameters(r=10.0), {"r": (1.0, hopf)})
+    assert within(found, [1.0, 1.0, hopf, hopf])
+    assert sorted(kind for kind, _ in specials(found)) == ["branch_point"] * 2 + ["hopf"] * 2
+
+
 def test_special_points_of_equilibria_are_not_named_as_those_of_orbits(lorenz):
     """By the command line, which has 2 and 3 for a period doubling and a Neimark-Sacker point of an orbit."""
     _, found = lorenz
