@@ -15,8 +15,7 @@ from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.branch import Branch, BranchSegment, Mark
 from chaosdrill.orbits.conserved import other_family
 from chaosdrill.orbits.continuation import Birth, Continued, continue_curve, family
-from chaosdrill.orbits.criticality import normal_form
-from chaosdrill.orbits.crossings import TESTS, Located, ended, located, noise_of, steps_with
+from chaosdrill.orbits.crossings import TESTS, Located, ended, noise_of
 from chaosdrill.orbits.curve import Curve, SpecialCurve
 from chaosdrill.orbits.event_changes import branch_behind, change_at
 from chaosdrill.orbits.find import NoOrbitError, admissible, starting_orbit
@@ -30,9 +29,10 @@ from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.points import Border, Point
 from chaosdrill.orbits.problem import CONVERGED, LostError, Shot
 from chaosdrill.orbits.rests import point_behind, rest_behind
-from chaosdrill.orbits.results import NO_GRAZING, BranchResult, Cascade, NormalForm
+from chaosdrill.orbits.results import NO_GRAZING, BranchResult, Cascade
 from chaosdrill.orbits.roots import bracketed
 from chaosdrill.orbits.sliding import TOUCHING, Landing, sliding_between, sliding_beyond
+from chaosdrill.orbits.special_points import marked, marked_at_limit
 from chaosdrill.orbits.switching import crossing, curve_behind, doubled
 from chaosdrill.orbits.table import branch_table, cascade_from, nothing
 from chaosdrill.orbits.tuning import TUNING
@@ -152,9 +152,9 @@ def _append(branch: Branch, curve: Curve, part: Continued, jumps: bool) -> Locat
     if any(test.end == part.end for test in TESTS):
         segment, end = ended(segment, part.end)
     if not isinstance(curve, SpecialCurve):
-        segment, marks = _marked(segment, part.upright, len(segment) - int(end is not None or jumps))
+        segment, marks = marked(segment, part.upright, len(segment) - int(end is not None or jumps))
         if part.beyond is not None and not part.upright:
-            segment, marks = _marked_at_limit(segment, marks, segment.with_points([part.points[-2], part.beyond]))
+            segment, marks = marked_at_limit(segment, marks, segment.with_points([part.points[-2], part.beyond]))
         branch.marks += [replace(mark, segment=len(branch.segments)) for mark in marks]
     branch.segments.append(segment)
     return end
@@ -328,82 +328,6 @@ def _escapes(segment: BranchSegment) -> bool:
     starts = np.vstack([p.orbit.starts[:, : problem.states] for p in segment.points])
     near = TUNING.at_bounds * np.ptp(np.vstack([states, starts]), axis=0)
     return bool(((states < low + near) | (states > high - near)).any())
-
-
-def _marked(segment: BranchSegment, begin: int, count: int) -> tuple[BranchSegment, list[Mark]]:
-    """The segment with the special points from ``begin`` on among its first ``count`` inserted, and their marks."""
-    points, marks = list(segment.points), []
-    for k in reversed(steps_with(segment.with_points(points[begin:count]))):
-        for one in reversed(_between(segment, begin + k, TUNING.finer)):
-            points.insert(begin + k, one.point)
-            marks.append(one)
-    places = {id(p): k for k, p in enumerate(points)}
-    found = []
-    for one in reversed(marks):
-        found.append(_mark_of(segment.curve, places[id(one.point)], one))
-    return segment.with_points(points), found
-
-
-def _marked_at_limit(
-    segment: BranchSegment, marks: list[Mark], across: BranchSegment
-) -> tuple[BranchSegment, list[Mark]]:
-    """The same with a special point that the limit cannot be told from, if there is one in the step across it."""
-    limit = float(segment.values[-1, 0])
-    for one in _between(across, 1, 0) if steps_with(across) else []:
-        away = abs(float(segment.curve.values(one.point.orbit)[0]) - limit)
-        alike = (m for m in marks if m.kind == one.point.special)
-        if away <= one.error and all(abs(segment.values[m.point, 0] - limit) > m.error + one.error for m in alike):
-            last = replace(segment.points[-1], special=one.point.special)
-            segment = segment.with_points([*segment.points[:-1], last])
-            marks = [*marks, _mark_of(segment.curve, len(segment) - 1, one)]
-    return segment, marks
-
-
-def _mark_of(curve: Curve, place: int, one: Located) -> Mark:
-    """The mark of a special point, with what is born there."""
-    kind = one.point.special
-    form = normal_form(curve.problem, one.point.orbit, kind, one.multiplicity)
-    text = _form_words(one, form, bool(len(curve.problem.conserved)))
-    return Mark(0, place, kind, one.error, text, one.multiplicity, form)
-
-
-def _form_words(mark: Located, form: NormalForm, held: bool) -> str:
-    """What happens at a special point, in words; ``held``: only the differential of what is conserved is held."""
-    if held and mark.point.special == Special.FOLD:
-        return (
-            "A multiplier is +1: two orbits with one value of what is conserved meet and vanish. The branch goes on, "
-            "since that value changes along it."
-        )
-    words, usual = mark.point.special.advice, 2 if mark.point.special == Special.NEIMARK_SACKER else 1
-    if mark.multiplicity > usual:
-        words = f"{words} {mark.multiplicity // usual} are there together."
-    return f"{words} {form.criticality.advice}".rstrip()
-
-
-def _between(segment: BranchSegment, k: int, finer: int) -> list[Located]:
-    """Special points between point k - 1 and point k, in order, with the errors of the parameter.
-
-    Where one is not found, because too much happens in the step, the branch between is followed in smaller steps.
-    """
-    before, after = segment.points[k - 1 : k + 1]
-    pair = segment.with_points((before, after))
-    try:
-        return located(pair)
-    except LostError:
-        if not finer:
-            return []
-    gap = after.arclength - before.arclength
-    part = continue_curve(
-        segment.curve.unlimited(),
-        before,
-        gap / TUNING.finer_parts,
-        8 * TUNING.finer_parts,
-        gap / TUNING.finer_parts,
-    )
-    points = [p for p in part.points if p.arclength < before.arclength + 1.02 * gap]
-    points += part.points[len(points) : len(points) + 1]
-    inside = segment.with_points(points)
-    return [one for i in steps_with(inside) for one in _between(inside, i, finer - 1)]
 
 
 Progress = Callable[[int, int, None], None]
