@@ -45,9 +45,18 @@ def torus_test(values: np.ndarray) -> np.ndarray:
     return np.prod(1 - values[..., first] * values[..., second], axis=-1).real
 
 
-def fold_test(values: np.ndarray) -> np.ndarray:
-    """Function that vanishes where a free multiplier is 1: the product of 1 - mu."""
-    return np.prod(1 - values, axis=-1).real
+def fold_test(values: np.ndarray, neutral: int) -> np.ndarray:
+    """Function that vanishes where a free multiplier is 1: the product of 1 - mu over the free ones.
+
+    It is the symmetric function of that degree of all multipliers, which is exact to round-off also where those that
+    are 1 by structure, as many as ``neutral``, cannot be told from one that passes them.
+    """
+    n = values.shape[-1]
+    symmetric = np.zeros((*values.shape[:-1], n + 1), dtype=complex)
+    symmetric[..., 0] = 1.0
+    for k in range(n):
+        symmetric[..., 1 : k + 2] += (1 - values[..., k, np.newaxis]) * symmetric[..., : k + 1]
+    return symmetric[..., n - neutral].real
 
 
 def outside(values: np.ndarray) -> np.ndarray:
@@ -146,7 +155,7 @@ TESTS = [
     BranchTest(Special.FOLD, _turning, lambda values: np.abs(values - 1), crossed=True),
     BranchTest(
         Special.BRANCH_POINT,
-        _noisy(lambda s: fold_test(free_of(s))),
+        _noisy(lambda s: fold_test(s.spectra.values, s.curve.problem.neutral.count)),
         lambda values: np.abs(values - 1),
         crossed=True,
     ),
