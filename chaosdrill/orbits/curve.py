@@ -333,19 +333,23 @@ class Curve:
     def stay_left(self, before: Point, border: Point) -> float:
         """How far from a border, in the first parameter, a stay that vanishes there has no effect.
 
-        Near a touch its duration grows as the root of the distance, and its effect on the orbit as a higher power:
-        orbits without it are found before it vanishes.
+        Orbits without it are found before it vanishes, and rounding decides which guards are met in it. Its rate along
+        the curve tells how far that is; near a touch, where it grows as the root of the distance, twice as far.
         """
         lasting, longer = border.orbit.durations, before.orbit.durations
         if len(lasting) != len(longer):
             return 0.0
         i = int(lasting.argmin())
-        if not lasting[i] < min(longer[i], TUNING.tangential * float(lasting.sum())):
+        whole = float(lasting.sum())
+        if not lasting[i] < min(longer[i], TUNING.tangential * whole):
             return 0.0
         way = abs(float((self.values(before.orbit) - self.values(border.orbit))[0]))
-        left = 2 * way * float(lasting[i] ** 2 / (longer[i] ** 2 - lasting[i] ** 2))
-        # what vanishes further away than the step is long does not do so there
-        return left if left <= way else 0.0
+        change = np.abs(border.tangent.change)
+        left = float(abs(lasting[i]) * change[-len(self.spans)])
+        rate = float(change[self.problem.states + 1 + i])
+        # a longer stay that vanishes further away than the step is long does not do so there
+        there = rate > 0 and (left <= way * rate or lasting[i] <= TUNING.touching * whole)
+        return left / rate if there else 0.0
 
     def _known_from(self, before: Point, border: Point, within: float) -> float:
         """Error of a border from the orbits beside it: the distance at which their errors are smaller than that.

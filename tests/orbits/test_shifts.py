@@ -7,6 +7,7 @@ import pytest
 import sympy
 from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
+from support.following import kinds
 
 import chaosdrill as cd
 from chaosdrill.dataset import Outcome
@@ -111,6 +112,17 @@ def test_which_gait_of_a_family_is_found_does_not_depend_on_writing_and_toleranc
     first, *others = ([float(gait.sel(state=name)) for name in ("y", "u")] for gait in gaits)
     for other in others:
         assert other == pytest.approx(first, rel=1e-8)
+
+
+def test_what_happens_to_a_gait_does_not_depend_on_the_step():
+    """A double multiplier 1 is not told from one that passes 1; at its end the flight vanishes, at no speed."""
+    one, other = (
+        cd.continue_orbit(runner(False), {"k": (15.0, 60.0)}, at="touchdown", start="guess", step=step)
+        for step in (0.4, 1.1)
+    )
+    assert kinds(one) == kinds(other) == [Special.EVENT_SWAP, Special.PERIOD_DOUBLING, Special.FOLD]
+    apart = np.abs(one["special_value"].values - other["special_value"].values)
+    assert (apart <= one["special_error"].values + other["special_error"].values).all()
 
 
 def test_where_it_runs_changes_nothing():
