@@ -112,17 +112,18 @@ def _told(system: HybridSystem, windows: _Windows, given: Any, job: Job) -> tupl
     cumulant, cumulant_error = np.full((2, *shape, WINDOWS.orders), np.nan)
     histogram, histogram_error, centre = np.full((3, *shape, given.bins), np.nan)
     times = np.full((2, count), np.nan)
+    error = error_of_exponents(in_blocks(rates, WINDOWS.blocks), job.numerics, run.steps, plan.length, apart)
     for e in np.flatnonzero(np.isfinite(mean)):
         times[:, e] = correlation_time(rates[:, e])
         for w, units in enumerate(windows.counts):
             one = rates[: len(rates) // units * units, e].reshape(-1, units).mean(axis=1)
             cumulant[w, e], cumulant_error[w, e] = cumulants(one)
+            # windows know no mean better than the record does
+            cumulant_error[w, e, 0] = max(cumulant_error[w, e, 0], error[e])
             histogram[w, e], histogram_error[w, e], centre[w, e] = density(one, given.bins)
     found = {
         "lyapunov_exponent": mean,
-        "lyapunov_error": error_of_exponents(
-            in_blocks(rates, WINDOWS.blocks), job.numerics, run.steps, plan.length, apart
-        ),
+        "lyapunov_error": error,
         "cumulant": cumulant,
         "cumulant_error": cumulant_error,
         "histogram": histogram,
