@@ -319,6 +319,16 @@ def test_staggers_where_a_direction_is_lost(monkeypatch):
     np.testing.assert_allclose(found["lyapunov_exponent"], [np.log(3), -np.inf], rtol=1e-12)
 
 
+def test_walkers_are_as_many_as_starts_are_worth_unless_asked_for():
+    """A flow whose starts all leave at one age took minutes."""
+    tent = cd.Map("x", {}, {"x": "3*Min(x, 1 - x)"}, initial={"x": 0.1}, bounds={"x": (0, 1)})
+    lengths = {"periods": 5, "transient": 2, "random": {**STARTS, "count": 200}}
+    few, many = (cd.transient_chaos(tent, **lengths, saddle=asked) for asked in (None, "stagger"))
+    assert 0 < 8 * few["staggers"] < many["staggers"]
+    for found in (few, many):
+        assert abs(found["saddle_rate"] - np.log(1.5)) <= 3 * found["saddle_rate_error"] < 0.2
+
+
 def test_starts_that_no_run_has_count_for_nothing():
     """Below the table of the ball none begins; what begins lives as long as it is watched."""
     ball, above, below = cd.build("bouncing-ball"), [{"x": 1.0}], [{"x": -1.0}, {"x": -2.0}]

@@ -144,13 +144,15 @@ def transient_chaos(system: HybridSystem, given: TransientChaos, job: Job) -> Da
     left out at both ends; over the rest their tangents grow at the exponents of the saddle. Their error is that of
     independent runs, plus the difference between the mean over all of this age and that over its first half.
 
-    Where runs leave sooner, 1024 walkers step along the saddle by stagger-and-step (Sweet, Nusse and Yorke 2001,
-    doi:10.1103/PhysRevLett.86.2261). A walker that would leave within a set time goes where another one is, drawn at
-    random, and small displacements of all orders of size part the two; one is taken where the time to stay remains long
-    enough. Beyond a comparison ``until`` none stays. The share of walkers that could stay gives the rate at which the
-    saddle is left, ``saddle_rate``, and the dimension. Errors are those of 16 pictures. Walkers find an attractor
-    within the bounds, however few starts lead to it: where ever more stay, or none leave, there is a ``reason`` alone.
-    So there is of the sprinkler where runs leave more slowly later on, as where some of them come to an attractor.
+    Where runs leave sooner, walkers step along the saddle by stagger-and-step (Sweet, Nusse and Yorke 2001,
+    doi:10.1103/PhysRevLett.86.2261): 1024 where ``saddle`` asks for them, else one for two starts, 256 at most, which
+    takes up to some hundred times as long as the starts. A walker that would leave within a set time goes where
+    another one is, drawn at random, and small displacements of all orders of size part the two; one is taken where the
+    time to stay remains long enough. Beyond a comparison ``until`` none stays. The share of walkers that could stay
+    gives the rate at which the saddle is left, ``saddle_rate``, and the dimension. Errors are those of 16 pictures.
+    Walkers find an attractor within the bounds, however few starts lead to it: where ever more stay, or none leave,
+    there is a ``reason`` alone. So there is of the sprinkler where runs leave more slowly later on, as where some of
+    them come to an attractor.
 
     The entropy of the saddle, the sum of its positive exponents less the escape rate, fills its directions, those of
     slowest growth and of slowest decay first: together this is its information dimension (Hunt, Ott and Yorke 1996,

@@ -205,9 +205,9 @@ def reached(lives: np.ndarray) -> int:
     return int(np.sort(lives)[-SURVIVORS]) if len(lives) >= SURVIVORS else 0
 
 
-def staggered(runs: Runs, starts: Walkers, count: int, seed: int) -> Saddle:
+def staggered(runs: Runs, starts: Walkers, count: int, together: int, seed: int) -> Saddle:
     """The saddle by walkers that stagger; unknown if none stay for long enough, or for ever."""
-    staggers = Staggers(runs.lives, runs.stepped, count, np.random.default_rng(seed))
+    staggers = Staggers(runs.lives, runs.stepped, count, together, np.random.default_rng(seed))
     points, growth, window = [], [], 0
     for walkers in staggers.walk(starts):
         margin = math.ceil(MARGIN * staggers.level)

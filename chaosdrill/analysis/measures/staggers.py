@@ -14,8 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 WALKERS = 1024
-"""How many step together. Their mean is wrong by about one part in as many as are apart, below its error unless most of
-them leave in each round."""
+BY_DEFAULT = 256
+"""How many step together where they are asked for, and at most where they are not. Their mean is wrong by about one
+part in as many as are apart, below its error unless most of them leave in each round."""
 
 TRIES = 12
 """Displacements that each clone tries in a round. One that is not parted from its twin at once is later on."""
@@ -57,12 +58,13 @@ class Staggers:
     """Walkers on a saddle.
 
     ``watch``: whole units that runs from states in modes stay, up to a number of units. ``step``: states and modes
-    after a number of units. ``longest``: units for which runs may be watched.
+    after a number of units. ``longest``: units for which runs may be watched. ``together``: how many walkers.
     """
 
     watch: Callable[[np.ndarray, np.ndarray, int], np.ndarray]
     step: Callable[[np.ndarray, np.ndarray, int], tuple[np.ndarray, np.ndarray]]
     longest: int
+    together: int
     generator: np.random.Generator
     size: float | None = None
     """That from which on displacements fail, in parts of the extent of the walkers."""
@@ -105,8 +107,8 @@ class Staggers:
         drawn = np.flatnonzero(begin.lives >= self.level)
         if not len(drawn):
             return None
-        drawn = self.generator.permutation(drawn)[:WALKERS]
-        found, strides = Walkers(*(part[np.resize(drawn, WALKERS)].copy() for part in begin)), []
+        drawn = self.generator.permutation(drawn)[: self.together]
+        found, strides = Walkers(*(part[np.resize(drawn, self.together)].copy() for part in begin)), []
         found.lives[len(drawn) :] = 0
         for _ in range(HALVINGS):
             renewed = self._renew(found, self.level, min(FURTHER * self.level, self.longest))
