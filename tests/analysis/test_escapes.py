@@ -171,6 +171,15 @@ def test_a_comparison_may_end_a_life_of_a_flow():
     assert "it is a rest, or runs stay too short" in found.attrs["reason"]
 
 
+def test_a_comparison_may_end_a_life_under_a_drive():
+    """At the rate 1 for a unit of time, then at -3 for another: a surface is in every mode that the drive makes."""
+    plain = cd.HybridSystem(states="x", parameters={"f": 0.0}, modes={"on": {"x": "f"}}, initial={"x": 0.0})
+    driven = cd.driven(plain, "f", {0: "1", "1/2": "-3"}, period=2)
+    found = cd.transient_chaos(driven, periods=3, initial={"x": [0.2, 1.5, -1.5, 9.0]}, until="x < -0.9")
+    np.testing.assert_allclose(found["lifetime"], [1 + 2.1 / 3, 3 + 1.4 / 3, 0.0, 6.0], rtol=1e-12)
+    assert found.cd.outcome.values.tolist() == ["escaped", "escaped", "invalid_start", "ok"]
+
+
 def test_where_nothing_leaves_the_rate_is_zero_within_its_error():
     closed = open_tent(np.array([0.4, 0.35])).with_initial(x=0.0)
     found = cd.transient_chaos(closed, periods=50, initial=[{"clock": 0.4}, {"clock": 0.6}])
@@ -391,3 +400,9 @@ def test_arguments_that_do_not_fit():
         cd.transient_chaos(tent, duration=5.0, random=STARTS)
     with pytest.raises(cd.SettingsError, match="until"):
         cd.transient_chaos(tent, periods=5, random=STARTS, until="hit")
+    forced = cd.HybridSystem(states="x", time="t", modes={"on": {"x": "cos(t)"}}, period="2*pi", initial={"x": 0.0})
+    with pytest.raises(cd.SettingsError, match="the surface does not repeat after the forcing period; compare"):
+        cd.transient_chaos(forced, periods=5, random=STARTS, until="x > 9 - t")
+    logistic = cd.Map("x", {}, {"x": "3.9*x*(1 - x)"}, initial={"x": 0.3})
+    with pytest.raises(cd.SettingsError, match="leave by bounds alone; give it those in place of until"):
+        cd.transient_chaos(logistic, periods=5, random=STARTS, until="x > 0.9")

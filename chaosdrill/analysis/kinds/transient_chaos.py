@@ -102,6 +102,9 @@ class TransientChaos(AnalysisSettings):
         until = table.get("until")
         if until == "strobe":
             yield ("until",), told("expected an event, or a comparison of states", until)
+        elif until is not None and system.discrete:
+            words = f"{system.name} is a map, whose iterates leave by bounds alone; give it those in place of until"
+            yield ("until",), told(f"{words}, as in bounds={{{system.state_names[0]!r}: (-5, 5)}}", until)
         elif until is not None and (fault := section_fault(system, until)):
             yield ("until",), told(fault, until)
         if table.get("saddle") == "stagger" and system.noise:
