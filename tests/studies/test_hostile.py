@@ -1,11 +1,10 @@
 """Archives that are built to do harm are opened or refused; the study tries thousands of them."""
 
-from dataclasses import replace
+import time
+from itertools import repeat
 from pathlib import Path
 
 import pytest
-
-from chaosdrill.archive import save, trial
 
 STUDY = Path(__file__).parents[2] / "studies" / "fuzz"
 
@@ -23,13 +22,23 @@ def test_a_few_hostile_files(tmp_path, hostile):
     found = hostile.run(tmp_path, files=20, seconds=None, seed=1, keep=tmp_path)
     assert found["wrong"] == []
     assert found["files"] == 20
-    assert found["slowest"] < hostile.MOST_S
+    assert found["slowest"] < hostile.opener.MOST_S
     # the study is worth nothing where files are not hostile
     assert sum(number for outcome, number in found["outcomes"].items() if outcome.startswith("refused")) > 10
 
 
-def test_a_process_that_waits_is_wrong(tmp_path, hostile, monkeypatch):
-    path = save(hostile.small(), tmp_path / "a.nc")
-    monkeypatch.setattr(trial, "_spare", [])
-    monkeypatch.setattr(trial, "TUNING", replace(trial.TUNING, patience_s=0.0))
-    assert hostile._opened(path) == "WRONG: the process that reads it waits"
+@pytest.mark.parametrize(
+    ("wait", "outcome"),
+    [(time.sleep, "WRONG: has waited for 2 s"), (None, "WRONG: no answer after 2 s of processor time")],
+)
+def test_a_process_that_waits_or_works_too_long_is_wrong(tmp_path, hostile, monkeypatch, wait, outcome):
+    monkeypatch.setattr(hostile.opener, "MOST_S", 1.5)
+    monkeypatch.setattr(hostile.opener, "_opened", lambda _: wait(60) if wait else sum(repeat(1)))
+    assert hostile.opener.Opener().open(tmp_path)[0] == outcome
+
+
+def test_a_process_that_waits_for_a_processor_is_not(tmp_path, hostile, monkeypatch):
+    monkeypatch.setattr(hostile.opener, "MOST_S", 0.2)
+    monkeypatch.setattr(hostile.opener, "_opened", lambda _: time.sleep(1.2) or "opened")
+    monkeypatch.setattr(hostile.opener, "_status", lambda _: ["R", *"0" * 20])
+    assert hostile.opener.Opener().open(tmp_path)[0] == "opened"
