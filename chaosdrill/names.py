@@ -45,9 +45,9 @@ def no_parameter(key: str, known: Iterable[str], unused: str) -> str:
 
 
 def shown(value: object) -> str:
-    """What `repr` writes of a value, also of one that Python does not write: integers of thousands of digits."""
+    """What `repr` writes of a value, on one line, also where Python refuses: integers of thousands of digits."""
     try:
-        return repr(value)
+        return re.sub(r"\s*\n\s*", " ", repr(value))
     except (ValueError, MemoryError, RecursionError):
         if isinstance(value, int):
             return f"an integer of {int(value.bit_length() * 0.30103) + 1} digits"
@@ -56,8 +56,8 @@ def shown(value: object) -> str:
 
 def brief(value: object, most: int = 60) -> str:
     """The beginning of what `repr` writes of a value, on one line; an ellipsis stands for the rest."""
-    text, _, rest = shown(value).partition("\n")
-    return f"{text[: most - 3].rstrip()}..." if rest or len(text) > most else text
+    text = shown(value)
+    return f"{text[: most - 3].rstrip()}..." if len(text) > most else text
 
 
 def key_text(key: object) -> str:

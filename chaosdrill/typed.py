@@ -59,7 +59,10 @@ NAMED = Kind(
         isinstance(value, str) or (isinstance(value, list | tuple) and all(isinstance(n, str) for n in value))
     ),
 )
-AXES = Kind("axes of matplotlib, as matplotlib.pyplot.gca() returns", lambda value: hasattr(value, "set_xlabel"))
+AXES = Kind(
+    "plane axes of matplotlib, as matplotlib.pyplot.gca() returns",
+    lambda value: hasattr(value, "set_xlabel") and value.name == "rectilinear",
+)
 FUNCTION = Kind("a function", callable)
 COUNT = Kind("a whole number from 1 on", lambda value: isinstance(value, Integral) and int(value) >= 1)
 NUMBER = Kind("a number", lambda value: isinstance(value, Real) and not isinstance(value, bool))

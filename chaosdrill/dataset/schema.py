@@ -26,6 +26,14 @@ ORBIT = "{orbit}"
 RUN = "{run}"
 STARTS_OF_RUNS = "{start}"
 
+ORDER = (
+    *("attractor_number", "point", "step", "side", "special", "block", "break", "crossing", "end", "orbit", "start"),
+    *("quantity", "attractor", "run", "distance", "seed", "window", "eigenvalue", "multiplier", "iteration", "event"),
+    *("path_point", "function", "time", "tangent", "method", "iterate", "exponent", "split", "tolerance", "state"),
+    *("order", "bin", "parameter", "vector", "turn", "scale"),
+)
+"""Dimensions after those of ``SWEEP``, in an order that all tables have: a first picture need not wait for these."""
+
 PENETRATION = "penetration"
 """Quadrature whose mean rate is the progression rate."""
 

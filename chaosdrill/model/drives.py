@@ -15,7 +15,7 @@ from chaosdrill.model.period import value_of
 from chaosdrill.model.places import parameter
 from chaosdrill.model.system import SYSTEM, HybridSystem
 from chaosdrill.model.transition import Transition
-from chaosdrill.names import remedy
+from chaosdrill.names import remedy, shown
 from chaosdrill.settings import real
 from chaosdrill.typed import TEXT, expecting
 
@@ -224,8 +224,8 @@ def _spline(name: str, table: Any) -> list[Piece]:
     from scipy.interpolate import CubicSpline
 
     fault = ModelError(
-        f"{name}: table is {table!r:.100}; it must be at least three numbers, or a mapping of phases from 0 to 1 to "
-        "them"
+        f"{name}: table is {shown(table):.100}; it must be at least three numbers, or a mapping of phases from 0 to 1 "
+        "to them"
     )
     try:
         if isinstance(table, Mapping):

@@ -313,7 +313,7 @@ class HybridSystem(System):
             If the system has no such parameter, or if a value is not a finite number, or beyond the parameter's limits.
         """
         if not isinstance(table, Mapping | None):
-            raise SettingsError(f"{self.name}: parameters are {table!r:.60}; give them by name, as in eta=0.4")
+            raise SettingsError(f"{self.name}: parameters are {shown(table):.60}; give them by name, as in eta=0.4")
         values = {**(table or {}), **values}
         for key in values:
             if key not in self.parameters:
@@ -372,7 +372,7 @@ class HybridSystem(System):
             found = start.values
         numbers = list(found) if isinstance(found, Iterable) and not isinstance(found, str | bytes) else []
         if getattr(found, "ndim", 1) != 1 or len(numbers) != len(self.state_names):
-            received = f"an array of shape {found.shape}" if hasattr(found, "shape") else f"{found!r:.60}"
+            received = f"an array of shape {found.shape}" if hasattr(found, "shape") else f"{shown(found):.60}"
             raise SettingsError(
                 f"{self.name}: the initial state is {received}; it must have {len(self.state_names)} numbers, in the "
                 f"order {', '.join(self.state_names)}; or give some by name, as in {self.state_names[0]}=0.1"
@@ -545,5 +545,9 @@ def _number(system: str, what: str, key: Any, value: Any) -> float:
 SYSTEM = Kind(
     "a HybridSystem: your own, the system of a scene, as in load_scene(path).system, or one that has a name",
     lambda value: isinstance(value, HybridSystem),
-    lambda value: f", as in chaosdrill.{f'build({brief(value)})' if isinstance(value, str) else 'drill()'}",
+    lambda value: (
+        "; chaosdrill.system(ds) rebuilds that of a result"
+        if hasattr(value, "attrs")
+        else f", as in chaosdrill.{f'build({brief(value)})' if isinstance(value, str) else 'drill()'}"
+    ),
 )

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from chaosdrill.dataset.label import axes_of
+from chaosdrill.dataset.schema import ORDER
 from chaosdrill.errors import SettingsError
 from chaosdrill.plots._types import Dataset, States, Variable
 
@@ -87,12 +89,20 @@ _IN_SI = ("trajectory", "poincare-section", "bifurcation-diagram", "periodic-orb
 _TIMES = ("time", "event_time", "path_time", "forcing_period", "period_time")
 
 
+def in_order(dataset: Dataset) -> Dataset:
+    """Return a dataset with the dimensions of its variables in the order of an analysis; those of others lead."""
+    first = [name for name in axes_of(settings(dataset)) if name in dataset.dims]
+    rest = [name for name in ORDER if name in dataset.dims and name not in first]
+    return dataset.transpose(*first, ..., *rest)
+
+
 def shown_in_si(dataset: Dataset) -> Dataset:
-    """Return a dataset whose results are in SI units, if its scene was in SI units.
+    """Return a dataset in order, whose results are in SI units if its scene was in SI units.
 
     Every ``NAME_si`` replaces ``NAME``. Times without one, and states, are multiplied by their unit; the units of the
     states are in ``state_units``.
     """
+    dataset = in_order(dataset)
     known = {str(name).removesuffix("_si"): name for name in dataset.variables if str(name).endswith("_si")}
     given = {name: dataset[own].variable for name, own in known.items() if name in dataset.variables}
     if not known:

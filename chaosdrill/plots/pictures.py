@@ -280,8 +280,7 @@ def _with_dimensions(ds: Dataset) -> Dataset:
         if dim in ds.coords and dim not in ds.dims:
             declared = table_of(str(ds.attrs["kind"]), map(str, ds.variables))
             names = [n for n in ds.variables if n in declared and dim in declared[str(n)].dims and n != dim]
-            places = {n: ds[n].ndim if dim == "state" else len(set(ds[n].dims) & set(swept(ds))) for n in names}
-            ds = ds.drop_vars([*names, dim]).assign({n: ds[n].expand_dims(dim, places[n]) for n in names})
+            ds = ds.drop_vars([*names, dim]).assign({n: ds[n].expand_dims(dim) for n in names})
     return ds
 
 

@@ -98,8 +98,8 @@ def explorer_data(dataset: Dataset, share: float = 1.0) -> tuple[dict[str, Any],
     from chaosdrill.plots.labels import axis_label, seed_names, state_label
     from chaosdrill.plots.palette import LONGER_COLOUR, PERIOD_COLOURS
 
+    dataset = shown_in_si(dataset)
     axes = [str(name) for name in dataset["outcome"].dims if name != "seed"]
-    dataset = shown_in_si(dataset).transpose(*axes, "seed", ...)
     # sorting copies all variables
     if not all(dataset.indexes[name].is_monotonic_increasing for name in axes):
         dataset = dataset.sortby(axes)

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from chaosdrill.annotations import Dataset, DataTree
 from chaosdrill.errors import ArchiveError, ChaosdrillError
+from chaosdrill.names import brief
 from chaosdrill.systems import REGISTRY
 from chaosdrill.workflow.run_scene import system_of
 
@@ -43,7 +44,7 @@ def system(result: "Dataset | DataTree | str | os.PathLike[str]") -> "HybridSyst
     if isinstance(result, xr.Dataset):
         return _built(result, "the dataset")
     if not isinstance(result, xr.DataTree):
-        raise ArchiveError(f"result is {result!r:.60}; it must be a dataset, an archive, or the name of its file")
+        raise ArchiveError(f"result is {brief(result)}; it must be a dataset, an archive, or the name of its file")
     groups = [node for node in result.subtree if "kind" in node.attrs]
     if not groups:
         raise ArchiveError("the archive holds no result of an analysis, and so no system")

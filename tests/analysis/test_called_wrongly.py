@@ -1,7 +1,9 @@
 """A call that is wrong in one place is refused with that place, not with another, and never read as something else."""
 
 import numpy as np
+import pandas as pd
 import pytest
+import xarray as xr
 from matplotlib.figure import Figure
 
 import chaosdrill as cd
@@ -140,7 +142,11 @@ def _with_guard(guard):
         (lambda s: cd.plot(s), r"as in chaosdrill.plot\(chaosdrill.trajectory\(system, ...\)\)"),
         (lambda s: cd.plot("a.nc"), r"as in chaosdrill.open\('a.nc'\)\['motion'\], or take plot_archive"),
         (lambda s: cd.plot([s, s]), "one after the other, on the axes of your own"),
-        (lambda s: cd.plot(s, ax=Figure()), "must be axes of matplotlib"),
+        (lambda s: cd.plot(s, ax=Figure()), "must be plane axes of matplotlib"),
+        (lambda s: cd.plot(s, ax=Figure().add_subplot(projection="polar")), "must be plane axes of matplotlib"),
+        (lambda s: cd.lyapunov_spectrum(xr.Dataset()), r"chaosdrill.system\(ds\) rebuilds that of a result"),
+        (lambda s: s.with_parameters(pd.Series([1, 2])), r"parameters are [^\n]*; give them by name"),
+        (lambda s: cd.series_measures(xr.Dataset()), r"values is [^\n]*; it must be a series"),
         (lambda s: cd.plot(s, fontsize=9), r"or use matplotlib.rc_context\(\{'figure.figsize'"),
         (lambda s: cd.save_scene(s, "a.toml"), r"the order is save_scene\(path, system, analyses\)"),
         (lambda s: cd.save_scene("a.toml", s), r"missing a required argument: 'analyses'; see help"),

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from chaosdrill.dataset import SCHEMA
 from chaosdrill.dataset.build import dataset, variable
+from chaosdrill.dataset.schema import ORBIT, ORDER, RUN
 
 LABELS = {
     "time": ("time", np.arange(4.0), {"units": "s"}, {"_FillValue": None}),
@@ -71,3 +73,12 @@ def test_who_imports_dask_later_has_all_of_it():
     pytest.importorskip("dask.array")
     done = subprocess.run([sys.executable, "-c", CHUNKED], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+def test_one_order_of_dimensions_holds_in_every_table():
+    places = {name: place for place, name in enumerate(ORDER)} | {ORBIT: ORDER.index("orbit"), RUN: ORDER.index("run")}
+    for table in SCHEMA.values():
+        for declared in table.values():
+            assert [places.get(dim, -1) for dim in declared.dims] == sorted(
+                places.get(dim, -1) for dim in declared.dims
+            )

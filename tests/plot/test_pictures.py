@@ -15,6 +15,7 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.plots import PICTURES, categories, palette, plot_archive
 from chaosdrill.plots.accuracy import convergence
+from chaosdrill.plots.contents import in_order
 from chaosdrill.plots.curve import MOST_RUNS, curve_of, last_parts, runs_of, stops, strobe
 from chaosdrill.plots.labels import drawable, shorten, subscript, uncertain
 from chaosdrill.plots.pictures import stems_of
@@ -315,6 +316,18 @@ def test_several_results_in_one_are_refused_with_the_way(request, which):
     one = request.getfixturevalue(which)
     with pytest.raises(SettingsError, match=r"ds has the dimension 'run', .* has not; choose one .*ds.isel\(run=0\)"):
         cd.plot(xr.concat([one, one], "run", data_vars="all"))
+
+
+@pytest.mark.parametrize("which", ["ball", "section", "spectrum", "diagram", "chart", "basin"])
+def test_dimensions_in_another_order_are_put_back(request, which):
+    one = request.getfixturevalue(which)
+    assert in_order(one.transpose()).identical(one)
+
+
+def test_the_order_of_dimensions_changes_no_chart(chart):
+    """Of a chart that a user had transposed, other values were drawn, without a word."""
+    drawn = [cd.plot(ds, kind="lyapunov-chart").collections[0].get_array() for ds in (chart, chart.transpose())]
+    assert np.array_equal(*drawn)
 
 
 # A run that failed has little to draw, and says why and what to do.
