@@ -188,7 +188,7 @@ def known_all(function: str, known: Signature, given: Mapping[str, Any]) -> None
         single = one.kind not in (Parameter.VAR_POSITIONAL, Parameter.VAR_KEYWORD)
         if single and one.default is Parameter.empty and name not in given:
             instead = [key for key in given.get("more", ()) if key in _SPELT.get(name, ())]
-            way = f"{instead[0]!r} is none of its arguments; " if instead else ""
+            way = f"{instead[0]!r} is not one of its arguments; " if instead else ""
             raise TypeError(f"{function}() missing a required argument: {name!r}; {way}see help(chaosdrill.{function})")
 
 

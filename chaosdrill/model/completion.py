@@ -144,7 +144,8 @@ def _met(
     known = np.isfinite(speed) & np.isfinite(force)
     met, lost = (speeds > 0.0) & known, np.abs(speed) < (1.0 - TUNING.vanishing) * speeds
     coming = np.sign(speed) * np.sign(force) <= 0.0
-    return met.any(axis=0).sum() >= TUNING.fewest_samples, bool((met & lost).any()), bool((met & coming).any())
+    enough = int(met.any(axis=0).sum()) >= TUNING.fewest_samples
+    return enough, bool((met & lost).any()), bool((met & coming).any())
 
 
 def _following(transitions: Sequence[Transition], mode: str) -> list[Transition]:

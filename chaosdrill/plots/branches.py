@@ -109,7 +109,7 @@ def _attractors(axes: Axes, diagram: Dataset, index: int) -> None:
     left, right = axes.get_xlim()
     known = np.isfinite(section) & (x >= left) & (x <= right)
     # a cloud has many small points, a cycle few that have to be seen under lines
-    cloud = float(np.sqrt(np.clip(2e4 / max(known.sum(), 1), 0.25, 2.0)))
+    cloud = float(np.sqrt(np.clip(2e4 / max(int(known.sum()), 1), 0.25, 2.0)))
     cycle = np.broadcast_to(diagram["period"].transpose(name, "seed").values[..., None] > 0, section.shape)
     options: dict[str, Any] = {"linestyle": "none", "marker": "o", "color": BACKGROUND, "markeredgewidth": 0}
     line = float(np.clip(900 / len(x), 1.2, 2.0))

@@ -58,8 +58,8 @@ def _draw_track(axes: Axes, dataset: Dataset) -> None:
         times, period = dataset["track_time"].values, int(dataset["period"])
         # both ends of a bisection have one time
         cycle = states[np.append(np.diff(times) > 0, True)][-period:] if period else dataset["edge_state"].values
-        told = Outcome(int(dataset["outcome"])).meaning + f", period {period}" * bool(period)
-        axes.plot(*place(cycle), "*", mfc="none", color=LINE_COLOURS[0], markersize=12, label=f"edge state ({told})")
+        words = Outcome(int(dataset["outcome"])).meaning + f", period {period}" * bool(period)
+        axes.plot(*place(cycle), "*", mfc="none", color=LINE_COLOURS[0], markersize=12, label=f"edge state ({words})")
     axes.set_xlabel(state_label(dataset, moving[0]))
     if flat:
         axes.set_yticks([])

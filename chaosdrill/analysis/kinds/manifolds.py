@@ -130,7 +130,7 @@ def _of_dataset(given: Mapping[str, Any], orbit: Any) -> dict[str, Any]:
     if "orbit" in orbit.dims:
         raise SettingsError(f"orbit holds {orbit.sizes['orbit']} orbits; choose one, as in found.isel(orbit=0)")
     if int(orbit["outcome"]) != Outcome.PERIODIC:
-        raise SettingsError(f"orbit is none: its outcome is {Outcome(int(orbit['outcome'])).meaning!r}")
+        raise SettingsError(f"orbit is not an orbit: its outcome is {Outcome(int(orbit['outcome'])).meaning!r}")
     names = [str(name) for name in orbit["state"].values]
     near: dict[str, Any] = dict(zip(names, orbit["orbit_state"].values.tolist(), strict=True))
     modes = str(orbit["mode"].attrs.get("flag_meanings", "")).split()
