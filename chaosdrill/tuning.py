@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Tuning:
-    """What messages show, how often progress is told, and what files of others may hold."""
+    """What messages show, how often progress is shown, and what files of others may hold."""
 
     # messages
     letters: int = 100

@@ -90,7 +90,7 @@ def describe(ds: Dataset, kind: str, *, system: Any, sweep: Iterable[str] = ()) 
 def described_again(ds: Dataset, kind: str, *, system: Any) -> Dataset | None:
     """A labelled dataset read from a file, with the attributes of its variables from the table.
 
-    Returns: None if its variables are not those of the table, if a code is none of theirs, or if an attribute is of
+    Returns: None if its variables are not those of the table, if a code is not one of theirs, or if an attribute is of
     another type than `label` gives it.
     """
     import numpy as np

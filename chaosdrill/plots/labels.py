@@ -105,7 +105,7 @@ def period_words(dataset: Dataset) -> tuple[str, str]:
 
 
 def time_unit(dataset: Dataset) -> tuple[float, str, str]:
-    """Return the unit in which lengths of time are told, the period of the strobe if there is one, and its names."""
+    """Return the unit of lengths of time, the period of the strobe if there is one, and its names."""
     if "forcing_period" in dataset.variables:
         return float(dataset["forcing_period"]), *period_words(dataset)
     return 1.0, "unit of time", "units of time"

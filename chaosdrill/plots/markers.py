@@ -77,7 +77,7 @@ def specials(dataset: Dataset) -> list[tuple[str, Integers]]:
 
 
 def soft_and_hard(dataset: Dataset) -> list[tuple[str, bool, Integers]]:
-    """Return the same, apart for points at which the new motion repels and others jump away, as far as it is told."""
+    """Return the same, apart for points at which the new motion repels and others jump away, where that is known."""
     jumps = np.zeros(0, dtype=np.int64)
     if "special_criticality" in dataset:
         names = flag_names(dataset["special_criticality"])

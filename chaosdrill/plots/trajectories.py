@@ -100,7 +100,7 @@ def _summary(quadratures: list[str], runs: list[Dataset], modes: dict[int, str],
 
 
 def _unused(axes: Axes) -> list[str]:
-    """Colours of runs that nothing on the axes has: a run that is drawn over another one is told from it."""
+    """Colours of runs that nothing on the axes has: a run that is drawn over another one looks different."""
     marks: list[Any] = [row for marks in axes.collections for row in marks.get_facecolor()[:1]]
     lines: list[Any] = [line.get_color() for line in axes.lines]
     used = {to_hex(one) for one in (*lines, *marks)}

@@ -82,7 +82,7 @@ class CheckedSystem(Known):
 
 
 def check_document(raw: Mapping[str, Any], system: CheckedSystem) -> list[Problem]:
-    """Check which tables the file has, and tell of what stands outside of its table to which it belongs."""
+    """Check which tables the file has, and whether anything stands outside of the table to which it belongs."""
     inner = {
         "numerics": NumericsSettings.values(),
         "system.initial": system.states or (),

@@ -18,7 +18,7 @@ class Tuning:
     key_parts_set: int = 16
     """Parts of a key that is set on the command line: no table of a scene is so deep."""
     faults_shown: int = 50
-    """Faults of a scene that are told, more than anybody reads."""
+    """Faults of a scene that a message lists, more than anybody reads."""
     pieces: int = 120
     """Pieces of a drive: every piece is at least one mode, and a system has at most 127."""
     sliding_operations: int = 200

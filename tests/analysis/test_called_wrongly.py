@@ -47,7 +47,10 @@ def test_limits_are_two(duffing):
         (lambda s: cd.trajectory(), r"trajectory\(\) missing a required argument: 'system'"),
         (lambda s: cd.bifurcation_diagram(s, {"gamma": [0.1]}, periods=4), "missing a required argument: 'transient'"),
         (lambda s: cd.HybridSystem(**OWN, initial_mode="free"), r"'initial_mode'; write initial=\{'mode': ...\}"),
-        (lambda s: cd.in_modes(states="x", rates={"x": "-x"}), "argument: 'field'; 'rates' is not one of its arguments"),
+        (
+            lambda s: cd.in_modes(states="x", rates={"x": "-x"}),
+            "argument: 'field'; 'rates' is not one of its arguments",
+        ),
     ],
 )
 def test_a_name_that_no_argument_has(duffing, call, told):

@@ -58,9 +58,9 @@ class CovariantVectors(Record):
     interval: float | None = setting(
         Number(above=0),
         None,
-        doc="Time between two vectors: in forcing periods, a whole number or one over a whole number, by default 1, "
-        "or of records longer than 32,768 periods as many as leave at most so many vectors, the rest at the end being "
-        "left out; without forcing in units of time, rounded to a part of the record, default 1/1024 of it.",
+        doc="Time between two vectors: in forcing periods, a whole number or one over a whole number; by default 1, in "
+        "longer records the fewest that leave at most 32,768 vectors, with a rest at the end left out. Without forcing "
+        "in units of time, rounded to a part of the record, default 1/1024 of it.",
     )
     forward: float | None = setting(
         Amount(least=0),

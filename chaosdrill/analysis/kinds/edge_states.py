@@ -52,8 +52,8 @@ class EdgeStates(Points):
     without_noise: ClassVar[str] = "a start beside an edge leads to either side of it by chance"
     meanings: ClassVar[Mapping[str, str]] = {
         "system": "System with its parameters; its initial state supplies the states that the starts do not name.",
-        "transient": "Points of the section, or time, to run before a fate is told. Starts beside the edge leave it "
-        "late: the distance ``closest`` must grow to the extent of a basin meanwhile. Where it is too short, it is "
+        "transient": "Points of the section, or time, to run before a fate is determined. Starts beside the edge leave "
+        "it late: the distance ``closest`` must grow to the extent of a basin meanwhile. Where it is too short, it is "
         "extended by ``periods``, up to ``max_extension`` times.",
         "at": "A section of a system without forcing, as in `poincare_section`: ``periods`` counts its points, and "
         "the edge is followed from point to point.",
