@@ -7,10 +7,10 @@ from chaosdrill.package import modules
 
 try:
     import matplotlib  # noqa: F401
-except UnicodeDecodeError as fault:
+except ValueError as fault:
     raise SettingsError(
-        "matplotlib cannot start, since its settings are not text: a file 'matplotlibrc' in the working directory, in "
-        f"$MATPLOTLIBRC or in the user's folder of settings; correct or remove it ({fault})"
+        "matplotlib cannot start; correct or remove the variable MPLBACKEND, or a file 'matplotlibrc' in the working "
+        f"directory, in $MATPLOTLIBRC or in the user's folder of settings ({fault!s:.200})"
     ) from fault
 
 from chaosdrill.plots.animation import animate

@@ -20,7 +20,7 @@ def check_names(wanted: Sequence[str], names: Sequence[str]) -> None:
     """Raise a `SettingsError` if there is no state of a name."""
     if unknown := next((name for name in wanted if name not in names), None):
         several = tuple(part for part in unknown.replace(",", " ").split() if part in names)
-        way = f"; write state={several!r} for several" if len(several) > 1 else ""
+        way = f"; write state={several!r} for several, in a shell --state for each" if len(several) > 1 else ""
         raise SettingsError(f"state names {unknown!r:.60}; states are {', '.join(names)}{way}")
 
 

@@ -93,14 +93,17 @@ def test_a_file_of_another_kind_is_called_by_its_name(call, tmp_path, start, sce
     assert archive_says in answer.err
 
 
-def test_settings_of_matplotlib_that_are_no_text_are_told(tmp_path):
+@pytest.mark.parametrize("backend", ["agg", "none"])
+def test_settings_that_matplotlib_cannot_read_are_told(tmp_path, backend):
     archive = save(diagram(5), tmp_path / "diagram.nc")
-    (tmp_path / "matplotlibrc").write_bytes(b"\xf4\x00\xff")
+    if backend == "agg":
+        (tmp_path / "matplotlibrc").write_bytes(b"\xf4\x00\xff")
     # matplotlib reads them at its import
     command = [sys.executable, "-m", "chaosdrill", "plot", archive, "-o", "a.png"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    environment = {**os.environ, "MPLBACKEND": backend}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 2
-    assert "a file 'matplotlibrc' in the working directory" in done.stderr
+    assert "the variable MPLBACKEND, or a file 'matplotlibrc' in the working directory" in done.stderr
     assert "Traceback" not in done.stderr
 
 
