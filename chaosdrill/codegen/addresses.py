@@ -99,8 +99,7 @@ def _found(title: str) -> tuple[Any, int, bool]:
 
     function = title.removesuffix(EXPANDED)
     expands = function != title
-    plain = CODE[function]
-    return (EXPANSIONS if expands else CODE)[function], getattr(plain, "py_func", plain).__code__.co_argcount, expands
+    return (EXPANSIONS if expands else CODE)[function], ARGUMENTS[function], expands
 
 
 def _called_back(title: str) -> int:

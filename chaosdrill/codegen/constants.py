@@ -49,6 +49,10 @@ class Loaded:
                     self._numbers[expression] = self._row[self._constants.place(expression)]
         return self._numbers[expression]
 
+    def times(self, weight: Any, value: "Number") -> "Number":
+        """A number with a weight of parameters."""
+        return value if weight == 1 else self[weight] * value
+
 
 def double(expression: Any) -> float:
     """The double nearest to an expression without symbols; NaN if it has no real value."""

@@ -540,7 +540,8 @@ class Function:
             switch.add_case(ir.Constant(INT, value), block)
             self.builder.position_at_end(block)
             write()
-            self.builder.branch(after)
+            if not self.builder.block.is_terminated:
+                self.builder.branch(after)
         self.builder.position_at_end(after)
 
     def give(self, result: Any = None) -> None:

@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from llvmlite import ir
 
 from chaosdrill.codegen.code import Code
 from chaosdrill.codegen.constants import Constants
-from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Module, array
+from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Index, Module, Number, array
 from chaosdrill.codegen.events import Event, guard_keys, mode_events, returns
 from chaosdrill.codegen.expression import Expressions
 from chaosdrill.codegen.layout import Layout
@@ -111,21 +112,14 @@ def _series(modes: tuple[Series, ...], width: int) -> Code:
 
 def _by_number(f: Function, number: Any, calls: dict[int, Any], arguments: list[Any], otherwise: Any = None) -> None:
     """Call the function of this number and give what it gives; where there is none give ``otherwise``."""
-    builder = f.builder
-    last = f.made.append_basic_block("none")
-    switch = builder.switch(number, last)
-    for i, called in calls.items():
-        block = f.made.append_basic_block("one")
-        switch.add_case(INT(i), block)
-        builder.position_at_end(block)
-        result = builder.call(called, arguments)
-        if otherwise is None:
-            builder.ret_void()
-        else:
-            builder.ret(result)
-    builder.position_at_end(last)
+
+    def call(called: Any) -> None:
+        result = f.builder.call(called, arguments)
+        f.give(None if otherwise is None else Number(f, result))
+
+    f.switch(Index(f, number), {i: partial(call, called) for i, called in calls.items()})
     if otherwise is not None:
-        builder.ret(otherwise)
+        f.builder.ret(otherwise)
     f.end()
 
 
@@ -185,7 +179,7 @@ def _pointwise(
     of_guards("rate_error", {"doubt": _VECTOR}, Pointwise.rate_error, rates, DOUBLE(0.0))
     event = {"tangents": INT, "scale": _VECTOR, "tolerance": DOUBLE, "event": _VECTOR}
     of_guards("event_map", event, Pointwise.event_map, events, INT(-1))
-    of_modes("watch", {"out": _VECTOR}, lambda i, name: modes[i].watch(module, name, [s.argument for s in steep[i]]))
+    of_modes("watch", {"out": _VECTOR}, lambda i, name: modes[i].watch(name, [s.argument for s in steep[i]]))
     _constants(module, constants)
     for name in (*POINTWISE, "constants"):
         _from_python(module, name)

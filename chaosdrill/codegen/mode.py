@@ -34,7 +34,7 @@ class Mode:
         self.rates += [self.tape.lower(q) for q in system.integrands(mode)]
         self.guards = [self.tape.lower(g) for g in guards]
         self.watched = [self.tape.lower(w) for w in watched]
-        self.in_jet = self.reach([*self.rates, *self.guards, *self.watched])
+        self.in_jet = self.tape.reach([*self.rates, *self.guards, *self.watched])
         self.kept: list[int] = []
         self.small = self._is_small(self.in_jet)
         if self.small:
@@ -66,30 +66,13 @@ class Mode:
                     self.linear[i, j] = constant
                 if index is not None:
                     self.products[i, j] = (index, weight)
-        self._columns: list[list[int]] = [[] for _ in range(self.n + len(self.kept))]
+        self.columns: list[list[int]] = [[] for _ in range(self.n + len(self.kept))]
+        """By rows of the Jacobian: the states that a rate depends on."""
         for i, j in sorted({*self.linear, *self.products}):
-            self._columns[i].append(j)
+            self.columns[i].append(j)
         self.wanted = {index for index, _ in self.products.values()}
-        self.in_jacobian = self.reach(sorted(self.wanted)) - self.in_jet
+        self.in_jacobian = self.tape.reach(sorted(self.wanted)) - self.in_jet
 
     def convolved(self) -> set[tuple[int, int]]:
         """Nodes and states whose series a tangent's are products of."""
         return {(index, j) for (_, j), (index, _) in self.products.items() if not self.tape.is_still(index)}
-
-    def columns_of(self, i: int) -> list[int]:
-        """The states that the rate of state i depends on."""
-        return self._columns[i]
-
-    def reach(self, roots: list[int]) -> set[int]:
-        """Nodes, and all that they are made of."""
-        seen: set[int] = set()
-        stack = list(roots)
-        while stack:
-            index = stack.pop()
-            if index in seen:
-                continue
-            seen.add(index)
-            stack.extend(self.tape.nodes[index].args)
-            if index in self.tape.slopes:
-                stack.append(self.tape.slopes[index][0])
-        return seen

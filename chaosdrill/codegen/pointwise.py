@@ -64,7 +64,7 @@ class Pointwise:
         f = Function(self.module, name, {"t": DOUBLE, "c": _ROW, "x": _ROW, **more}, result, own=True)
         return f, f.row(f.arguments[2]), list(f.arguments[3:])
 
-    def _expressions(self, f: Function, x: Row, expressions: list[Any], more: dict[Any, Number]) -> Expressions:
+    def _expressions(self, f: Function, x: Row, expressions: list[Any], more: Mapping[Any, Number]) -> Expressions:
         expressions = [sympy.sympify(e) for e in expressions]
         constants = self.constants.loaded(f, f.row(f.arguments[1]))
         needed = set().union(*(e.free_symbols for e in expressions)) if expressions else set()
@@ -80,8 +80,7 @@ class Pointwise:
     def field(self, module: Module, name: str) -> Any:
         """Write ``(t, c, x, out)``: rates of the states, then integrands of the quadratures."""
         f, x, (out,) = self._begin(name, {"out": _ROW})
-        rates = [self.system.modes[self.mode][s] for s in self.system.states]
-        return self._fill(f, x, out, [*rates, *self.system.integrands(self.mode)])
+        return self._fill(f, x, out, self._rates())
 
     def variation(self, module: Module, name: str) -> Any:
         """Write ``(t, c, x, d, out)``: the Jacobian times a direction, for rates of which no series is made."""
@@ -90,14 +89,10 @@ class Pointwise:
         along = [sympy.Symbol(f"d_{i}", real=True) for i in range(self.n)]
         direction = dict(zip(states, along, strict=True))
         changes = [derivative_along(self.system.modes[self.mode][s], direction) for s in states]
-        given, target = f.row(d), f.row(out)
-        values = self._expressions(f, x, changes, {one: given[i] for i, one in enumerate(along)})
-        for i, number in enumerate([values[e] for e in changes]):
-            target[i] = number
-        f.end()
-        return f.made
+        given = f.row(d)
+        return self._fill(f, x, out, changes, {one: given[i] for i, one in enumerate(along)})
 
-    def watch(self, module: Module, name: str, arguments: list[Any]) -> Any:
+    def watch(self, name: str, arguments: list[Any]) -> Any:
         """Write ``(t, c, x, out)``: what the steep operations are applied to."""
         f, x, (out,) = self._begin(name, {"out": _ROW})
         return self._fill(f, x, out, arguments)
@@ -121,9 +116,11 @@ class Pointwise:
 
     def rates(self) -> list["Rate"]:
         """Rates of states and quadratures; 0 for those that stand in tables, as their bounds would have to."""
+        return [Rate(sympy.Integer(0) if self.mode in self.large else e) for e in self._rates()]
+
+    def _rates(self) -> list[Any]:
         field = self.system.modes[self.mode]
-        found = [*(field[s] for s in self.system.states), *self.system.integrands(self.mode)]
-        return [Rate(sympy.Integer(0) if self.mode in self.large else e) for e in found]
+        return [*(field[s] for s in self.system.states), *self.system.integrands(self.mode)]
 
     def _error(self, name: str, expression: Any, doubts: Mapping[Any, Any]) -> Any:
         f, x, (doubt,) = self._begin(name, {"doubt": _ROW}, DOUBLE)
@@ -133,8 +130,11 @@ class Pointwise:
         f.end()
         return f.made
 
-    def _fill(self, f: Function, x: Row, out: Any, expressions: list[Any]) -> Any:
-        values, target = self._expressions(f, x, expressions, {}), f.row(out)
+    def _fill(
+        self, f: Function, x: Row, out: Any, expressions: list[Any], more: Mapping[Any, Number] | None = None
+    ) -> Any:
+        target = f.row(out)
+        values = self._expressions(f, x, expressions, more or {})
         for i, number in enumerate([values[e] for e in expressions]):
             target[i] = number
         f.end()

@@ -184,10 +184,6 @@ class Recurrences:
         else:
             self.now[index] = self.function.variable(value)
 
-    def times(self, weight: Any, value: "Number") -> "Number":
-        """A weighted number."""
-        return value if weight == 1 else self.constants[weight] * value
-
     def start(self, index: int, x: "Row", t: "Number") -> "Number":
         """Coefficient 0."""
         node = self.tape.nodes[index]
@@ -197,7 +193,7 @@ class Recurrences:
         if node.op == "time":
             return t
         if node.op == "linear":
-            terms = [self.times(w, v) for w, v in zip(node.weights, a, strict=True)]
+            terms = [self.constants.times(w, v) for w, v in zip(node.weights, a, strict=True)]
             return total([self.constants[node.value], *terms] if node.value != 0 else terms)
         if node.op in ("mul", "square"):
             return a[0] * a[-1]
@@ -241,7 +237,7 @@ class Recurrences:
         if node.op == "time":
             return self.function.number(time) if isinstance(time, float) else time
         if node.op == "linear":
-            return total([self.times(w, self.now[i].now) for w, i in self.terms(index)])
+            return total([self.constants.times(w, self.now[i].now) for w, i in self.terms(index)])
         if still is not None:
             moving = now[0] if node.args[-1] == still else now[-1]
             return moving / self.begun[still] if node.op == "div" else self.begun[still] * moving
@@ -307,14 +303,15 @@ class Recurrences:
 
     def depth(self, index: int) -> int:
         """How many operations a node's newest coefficient waits for."""
-        if index not in self._depths:
+        known = self.tape.depths
+        if index not in known:
             node = self.tape.nodes[index]
             if node.op in ("state", "time") or self.tape.turning(index) is not None or self.tape.is_number(index):
-                self._depths[index] = 0
+                known[index] = 0
             else:
                 scaled = self.scaled(index)
-                self._depths[index] = 1 + max(self.depth(a) for a in (node.args if scaled is None else scaled[:1]))
-        return self._depths[index]
+                known[index] = 1 + max(self.depth(a) for a in (node.args if scaled is None else scaled[:1]))
+        return known[index]
 
     def passes(
         self,
@@ -333,7 +330,7 @@ class Recurrences:
         function, tape = self.function, self.tape
         self.begun = {i: v.now for i, v in self.now.items()}
         self.ratio = {
-            i: self.times(scaled[1], self.begun[tape.slopes[i][0]])
+            i: self.constants.times(scaled[1], self.begun[tape.slopes[i][0]])
             for i in nodes
             if (scaled := self.scaled(i)) is not None
         }
@@ -368,7 +365,3 @@ class Recurrences:
             for lane in range(TUNING.orders_in_pass):
                 k = base + lane
                 one_order(k, function.reciprocal(k), 0.0, lambda f, lane=lane: found[f].later(lane))
-
-    @property
-    def _depths(self) -> dict[int, int]:
-        return self.tape.depths

@@ -193,7 +193,7 @@ class InLine:
         f = Function(module, name, {"t": DOUBLE, "c": row, "x": row, "d": row, "out": row}, own=True)
         c, x, d, out = (f.row(argument) for argument in f.arguments[1:])
         made = Recurrences(f, self.tape, {}, {}, self.mode.constants.loaded(f, c))
-        for index in self._beginning(self.mode.reach(sorted(self.mode.wanted))):
+        for index in self._beginning(self.tape.reach(sorted(self.mode.wanted))):
             value = made.start(index, x, Number(f, f.arguments[0]))
             node = self.tape.nodes[index]
             if node.op == "power" and node.name == POSITIVE:
@@ -201,11 +201,11 @@ class InLine:
             made.become(index, value)
         for i in range(self.n):
             terms = []
-            for j in self.mode.columns_of(i):
+            for j in self.mode.columns[i]:
                 entry = [made.constants[self.mode.linear[i, j]]] if (i, j) in self.mode.linear else []
                 if (i, j) in self.mode.products:
                     index, weight = self.mode.products[i, j]
-                    entry.append(made.times(weight, made.value(index)))
+                    entry.append(made.constants.times(weight, made.value(index)))
                 terms.append(total(entry) * d[j])
             out[i] = total(terms) if terms else 0.0
         f.end()
@@ -267,12 +267,9 @@ class _Tangents:
         mode = self.mode
         start = {place: self.constants[entry] for place, entry in mode.linear.items()}
         for place, (index, weight) in mode.products.items():
-            product = self._times(weight, self.ws(self.rows[index])[0])
+            product = self.constants.times(weight, self.ws(self.rows[index])[0])
             start[place] = start[place] + product if place in start else product
         return start
-
-    def _times(self, weight: Any, value: Number) -> Number:
-        return value if weight == 1 else self.constants[weight] * value
 
     def _older(self, row: int, j: int, base: Index) -> list[list[Number]]:
         """For both vectors and four orders: sums over all coefficients below ``base``, two chains a sum."""
@@ -291,7 +288,7 @@ class _Tangents:
     def _next(self, start: dict[tuple[int, int], Number], ik: Number, i: int, v: int, lane: int) -> Number:
         """Coefficient k + 1 of entry i: what is old first, the product with the Jacobian at the start last."""
         old: list[Number] = []
-        for j in self.mode.columns_of(i):
+        for j in self.mode.columns[i]:
             if (i, j) in self.mode.products:
                 index, weight = self.mode.products[i, j]
                 row = self.rows[index]
@@ -300,8 +297,8 @@ class _Tangents:
                 inner = self.old[v, row, j][lane]
                 for m in range(lane):
                     inner = inner + self.begun[row][lane - m] * self.in_pass[v][j][m]
-                old.append(self._times(weight, inner))
-        terms = [start[i, j] * self.now[v][j].now for j in self.mode.columns_of(i) if (i, j) in start]
+                old.append(self.constants.times(weight, inner))
+        terms = [start[i, j] * self.now[v][j].now for j in self.mode.columns[i] if (i, j) in start]
         if old:
             terms.insert(0, ik * total(old))
         return total(terms) if terms else self.f.number(0.0)

@@ -148,7 +148,7 @@ class Tape:
         evaluation (Griewank and Walther 2008, chapters 9 and 10, doi:10.1137/1.9780898717761).
         """
         uses: dict[int, list[int]] = {}
-        moving = self._moving_nodes(roots)
+        moving = sorted(i for i in self.reach(roots, slopes=False) if not self.is_number(i))
         for index in moving:
             node = self.nodes[index]
             cost = 1 if node.op == "linear" else TUNING.product
@@ -166,16 +166,18 @@ class Tape:
                 self._places[index] = len(self.states) + len(self.kept)
                 self.kept.append(index)
 
-    def _moving_nodes(self, roots: list[int]) -> list[int]:
-        """What ``roots`` are made of, in the order of evaluation, without numbers."""
+    def reach(self, roots: list[int], *, slopes: bool = True) -> set[int]:
+        """Nodes, and all that they are made of; ``slopes``: also what integrals take from the slopes of functions."""
         seen: set[int] = set()
         stack = list(roots)
         while stack:
             index = stack.pop()
-            if index not in seen and not self.is_number(index):
+            if index not in seen:
                 seen.add(index)
                 stack.extend(self.nodes[index].args)
-        return sorted(seen)
+                if slopes and index in self.slopes:
+                    stack.append(self.slopes[index][0])
+        return seen
 
     def variation(self, index: int) -> "Gradient":
         """The gradient of a node where another is made of it."""
