@@ -295,8 +295,9 @@ class _Transit:
                 slopes[i] = 0.0
             with f.loop(0, n) as i:
                 slopes[i * (n + 2)] = 1.0
+            known = self._told_from_rounding(index, shared, states)
             for (i, j), entry in self.slopes[index].items():
-                slopes[i * (n + 1) + j] = shared[entry]
+                slopes[i * (n + 1) + j] = known.get(entry) or shared[entry]
             shared.known.update(zip(self.images, images, strict=True))
             target = self.system.transitions[index].target
             self._store_rates(target, self.places.after, self.after.get(index, []), shared)
@@ -319,6 +320,20 @@ class _Transit:
                 before[i] if i not in reset else values[bounds[i]] if i in bounds else f.intrinsic("fabs", images[i])
             )
             self.out[self.places.doubt + i] = after
+
+    def _told_from_rounding(self, index: int, shared: Expressions, states: list[Number]) -> dict[Any, Number]:
+        """Derivatives by states whose terms may cancel: 0 where they are no larger than their rounding.
+
+        As of a hit that keeps nothing but round-off, the exponent of a superstable cycle is then minus infinity.
+        """
+        f, n = self.f, self.n
+        bounds = {e: rounding_bound(e) for (_, j), e in self.slopes[index].items() if j < n and cancels(e)}
+        known = dict(zip(self.system.states, states, strict=True))
+        values = self.mode._expressions(f, self.x, list(bounds.values()), known)
+        return {
+            e: f.choose(f.intrinsic("fabs", shared[e]).compare("<", ROUNDING * values[bound]), 0.0, shared[e])
+            for e, bound in bounds.items()
+        }
 
     def _at_most_known(self, i: int, doubt: Number) -> Number:
         """The error of a state, or that of a moving state of its size where that is smaller."""

@@ -301,8 +301,10 @@ def exponents_of(problem: "Problem", orbit: "Orbit", moduli: np.ndarray, rank: i
 
 def _difference(logs: np.ndarray, exponents: np.ndarray, ends: list[int]) -> float:
     """Largest difference between the means of groups; infinite if not the same ones are -inf."""
-    if not np.array_equal(np.isneginf(logs), np.isneginf(exponents)):
+    lost = np.isneginf(logs)
+    if not np.array_equal(lost, np.isneginf(exponents)):
         return float("inf")
+    logs, exponents = (np.where(lost, 0.0, values) for values in (logs, exponents))
     pairs = zip([0, *ends[:-1]], ends, strict=True)
     return max((abs(float(logs[a:b].mean() - exponents[a:b].mean())) for a, b in pairs if b > a), default=0.0)
 

@@ -173,6 +173,18 @@ def test_branches_are_those_of_python(image: str) -> None:
     assert states.values[:, 0] == pytest.approx(by_hand, abs=1e-9)
 
 
+@pytest.mark.parametrize(("a", "period"), [(2.0, 1), (1 + 5**0.5, 2)])
+def test_a_superstable_cycle_has_no_slope_but_rounding(a: float, period: int) -> None:
+    # x = 1/2 lies on the cycle, where a - 2*a*x vanishes: what rounding leaves of it is no exponent
+    system = cd.Map(**LOGISTIC).with_parameters(a=a)
+    assert cd.lyapunov_spectrum(system, transient=100, periods=60)["lyapunov_exponent"].item() == -np.inf
+    orbit = cd.periodic_orbit(system, period=period)
+    assert orbit["multiplier_real"].item() == 0.0
+    assert orbit["exponent_difference"].item() == 0.0
+    near = cd.lyapunov_spectrum(system.with_parameters(a=2.0 + 1e-9), transient=100, periods=60)
+    assert near["lyapunov_exponent"].item() == pytest.approx(np.log(1e-9), rel=1e-6)
+
+
 def test_branches_have_their_own_slopes() -> None:
     # the skew tent map: -p ln p - (1-p) ln(1-p)
     system = cd.Map("x", {"p": 0.3}, ["Piecewise(x/p, x < p, (1 - x)/(1 - p))"], initial={"x": 0.1234})
