@@ -152,7 +152,7 @@ def drive_faults(drive: Any, names: Mapping[str, Any], used: set[str]) -> Faults
             if isinstance(values, Mapping):
                 yield from _read(("table", place), place, {}, used)
             if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < float("inf"):
-                yield ("table", place), f"expected a finite number, received {value!r:.60}"
+                yield ("table", place), f"expected a finite number, received {value!r:.60}{_pointed(value)}"
     elif values is not None:
         yield ("table",), f"expected a list of numbers, or a table of phases, received {values!r:.60}"
 
@@ -160,6 +160,11 @@ def drive_faults(drive: Any, names: Mapping[str, Any], used: set[str]) -> Faults
 def _long(path: Path, values: Any) -> Faults:
     if len(values) > TUNING.pieces:
         yield path, f"has {len(values)} pieces; at most {TUNING.pieces} can be modes of a system"
+
+
+def _pointed(value: Any) -> str:
+    """What to do where a phase became two keys of TOML."""
+    return "; a phase with a point stands in quotes" if isinstance(value, Mapping) else ""
 
 
 def _read(path: Path, value: Any, names: Mapping[str, Any], used: set[str]) -> Faults:
@@ -170,7 +175,7 @@ def _read(path: Path, value: Any, names: Mapping[str, Any], used: set[str]) -> F
     if isinstance(value, int | float) and not isinstance(value, bool):
         value = repr(value)
     if not isinstance(value, str):
-        yield path, f"expected an expression in quotes, received {value!r:.60}"
+        yield path, f"expected an expression in quotes, received {value!r:.60}{_pointed(value)}"
         return
     try:
         used |= {symbol.name for symbol in read_text(value, names).free_symbols}

@@ -24,6 +24,7 @@ from chaosdrill.units import VANISHES, vanishes
 # a long text or comment is not a key, nor is a text that its line does not close
 _TOKEN = re.compile(rf"""{COMMENT}|{LONG_STRING}|(?P<key>{DOTTED})|"[^\n]*""")
 _PLACE = re.compile(r"\s*\(at (?:line (\d+), column (\d+)|end of document)\)$")
+_POINTED = re.compile(r"\d\.\d+\s*=")
 _UNWRITTEN = "a pipe into which nothing writes; name a file, or '-' for standard input"
 _SILENT = "a pipe whose writer has sent nothing for {:.0f} s and keeps it open; name a file instead"
 
@@ -235,4 +236,6 @@ def _parse_toml(text: str, name: str) -> dict[str, Any]:
         line = int(place[1]) if place and place[1] else text.count("\n") + 1 if place else 1
         message = _PLACE.sub("", message) + (f" (column {place[2]})" if place and place[2] else "")
         way = "; text stands in quotes" if message.startswith("Invalid value") else ""
+        if message.startswith("Cannot overwrite") and _POINTED.search(text.splitlines()[line - 1]):
+            way = "; a number with a point stands in quotes as a key"
         raise SceneError(f"{name}:{line}: invalid TOML: {message}{way}") from None

@@ -145,6 +145,12 @@ def test_tables_are_bounded():
     assert told.startswith("s.toml:10: system.drives.u.table[1]: expected a finite number")
 
 
+@pytest.mark.parametrize("drive", ["table = { 0.25 = 1, 0.75 = 0 }", 'pieces = { 0.25 = "1", 0.75 = "0" }'])
+def test_phases_without_quotes_are_told_to_have_them(drive):
+    (told,) = faults(DRIVEN + drive)
+    assert told.endswith("; a phase with a point stands in quotes")
+
+
 def test_what_is_driven_is_swept_no_more():
     sweep = '[analysis.d]\nkind = "bifurcation-diagram"\nsweep.u = { start = 0, stop = 1, num = 3 }\n'
     sweep += "periods = 20\ntransient = 5\n"
