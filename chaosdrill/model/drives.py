@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
+from operator import methodcaller
 from typing import Any
 
 import sympy
@@ -12,7 +13,7 @@ from chaosdrill.model.crossings import crossings
 from chaosdrill.model.derive import pinned_values
 from chaosdrill.model.parts import read_expression, read_symbol
 from chaosdrill.model.period import value_of
-from chaosdrill.model.places import parameter
+from chaosdrill.model.places import parameter, rewritten
 from chaosdrill.model.system import SYSTEM, HybridSystem
 from chaosdrill.model.transition import Transition
 from chaosdrill.names import remedy, shown
@@ -109,16 +110,13 @@ def driven(
         {symbol: shape.xreplace({PHASE: (start + end) / 2 + _turns(sympy.expand(turn - sympy.pi * (start + end)))})}
         for start, end, shape in found
     ]
-    modes = {
-        f"{mode}-{k}": {state: rate.xreplace(put) for state, rate in field.items()}
-        for k, put in enumerate(puts)
-        for mode, field in system.modes.items()
-    }
+    each = [rewritten(system, methodcaller("xreplace", put)) for put in puts]
+    modes = {f"{mode}-{k}": field for k, one in enumerate(each) for mode, field in one.modes.items()}
     # what a mode holds is held in the next piece too
     held = {mode: pinned_values(system, mode) for mode in system.modes}
     transitions: list[Transition] = []
     corners: list[Transition] = []
-    for k, (put, (_, end, _)) in enumerate(zip(puts, found, strict=True)):
+    for k, (one, (_, end, _)) in enumerate(zip(each, found, strict=True)):
         following = (k + 1) % len(found)
         guard = sympy.sin(sympy.expand(turn - 2 * sympy.pi * end))
         resets = {
@@ -130,7 +128,7 @@ def driven(
                              kind="corner")
             for mode, reset in resets.items()
         }  # fmt: skip
-        pieces_of = [_in_piece(t, k, put) for t in system.transitions]
+        pieces_of = [_in_piece(t, k) for t in one.transitions]
         corner, *ways = crossings((next(iter(turns.values())), *pieces_of))
         for t, piece, way in zip(system.transitions, pieces_of, ways, strict=True):
             if way == corner:
@@ -154,8 +152,8 @@ def driven(
         initial=start,
         regions=regions,
         quadratures={
-            name: {f"{mode}-{k}": rate.xreplace(put) for k, put in enumerate(puts) for mode, rate in rates.items()}
-            for name, rates in system.quadratures.items()
+            name: {f"{mode}-{k}": rate for k, one in enumerate(each) for mode, rate in one.quadratures[name].items()}
+            for name in system.quadratures
         },
         labels={key: label for key, label in system.labels.items() if key != drive},
     )
@@ -185,14 +183,14 @@ def _turns(angle: Any) -> Any:
     return sympy.atan(sympy.sin(angle) / (1 + sympy.cos(angle))) / sympy.pi
 
 
-def _in_piece(t: "Transition", k: int, put: Mapping[Any, Any]) -> "Transition":
+def _in_piece(t: "Transition", k: int) -> "Transition":
     """A transition of the system in a piece of the drive."""
-    return t.rewritten(
-        lambda expression: expression.xreplace(put),
+    return replace(
+        t,
         name=f"{t.name}-{k}",
         source=tuple(f"{mode}-{k}" for mode in t.source),
         target=f"{t.target}-{k}",
-        condition={f"{mode}-{k}": one.xreplace(put) for mode, one in t.conditions.items()} or None,
+        condition={f"{mode}-{k}": one for mode, one in t.conditions.items()} or None,
         completes=None if t.completes is None else f"{t.completes}-{k}",
     )
 

@@ -308,8 +308,7 @@ class TwoSided(Written):
         name, states, time, parameters = written.name, written.states, written.time, written.parameters
         own, h = _read_surface(name, surface, written.names)
         if own is None:
-            h, way = stripped(h)
-            h *= way
+            h = sympy.Mul(*stripped(h))
         elif own in (*states, time) or own.name in parameters:
             raise ModelError(f"{name}: the surface is named {own}, which names something else; rename it")
         given = {field.name: getattr(written, field.name) for field in fields(Written)}

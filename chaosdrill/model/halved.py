@@ -14,7 +14,7 @@ from chaosdrill.model.crossings import ratio, same_surface
 from chaosdrill.model.derive import image_of
 from chaosdrill.model.held import Trial, kept_apart
 from chaosdrill.model.parts import read_expression, read_table
-from chaosdrill.model.places import parameter
+from chaosdrill.model.places import parameter, rewritten
 from chaosdrill.model.system import SYSTEM, HybridSystem
 from chaosdrill.model.transition import REFLECTION, Transition
 from chaosdrill.names import remedy
@@ -278,21 +278,17 @@ class _Symmetry:
             return "its priority or what it completes is another", 3
         return None, 4
 
-    def kept_transitions(self) -> list[Transition]:
-        """All transitions but marks that the symmetry changes."""
-        return [
-            t
-            for t in self.system.transitions
-            if not t.marks_only() or all(self._image_of(t, mode)[0] is not None for mode in t.source)
-        ]
+    def keeps(self, t: Transition) -> bool:
+        """Whether a transition is no mark that the symmetry changes."""
+        return not t.marks_only() or all(self._image_of(t, mode)[0] is not None for mode in t.source)
 
-    def kept_quadratures(self) -> dict[str, dict[str, Any]]:
+    def kept_quadratures(self) -> list[str]:
         """The quadratures that the symmetry does not change."""
-        return {
-            name: {mode: sympy.sympify(rate).xreplace(self.put) for mode, rate in rates.items()}
+        return [
+            name
             for name, rates in self.system.quadratures.items()
             if all(self.same(self.seen(rates[self.modes[mode]]), rate) for mode, rate in rates.items())
-        }
+        ]
 
 
 def _involutions(names: tuple[str, ...], fits: Mapping[str, list[str]]) -> Iterator[dict[str, str]]:
@@ -305,10 +301,6 @@ def _involutions(names: tuple[str, ...], fits: Mapping[str, list[str]]) -> Itera
         if other == first or (other in rest and first in fits[other]):
             for found in _involutions(tuple(one for one in rest if one != other), fits):
                 yield {first: other, other: first, **found}
-
-
-def _name(system: "HybridSystem") -> str:
-    return f"{system.name}, halved"
 
 
 def _labels(system: "HybridSystem", kept: Collection[str]) -> dict[str, Any]:
@@ -333,7 +325,7 @@ def _half_of_map(found: _Symmetry, values: Mapping[str, float]) -> "HybridSystem
         system.states,
         dict(values),
         wanted,
-        name=_name(system),
+        name=f"{system.name}, halved",
         initial=system.start,
         bounds=system.bounds,
         labels=_labels(system, values),
@@ -343,20 +335,15 @@ def _half_of_map(found: _Symmetry, values: Mapping[str, float]) -> "HybridSystem
 def _parts(found: _Symmetry, values: Mapping[str, float], moved: Mapping[Any, Any]) -> dict[str, Any]:
     """Parameters, modes, transitions and quadratures of the system itself, with other symbols."""
     system = found.system
-
-    def put(expression: Any) -> Any:
-        return sympy.sympify(expression).xreplace(found.put).xreplace(moved)
-
-    quadratures = {
-        name: {mode: put(rate) for mode, rate in rates.items()} for name, rates in found.kept_quadratures().items()
-    }
+    whole = rewritten(system, lambda expression: sympy.sympify(expression).xreplace(found.put).xreplace(moved))
+    quadratures = {name: whole.quadratures[name] for name in found.kept_quadratures()}
     return {
-        "name": _name(system),
+        "name": f"{system.name}, halved",
         "parameters": dict(values),
-        "modes": {mode: {x: put(rate) for x, rate in rates.items()} for mode, rates in system.modes.items()},
-        "transitions": [t.rewritten(put) for t in found.kept_transitions()],
+        "modes": {mode: dict(rates) for mode, rates in whole.modes.items()},
+        "transitions": [t for t, own in zip(whole.transitions, system.transitions, strict=True) if found.keeps(own)],
         "quadratures": quadratures,
-        "regions": {mode: put(one) for mode, one in system.regions.items()},
+        "regions": whole.regions,
         "labels": _labels(system, {*values, *quadratures}),
         "bounds": dict(system.bounds),
     }

@@ -211,10 +211,8 @@ def _content(value: Any, seen: list[Any]) -> Iterator[str]:
     if (own_module or inspect.isfunction(value)) and value in seen:
         yield f"{type(value).__name__} {seen.index(value)};"
     elif own_module:
-        codes = (one.__code__ for one in seen if inspect.isfunction(one))
-        names = set[str]().union(*(_names(code, "LOAD_ATTR", "LOAD_METHOD") for code in codes))
-        seen.append(value)
-        yield from _named(names, vars(value), seen)
+        names = (_names(one.__code__, "LOAD_ATTR", "LOAD_METHOD") for one in seen if inspect.isfunction(one))
+        yield from _named(set[str]().union(*names), vars(value), [*seen, value])
     elif inspect.isfunction(value):
         seen.append(value)
         yield from _content((value.__defaults__, value.__code__), seen)

@@ -1,7 +1,7 @@
 """One outcome of one event, as its user writes it."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ModelError
@@ -106,12 +106,6 @@ class Transition:
             return {}
         one = self.condition
         return dict(one) if isinstance(one, Mapping) else dict.fromkeys(self.source, one)
-
-    def rewritten(self, put: Callable[[Any], Any], **other: Any) -> "Transition":
-        """The same with other expressions, and with other fields where they are given."""
-        reset = {x: put(image) for x, image in self.reset.items()}
-        condition = {mode: put(one) for mode, one in self.conditions.items()} or None
-        return replace(self, **{"guard": put(self.guard), "reset": reset, "condition": condition, **other})
 
     def content(self) -> tuple[Any, ...]:
         """Hashable content of the transition."""
