@@ -314,12 +314,7 @@ def _line(one: Grown, bounds: Bounds) -> _Line:
 
 
 def _dataset(
-    system: HybridSystem,
-    grown: list[Grown],
-    points: list[Point],
-    bounds: Bounds,
-    outcome: Outcome,
-    message: str,
+    system: HybridSystem, grown: list[Grown], points: list[Point], bounds: Bounds, outcome: Outcome, message: str
 ) -> "xr.Dataset":
     n = len(system.state_names)
     lines = [_line(one, bounds) for one in grown]

@@ -99,13 +99,13 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
         rows = np.where(e.ended == Outcome.OK, np.isfinite(full[:, :, 0]).sum(axis=1), 0)
         for count in np.unique(rows[rows >= END]).tolist():
             seen = np.flatnonzero(rows == count)
-            _look_closer(plan, e, seen, full[seen, :count], known, averages, int(points[seen].max()))
+            _look_closer(plan, e, seen, full[seen, :count], records, int(points[seen].max()))
     e.winds = _winds(plan, batch, which) & ~e.recurs & ~e.noisy
     e.rests, moves = _at_rest(plan, batch, which, e, before)
     e.ended = np.where(e.rests, int(Outcome.OK), e.ended)
     if not plan.maps and not plan.system.forced and not noisy:
         # turns between two instants are not seen
-        add_turns(e, plan.system, windows, plan.shifts, batch.length[which] <= windows.shape[1] * plan.where.unit)
+        add_turns(e, records, batch.length[which] <= windows.shape[1] * plan.where.unit)
     outcome = words(e)
     if batch.counts_returns:
         grazed = np.array([plan.where.grazed(of_one) for of_one in times], dtype=bool)
@@ -202,28 +202,21 @@ def errors_of(plan: "Plan", batch: Batch, which: np.ndarray, sums: np.ndarray) -
         return error_of_exponents(rates, plan.numerics, batch.steps[which], length)
 
 
-def _look_closer(
-    plan: "Plan",
-    e: Evidence,
-    which: np.ndarray,
-    full: np.ndarray,
-    known: np.ndarray,
-    averages: Averages,
-    points: int,
-) -> None:
+def _look_closer(plan: "Plan", e: Evidence, which: np.ndarray, full: np.ndarray, records: Records, points: int) -> None:
     """Look at section points as spectra do: at their ends, and at all of them where records are not extended.
 
     ``full`` are the last ones of those of ``which``, all of a number, of so many ``points`` at most.
     """
     some, windows = e.at(which), full[:, -LENGTH:]
     part = min(1.0, windows.shape[1] / max(points, 1))
-    add_ends(some, averages.at(which), aside(windows, plan.shifts), plan.shifts.sizes(known[which]), part)
+    late = replace(records.at(which), windows=windows, part=part)
+    add_ends(some, late.averages, aside(windows, plan.shifts), plan.shifts.sizes(late.known), part)
     if not plan.max_extension:
         # the last states of blocks; of longer records than are kept only the later ones are known
         ends = block_ends(points, PLAN.blocks)
         coarse = full[:, np.maximum(ends - points + full.shape[1] - 1, 0), :-1]
-        add_record(some, full[:, -KEPT:], known[which], coarse, plan.shifts, points)
-        add_later(some, windows, known[which], plan.shifts, part)
+        add_record(some, full[:, -KEPT:], late.known, coarse, plan.shifts, points)
+        add_later(some, late)
     e.put(which, some)
 
 

@@ -70,11 +70,7 @@ def over_parameters(
     grid = dict(zip(names, map(np.ravel, np.meshgrid(*given.sweep.values(), indexing="ij")), strict=True))
     if system.forced:
         variables["forcing_period"] = (names, forcing_periods(system, grid, int(np.prod(shape))).reshape(shape))
-    coords = {
-        **given.sweep,
-        "seed": list(chosen.names + lines),
-        **_labels(system, plan),
-    }
+    coords = {**given.sweep, "seed": list(chosen.names + lines), **_labels(system, plan)}
     if rows:
         coords["iterate"] = np.arange(rows, dtype=np.int32)
     return dataset(variables | coords, coords, told)

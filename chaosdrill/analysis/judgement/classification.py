@@ -154,7 +154,7 @@ def evidence_of(records: Records, ended: np.ndarray, before: np.ndarray | None =
         found.drawn_in = shrinks.any(axis=1) & ~found.steady
     found.noisy[:] = system.draws
     if averages.complete and exponents.shape[1] and not system.forced and structure.autonomous:
-        _add_flow(found, averages, system, structure, shifts)
+        _add_flow(found, records)
     with np.errstate(invalid="ignore"):
         if averages.complete and contracts(system):
             found.torus_possible = ~(exponents.sum(axis=1) * length < -NEUTRAL)
@@ -173,8 +173,9 @@ def evidence_of(records: Records, ended: np.ndarray, before: np.ndarray | None =
     return found
 
 
-def _add_flow(found: Evidence, averages: Averages, system: HybridSystem, structure: Structure, shifts: Shifts) -> None:
+def _add_flow(found: Evidence, records: Records) -> None:
     """Add whether there is a zero exponent for the flow of a system without forcing, or all tangents shrink."""
+    system, structure, averages = records.system, records.structure, records.averages
     exponents, length = averages.exponents, averages.length
     with np.errstate(invalid="ignore"):
         # a tangent that starts across the flow shrinks before it turns into it
@@ -191,7 +192,7 @@ def _add_flow(found: Evidence, averages: Averages, system: HybridSystem, structu
         # what rests but for a shift has no other one
         found.flows = zero.sum(axis=1) >= np.minimum(averages.neutral, max(structure.symmetries, 1))
         # on a line nothing comes back, on a circle it does
-        line = system.free == 1 and not structure.symmetries and not len(shifts.turns)
+        line = system.free == 1 and not structure.symmetries and not len(records.shifts.turns)
         found.flows &= not line or not _smooth(system)
 
 
@@ -220,7 +221,8 @@ def evidence_of_records(
     points = round(whole.shape[1] / records.part)
     windows = whole[:, -LENGTH:] if flow is None else whole
     part = min(1.0, windows.shape[1] / points)
-    e = evidence_of(replace(records, windows=windows, part=part), ended, coarse[:, 0])
+    late = replace(records, windows=windows, part=part)
+    e = evidence_of(late, ended, coarse[:, 0])
     if system.draws:
         return e
     if flow is None:
@@ -235,10 +237,10 @@ def evidence_of_records(
         open_ = np.flatnonzero(np.isin(words(e), (*OPEN_ANSWERS, Outcome.CHAOTIC)))
         add_passages(e, open_, undrawn(system, passages[open_]), known[open_], shifts)
     if flow is not None:
-        add_turns(e, system, windows, shifts)
-    add_later(e, windows, known, shifts, part, flow)
+        add_turns(e, late)
+    add_later(e, late, flow)
     if flow is not None:
-        add_turns(e, system, windows, shifts)
+        add_turns(e, late)
     return e
 
 
@@ -373,18 +375,17 @@ def add_ends(e: Evidence, averages: Averages, paths: np.ndarray, known: np.ndarr
         e.arrives[left] = closes_for_good(paths[left, -count:], known[left], e.rounding[left])
 
 
-def add_turns(
-    e: Evidence, system: HybridSystem, windows: np.ndarray, shifts: Shifts, seen: np.ndarray | bool = True
-) -> None:
+def add_turns(e: Evidence, records: Records, seen: np.ndarray | bool = True) -> None:
     """Add whether turns of motions at instants of any kind lengthen, where nothing but that speaks against a cycle.
 
     What does not move has no turns. It is on a cycle with the forcing, or along a line, or else passes slowly.
     """
+    windows, shifts = records.windows, records.shifts
     asked = np.flatnonzero(words(e) == Outcome.PERIODIC)
     asked = asked[np.isfinite(windows[asked]).all(axis=(1, 2))]
     if len(asked):
         paths = shifts.quotient(windows[asked, :, :-1])
-        still, passes = is_still(paths), not (system.forced or len(shifts.lines))
+        still, passes = is_still(paths), not (records.system.forced or len(shifts.lines))
         seen = np.broadcast_to(seen, len(e.lead))[asked]
         e.lengthens[asked] |= np.where(still, passes, seen & lengthens(paths))
 
@@ -419,19 +420,13 @@ def add_passages(e: Evidence, which: np.ndarray, passages: np.ndarray, known: np
         e.ordered[of], e.torus[of] = goes, goes & e.torus[of]
 
 
-def add_later(
-    e: Evidence,
-    windows: np.ndarray,
-    known: np.ndarray,
-    shifts: Shifts,
-    part: np.ndarray | float,
-    flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
-) -> None:
+def add_later(e: Evidence, records: Records, flow: Callable[[np.ndarray, int], np.ndarray] | None = None) -> None:
     """Add what motions that are open so far have reached by the later half of these last points of their record.
 
     Or of a torus, if others than the tangent that tells shrink, by the end of the first quarter. Instants of any kind,
     of which the ``flow`` tells the rates, come back to a cycle only by chance; they lie on a closed curve there.
     """
+    windows, known, shifts, part = records.windows, records.known, records.shifts, records.part
     half = windows.shape[1] // 2
     # a part of an exchange of intervals seems a torus, more rarely the longer it is; no tangent tells that it is none
     for begin, some in ((half, e.moved_before), (half // 2, (part == 1.0) & e.drawn_in & ~e.moved_before)):

@@ -514,10 +514,7 @@ def _squares(off, pairs, angles, squares):
                 last_real += off[kept + k] * real
                 last_imaginary += off[kept + k] * imaginary
             cut += first_real**2 + first_imaginary**2 - last_real**2 - last_imaginary**2
-            real, imaginary = (
-                real * by_real - imaginary * by_imaginary,
-                real * by_imaginary + imaginary * by_real,
-            )
+            real, imaginary = (real * by_real - imaginary * by_imaginary, real * by_imaginary + imaginary * by_real)
 
 
 def aside(windows: np.ndarray, shifts: Shifts) -> np.ndarray:

@@ -344,7 +344,8 @@ def pauses(course: np.ndarray) -> np.ndarray:
         return np.zeros(len(course), dtype=bool)
     with np.errstate(invalid="ignore"):
         still = np.abs(growth) <= HARDLY * growth.mean(axis=1, keepdims=True)
-    return np.asarray(np.lib.stride_tricks.sliding_window_view(still, count, axis=1).all(axis=2).any(axis=1))
+    spans: np.ndarray = np.lib.stride_tricks.sliding_window_view(still, count, axis=1)
+    return np.asarray((spans.sum(axis=2) == count).any(axis=1))
 
 
 def rule_of(evidence: Evidence) -> np.ndarray:

@@ -87,13 +87,7 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
 
 
 def _evidence(
-    run: Run,
-    plan: Span,
-    structure: Structure,
-    means: "MeanExponents",
-    path: "_Path",
-    blocks: np.ndarray,
-    job: Job,
+    run: Run, plan: Span, structure: Structure, means: "MeanExponents", path: "_Path", blocks: np.ndarray, job: Job
 ) -> Evidence:
     """What a run says at its end; ``blocks`` are the places of ends of blocks at which its states are looked at."""
     averages = Averages(
@@ -132,13 +126,7 @@ def run_with_tangents(
     """A run with ``count`` tangents, which keeps their growth."""
     frame, symmetries = structure.tangents(count) if count else (None, 0)
     return Run(
-        system,
-        unit,
-        numerics,
-        tangents=frame,
-        symmetries=symmetries,
-        deficient=structure.deficient,
-        samples=samples,
+        system, unit, numerics, tangents=frame, symmetries=symmetries, deficient=structure.deficient, samples=samples
     )
 
 
