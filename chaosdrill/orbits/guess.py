@@ -201,7 +201,7 @@ def returns(problem: "Problem", run: Run, periods: int) -> list[InitialGuess]:
     states = record.states
     if len(states) <= periods:
         return [lambda: (record.outcome, None)]
-    spread = np.maximum(problem.shifts.extent(states), 1e-9 * np.maximum(np.abs(states).max(axis=0), problem.sizes))
+    spread = np.maximum(problem.shifts.extent(states), _unmoved(problem, states))
     last = len(states) - periods
 
     def away(steps: int) -> np.ndarray:
@@ -212,6 +212,11 @@ def returns(problem: "Problem", run: Run, periods: int) -> list[InitialGuess]:
     # an earlier return leads to an orbit of a shorter period
     sooner = np.min([away(q) for q in parts], axis=0) < TUNING.sooner * whole if parts else np.zeros(last, dtype=bool)
     return [partial(record.guess, problem, j, periods) for j in np.lexsort((whole, sooner))[: TUNING.places].tolist()]
+
+
+def _unmoved(problem: "Problem", states: np.ndarray) -> np.ndarray:
+    """Extents of states, shape (d,), below which they rest but for rounding."""
+    return np.asarray(TUNING.at_rest * np.maximum(np.abs(states).max(axis=0), problem.sizes))
 
 
 @dataclass(frozen=True)
@@ -268,15 +273,16 @@ def strobed(run: Run, length: int) -> Strobed:
 
 def guess_of_return(problem: "Problem", place: Place, values: np.ndarray) -> tuple[Outcome, Orbit | None]:
     """The path from a place until it returns, as a guess for an orbit of an autonomous system."""
-    first, outcome, guess = unit_of(problem, place), Outcome.OK, None
-    unit, units = first, TUNING.return_units[0]
-    while guess is None and outcome == Outcome.OK and units <= TUNING.return_units[1]:
-        outcome, guess = guess_of_autonomous(problem, place, units * unit, values, near=units < TUNING.return_units[1])
-        units *= 8
-    while guess is None and outcome == Outcome.OK and is_slow(place, problem.numerics, units * unit / 8):
-        unit *= 8
+    first = unit = unit_of(problem, place)
+    last = TUNING.return_units[-1]
+    for units in TUNING.return_units:
+        outcome, guess = guess_of_autonomous(problem, place, units * unit, values, near=units < last)
+        if guess is not None or outcome != Outcome.OK:
+            break
+    while guess is None and outcome == Outcome.OK and is_slow(place, problem.numerics, last * unit):
+        unit *= TUNING.slower_unit
         problem.set_unit(unit)
-        outcome, guess = guess_of_autonomous(problem, place, units / 8 * unit, values)
+        outcome, guess = guess_of_autonomous(problem, place, last * unit, values)
     if guess is None:
         problem.set_unit(first)
     return outcome, guess
@@ -332,8 +338,7 @@ def guess_of_autonomous(
     starts = np.concatenate([state, values])[np.newaxis]
     resting = shifts.still(path)
     extent = np.ptp(resting, axis=0)
-    # a state that moves less than this rests, but for rounding
-    least = 1e-9 * np.maximum(problem.sizes, np.abs(path).max(axis=0))
+    least = _unmoved(problem, path)
     if (extent <= least).all():
         return outcome, None
     if expected is not None:

@@ -92,8 +92,10 @@ class Tuning:
     """Times the distance after a period within which a state is back after a part of it that counts."""
     places: int = 8
     """Places from which an orbit near an attractor is looked for."""
-    return_units: tuple[int, int] = (32, 2048)
-    """Characteristic times within which a system without a period is to return: the first tried, and the last."""
+    return_units: tuple[int, ...] = (32, 256, 2048)
+    """Characteristic times within which a system without a period is to return, each tried where none before did."""
+    slower_unit: float = 8.0
+    """Factor of the characteristic time after which a motion that may be slow is looked at again."""
     drifts: float = 1e-6
     """Change of the way of a state within equal times, as a part of it, up to which it drifts, and of a guard's value
     in which parts of several states are left to move it."""
