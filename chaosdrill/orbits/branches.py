@@ -375,29 +375,13 @@ def branches(
     whole.start = f"an orbit of period {orbit.periods} at {parameter} = {system.parameters[parameter]:g}"
     found = [whole]
     _report(progress, found, doublings)
-    generation, missing = [0], []
+    generation, missing = [0], list[str]()
     if doublings:
         found += _partners(curve, whole, step, max_points)
         generation += range(1, len(found))
     _once(curve, found)
     for turn in range(doublings):
-        following: list[int] = []
-        for parent in generation:
-            for mark in _to_follow(found[parent], first_only=turn > 0):
-                if _reached(found, parent, mark, step):
-                    continue
-                branch = _doubled_branch(curve, found, parent, mark, step, max_points, turn)
-                if branch is None:
-                    born = found[parent].value(mark)
-                    if born not in limits:  # there the doubled orbits may be beyond
-                        missing.append(
-                            f"no doubled orbit was found next to the period doubling at {parameter} = {born:.9g}"
-                        )
-                else:
-                    branch.start = f"the period doubling at {parameter} = {branch.born:.12g}"
-                    found.append(branch)
-                    following.append(len(found) - 1)
-        generation = following
+        generation = _born_of(curve, found, generation, step, max_points, turn, missing)
         _report(progress, found, doublings)
     _tell_families(curve, found, step, max_points)
     cascade = _longest_cascade(found) if doublings else None
@@ -543,6 +527,26 @@ def _reached(found: list[Branch], parent: int, mark: Mark, step: float) -> bool:
     here = found[parent].value(mark)
     doubled = (b for b in found if b.parent == parent and b.end == BranchEnd.DOUBLING)
     return any(abs(float(b.segments[-1].values[-1, 0]) - here) < step for b in doubled)
+
+
+def _born_of(
+    curve: Curve, found: list[Branch], parents: list[int], step: float, most: int, turn: int, missing: list[str]
+) -> list[int]:
+    """Follow the branches that are born at doublings of some, and return their numbers; ``missing`` tells of others."""
+    following, parameter = list[int](), curve.problem.free[0]
+    for parent in parents:
+        for mark in _to_follow(found[parent], first_only=turn > 0):
+            if _reached(found, parent, mark, step):
+                continue
+            branch = _doubled_branch(curve, found, parent, mark, step, most, turn)
+            born = found[parent].value(mark)
+            if branch is not None:
+                branch.start = f"the period doubling at {parameter} = {branch.born:.12g}"
+                found.append(branch)
+                following.append(len(found) - 1)
+            elif born not in curve.limits:  # there the doubled orbits may be beyond
+                missing.append(f"no doubled orbit was found next to the period doubling at {parameter} = {born:.9g}")
+    return following
 
 
 def _doubled_branch(
