@@ -1,0 +1,174 @@
+"""Closed branches are walked once, and branches that cross are followed on either side."""
+
+import numpy as np
+import pytest
+import sympy
+from support.discrete import mapped
+from support.following import kinds
+
+import chaosdrill as cd
+from chaosdrill.dataset.branches import BranchEnd, Special
+
+x, y, r, mu, a, b = sympy.symbols("x y r mu a b", real=True)
+
+
+@pytest.mark.parametrize("transient", [1000, 1010])
+def test_a_closed_branch_is_walked_once(transient):
+    system = cd.build("impact-oscillator", {"wall": 0.0, "zeta": 0.0, "omega": 3.24, "e": 0.6})
+    branch = cd.continue_orbit(system, {"omega": (3.18, 3.30)}, period=6, transient=transient)
+    assert branch["branch_end"].values.tolist() == [BranchEnd.CLOSED]
+    values = branch["special_value"].values
+    assert len(values) == len(np.unique(values.round(9))) == 4
+    # the same orbit, which may begin at another of its strobes
+    for name in ("omega", "multiplier_real", "multiplier_imag"):
+        first, last = (np.sort(np.ravel(branch[name].values[k])) for k in (0, -1))
+        np.testing.assert_allclose(last, first, atol=1e-7)
+
+
+@pytest.mark.parametrize(("near", "slope"), [(0.0, 0.3), (3e-6, 0.3), (1e-6, 1.5)])
+def test_a_branch_that_crosses_itself_is_walked_once_from_the_crossing_and_beside_it(near, slope):
+    """A figure eight of fixed points: the way back to a start beside the crossing leads past it across."""
+    eight = mapped({x: x + b * (mu**4 - mu**2 + (x - 1) ** 2)}, {"mu": near, "b": slope}, (1 + near,))
+    found = cd.continue_orbit(eight, {"mu": (-2, 2)}, start="guess", step=0.1)
+    assert found["branch_end"].values.tolist() == [BranchEnd.CLOSED]
+    assert sorted(zip(np.round(found["special_value"].values), kinds(found), strict=True)) == [
+        *((-1, Special.FOLD), (0, Special.BRANCH_POINT), (1, Special.FOLD)),
+    ]
+
+
+@pytest.fixture(scope="module")
+def loop():
+    """Cycles of squared radius rho about (c, 0), with (mu/a)^2 + ((rho - 1)/0.5)^2 = 1: an ellipse; z decays."""
+    rate = "(1 - (mu/a)**2 - (((x - c)**2 + (y/unit)**2 - 1)/0.5)**2)"
+    return cd.HybridSystem(
+        name="loop", states="x y z", parameters={"mu": 0.0, "a": 1.0, "c": 0.7, "unit": 1.0},
+        modes={"on": {"x": f"(x-c)*{rate} - 2*y/unit", "y": f"y*{rate} + 2*unit*(x-c)", "z": "0.3*(x - c) - 0.5*z"}},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("side", "turn", "size", "step"), [(1, 2.0, 40.0, 0.1), (-1, 2.0, 1.0, None)])
+def test_a_closed_branch_of_a_flow_is_walked_once(loop, side, turn, size, step):
+    """It returns to its first orbit at another point of that, where the plane that it begins on has come to.
+
+    Where the cycle repels, a turn enlarges what a line between two orbits misses 160,000 times.
+    """
+    radius = np.sqrt(1 + side * 0.5 * np.sqrt(1 - 0.6**2))
+    start = radius * np.exp(1j * turn)
+    system = loop.with_parameters(mu=0.6 * size, a=size, unit=size).with_initial(
+        x=0.7 + start.real, y=size * start.imag, z=(0.3 * start / (0.5 + 2j)).real
+    )
+    branch = cd.continue_orbit(system, {"mu": (-2 * size, 2 * size)}, start="guess", step=step and step * size)
+    assert "closed loop" in branch["branch_end_text"].item()
+    assert branch["special_kind"].values.tolist() == [Special.FOLD, Special.FOLD]
+    np.testing.assert_allclose(np.sort(branch["special_value"]), [-size, size], rtol=1e-12)
+    mu, (x, y, _) = branch["mu"].values / size, branch["orbit_state"].values.T
+    height = ((x - 0.7) ** 2 + (y / size) ** 2 - 1) / 0.5
+    np.testing.assert_allclose(mu**2 + height**2, 1, atol=1e-10)
+    around = np.ptp(np.unwrap(np.arctan2(height, mu)))
+    assert around == pytest.approx(2 * np.pi, abs=1e-5)
+
+
+@pytest.mark.parametrize(("size", "pace"), [(1.0, 1.0), (1e-9, 1e-5)])
+def test_a_closed_branch_of_motions_that_run_away_is_walked_once(size, pace):
+    """Cycles of radius^2 1 +- sqrt(1/4 - k^2); the start is beside the outer one, of multiplier 2e8."""
+    radius = "(r**2 + ((x/k)**2 + (y/k)**2 - 1)**2 - 1/4)*w"
+    system = cd.HybridSystem(
+        name="isola", states="x y", parameters={"r": 0.0, "k": size, "w": pace}, initial={"x": size * np.sqrt(1.5)},
+        modes={"on": {"x": f"{radius}*x - w*y", "y": f"{radius}*y + w*x"}},
+    )  # fmt: skip
+    branch = cd.continue_orbit(system, {"r": (-1.0, 1.0)}, step=0.02)
+    assert "closed loop" in branch["branch_end_text"].item()
+    assert kinds(branch) == [Special.FOLD] * 2
+    np.testing.assert_allclose(np.sort(branch["special_value"]), [-0.5, 0.5], atol=1e-9)
+
+
+@pytest.mark.parametrize(("begin", "start"), [(0.5, 0.0), (1.5, np.sqrt(0.5))])
+def test_a_pitchfork_gives_both_partners_and_their_cascades(begin, start):
+    """y := k y - y^3: partners y^2 = k - 1 from k = 1, their periods doubling at 2 and sqrt(5)."""
+    system = mapped({x: r * x - x**3}, {"r": begin}, [start])
+    branch = cd.continue_orbit(system, {"r": (0.2, 2.4)}, start="guess", doublings=2)
+    points, states = branch["r"].values, branch["orbit_state"].values[:, 0]
+    simple = branch["period"].values == 1
+    off = states[simple] * (states[simple] ** 2 - (points[simple] - 1))
+    assert np.abs(off).max() < 1e-9
+    for side in (1, -1):
+        assert points[simple & (side * states > 0.1)].max() == 2.4
+    assert points[simple & (np.abs(states) < 1e-9)].max() == 2.4
+    assert points[simple].min() == 0.2
+    kinds_there = branch["special_kind"].values
+    doublings = branch["special_value"].values[kinds_there == Special.PERIOD_DOUBLING]
+    assert [int(np.sum(np.abs(doublings - value) < 1e-10)) for value in (2, np.sqrt(5))] == [2, 2]
+
+
+def test_partners_that_meet_again_are_walked_once():
+    """y^2 = (1 - k^2) / 4 is a closed curve through both branch points."""
+    system = mapped({x: x + x * (1 - r**2) / 4 - x**3}, {"r": -1.3}, [0.0])
+    branch = cd.continue_orbit(system, {"r": (-2.0, 2.0)}, start="guess", doublings=1)
+    assert branch["branch_end"].values.tolist() == [BranchEnd.LIMIT, BranchEnd.CLOSED]
+    loop = branch["branch"].values == 1
+    values, states = branch["r"].values[loop], branch["orbit_state"].values[loop, 0]
+    assert np.abs(states**2 - (1 - values**2) / 4).max() < 1e-9
+    crossings = branch["special_value"].values[branch["special_kind"].values == Special.BRANCH_POINT]
+    np.testing.assert_allclose(np.sort(np.abs(crossings)), 1, atol=1e-6)
+    assert len(crossings) == 2
+
+
+@pytest.mark.parametrize("doublings", [0, 1])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_branch_that_crosses_itself_is_walked_once_and_the_crossing_stands_once(sign, doublings):
+    """Bernoulli's lemniscate (x^2 + k^2)^2 = x^2 - k^2, upright or, with the other sign, lying."""
+    system = cd.Map(
+        states=(x,), parameters={"r": 0.0 if sign > 0 else 0.5},
+        images={x: x + (sign * (x**2 - r**2) - (x**2 + r**2) ** 2) / 10},
+    )  # fmt: skip
+    start = 1.0 if sign > 0 else np.sqrt(np.sqrt(3) / 2 - 0.75)
+    branch = cd.continue_orbit(
+        system.with_initial(x=start), {"r": (-2.0, 2.0)}, start="guess", step=0.05, doublings=doublings
+    )
+    assert branch["branch_end"].values.tolist() == [BranchEnd.CLOSED]
+    states, values = branch["orbit_state"].values[:, 0], branch["r"].values
+    assert branch.attrs["message"] == ""
+    assert np.abs(sign * (states**2 - values**2) - (states**2 + values**2) ** 2).max() < 1e-11
+    folds = [1 / np.sqrt(8), -1 / np.sqrt(8)] * 2 if sign > 0 else [1.0, -1.0]
+    assert sorted(kinds(branch)) == sorted([Special.FOLD] * len(folds) + [Special.BRANCH_POINT])
+    np.testing.assert_allclose(np.sort(branch["special_value"]), np.sort([*folds, 0.0]), atol=1e-9)
+
+
+def test_a_crossing_at_a_small_state_is_as_well_known_as_its_error_says():
+    """The nodal cubic u^2 = k^2 (1 + k) in x = sinh(u): its loop begins and ends at 0."""
+    u = sympy.asinh(x)
+    nodal = mapped({x: sympy.sinh(u + (u**2 - r**2 * (1 + r)) * sympy.Rational(3, 10))}, {"r": -0.5}, [0.0])
+    start = nodal.with_initial(x=-float(np.sinh(np.sqrt(0.125))))
+    branch = cd.continue_orbit(start, {"r": (-2.0, 1.0)}, start="guess")
+    assert sorted(kinds(branch)) == sorted([Special.FOLD, Special.BRANCH_POINT])
+    assert (np.abs(np.sort(branch["special_value"]) - [-1, 0]) <= np.sort(branch["special_error"])).all()
+    assert branch.attrs["message"] == ""
+
+
+@pytest.mark.parametrize("step", [0.02, 0.03])
+def test_a_crossing_is_as_well_known_as_its_error_says(step):
+    """u := u - u (mu - u) (mu + u - 1): two branches cross at 1/2, where an orbit is known to the root of round-off."""
+    u, v = (2 * x - y) / 3, (2 * y - x) / 3
+    u = u - 3 * v**2 / 10
+    image, other = u - u * (mu - u) * (mu + u - 1), v / 2
+    image += 3 * other**2 / 10
+    system = mapped({x: 2 * image + other, y: image + 2 * other}, {"mu": -0.3}, [0.0, 0.0])
+    branch = cd.continue_orbit(system, {"mu": (-0.45, 1.3)}, start="guess", doublings=1, step=step)
+    found, error = branch["special_value"].values, branch["special_error"].values
+    assert set(kinds(branch)) == {Special.BRANCH_POINT}
+    assert set(found.round(9)) == {0.0, 0.5, 1.0}
+    assert (np.abs(found - found.round(9)) <= error).all()
+    assert error.max() < 1e-9
+
+
+@pytest.mark.parametrize("step", [0.01, 0.02])
+def test_a_loop_turns_back_where_a_straight_branch_crosses(step):
+    """u := u - u (u^2 + mu^2 - 1/4) / 2, in units of 1e-6: at 1/2 only errors of the orbits change the parameter."""
+    v = 10**6 * y - 3 * 10**6 * x / 10 + (10**6 * x) ** 2 / 5
+    u = 10**6 * x - 3 * v**2 / 10
+    first = u - u * (u**2 + mu**2 - sympy.Rational(1, 4)) / 2 + 3 * (v / 2) ** 2 / 10
+    images = {x: first / 10**6, y: (3 * first / 10 - first**2 / 5 - v / 2) / 10**6}
+    branch = cd.continue_orbit(mapped(images, {"mu": 0.0}, [5e-7, 1e-7]), {"mu": (-1.0, 1.0)}, start="guess", step=step)
+    assert branch["branch_end"].values.tolist() == [BranchEnd.CLOSED]
+    assert kinds(branch) == [Special.BRANCH_POINT] * 2
+    assert (np.abs(np.sort(branch["special_value"]) - [-0.5, 0.5]) <= branch["special_error"]).all()
