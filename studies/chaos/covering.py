@@ -121,6 +121,45 @@ def of_lives(records: int, rng: np.random.Generator) -> Iterator[Told]:
         }
 
 
+def of_walkers(records: int, rng: np.random.Generator) -> Iterator[Told]:
+    """Of a tent that most leave in each iterate, whose saddle is found by stagger-and-step."""
+    images = {"x": "piecewise(x/a, x < 1/2, (1 - x)/b)"}
+    tent = cd.Map("x", {"a": 0.25, "b": 0.2}, images, initial={"x": 0.3}, bounds={"x": (0, 1)})
+    shares = np.array([5, 4]) / 9
+    above = float(-shares @ np.log([0.25, 0.2]))
+    for _ in range(records):
+        starts = {"count": 300, "seed": int(rng.integers(2**31)), "x": (0, 1)}
+        found = cd.transient_chaos(tent, periods=12, transient=1, random=starts)
+        yield {
+            "rate of the saddle": (*_of(found, "saddle_rate", "saddle_rate_error"), -math.log(0.45)),
+            "exponent by stagger-and-step": (*_of(found, "lyapunov_exponent", "lyapunov_error", 0), above),
+            "dimension by stagger-and-step": (
+                *_of(found, "saddle_dimension", "saddle_dimension_error"),
+                float(-shares @ np.log(shares)) / above,
+            ),
+        }
+
+
+def of_flights(records: int, rng: np.random.Generator) -> Iterator[Told]:
+    """Escape rate of a flow whose flights take 1 or 2, and a third of which end: z = exp(rate) solves z + z^2 = 3."""
+    legs = (("1", "3*x", "x < 1/3"), ("2", "9", "x >= 1/3 and x < 2/3"), ("2", "3*x - 2", "x >= 2/3"))
+    flow = cd.HybridSystem(
+        states="x s",
+        modes={"wait": {"x": "0", "s": "1"}},
+        transitions=[
+            cd.Transition(f"flight-{k}", "wait", "wait", f"s - {end}", 1, {"x": image, "s": "0"}, condition=condition)
+            for k, (end, image, condition) in enumerate(legs)
+        ],
+        initial={"x": 0.1, "s": 0.0},
+        bounds={"x": (-1, 2)},
+    )
+    for _ in range(records):
+        starts = {"count": 500, "seed": int(rng.integers(2**31)), "x": (0, 1)}
+        found = cd.transient_chaos(flow, duration=40.0, random=starts, saddle="sprinkler")
+        rate = math.log((math.sqrt(13) - 1) / 2)
+        yield {"escape rate of a flow": (*_of(found, "escape_rate", "escape_rate_error"), rate)}
+
+
 def of_windows(records: int, rng: np.random.Generator) -> Iterator[Told]:
     """Cumulants over windows, the correlation time of independent growth."""
     system, above = baker(), exponents()[0]
@@ -241,6 +280,8 @@ MEASURES: dict[str, tuple[str, Callable[[int, np.random.Generator], Iterator[Tol
     "vectors": ("baker's map, 512 iterates; Hénon map, 2000", of_vectors),
     "dimensions": ("baker's map, 2000 iterates", of_dimensions),
     "lives": ("open tent map, 1500 starts", of_lives),
+    "walkers": ("open tent map, 300 starts", of_walkers),
+    "flights": ("flow of flights, 500 starts", of_flights),
     "windows": ("baker's map, 1000 iterates", of_windows),
     "evidence": ("tent map, 500 iterates", of_evidence),
     "noise": ("ball, 512 impacts", of_noise),

@@ -73,7 +73,7 @@ class TransientChaos(AnalysisSettings):
     until: str | None = setting(
         At(),
         None,
-        doc="What ends a lifetime besides an escape from the bounds: the name or kind of an event, or a "
+        doc="What ends a lifetime of a flow besides an escape from the bounds: the name or kind of an event, or a "
         'comparison such as ``"x > 2"``, met where it becomes true; starts beyond it are invalid.',
     )
     saddle: str | None = setting(
