@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
-from chaosdrill.analysis.measures import staggers
+from chaosdrill.analysis.measures import saddles
 from chaosdrill.analysis.measures.escapes import (
     Rate,
     dimension_of_saddle,
@@ -320,7 +320,7 @@ def test_points_that_staggers_find_lie_near_the_saddle(horseshoe):
 
 def test_staggers_where_a_direction_is_lost(monkeypatch):
     """The tent of slope 3, and where it came from: errors of -inf were a warning."""
-    monkeypatch.setattr(staggers, "WALKERS", 64)
+    monkeypatch.setattr(saddles, "WALKERS", 64)
     images = {"x": "3*Min(x, 1 - x)", "y": "x"}
     tent = cd.Map("x y", {}, images, initial={"x": 0.1, "y": 0.1}, bounds={"x": (0, 1)})
     found = cd.transient_chaos(tent, periods=5, random={**STARTS, "count": 100}, saddle="stagger")
@@ -338,6 +338,18 @@ def test_walkers_are_as_many_as_starts_are_worth_unless_asked_for():
         assert abs(found["saddle_rate"] - np.log(1.5)) <= 3 * found["saddle_rate_error"] < 0.2
 
 
+def test_walkers_that_were_not_asked_for_give_up_in_time():
+    """Half of the starts come to a gait that lasts, and walkers were watched there for hours."""
+    walker = cd.build("simplest-walker")
+    starts = {"count": 120, "seed": 1, "theta": (0.1, 0.3), "omega": (-0.3, -0.1)}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(saddles, "TIMES", 2)
+        patch.setattr(saddles, "FEW", 0)
+        found = cd.transient_chaos(walker, duration=40.0, random=starts, until="theta > 0.5")
+    assert "takes more than 200 times as long as the starts" in found.attrs["reason"]
+    assert found["staggers"] == 0
+
+
 def test_starts_that_no_run_has_count_for_nothing():
     """Below the table of the ball none begins; what begins lives as long as it is watched."""
     ball, above, below = cd.build("bouncing-ball"), [{"x": 1.0}], [{"x": -1.0}, {"x": -2.0}]
@@ -349,7 +361,7 @@ def test_starts_that_no_run_has_count_for_nothing():
 
 def test_staggers_end_at_a_comparison(monkeypatch):
     """x doubles in ln 2: beyond 1 it never becomes true again, and such displacements were taken to stay for ever."""
-    monkeypatch.setattr(staggers, "WALKERS", 64)
+    monkeypatch.setattr(saddles, "WALKERS", 64)
     saddle = cd.HybridSystem(
         name="saddle", states="x y", parameters={}, modes={"on": {"x": "x", "y": "-y"}}, period=1,
         initial={"x": 0.5, "y": 0.5},
@@ -374,7 +386,7 @@ def test_runs_that_come_to_a_cycle_tell_of_no_saddle():
 
 def test_staggers_refuse_walkers_that_an_attractor_keeps(monkeypatch):
     """In the hole of a tent a point attracts what comes within 0.001: walkers ended there, with exponent -ln 2."""
-    monkeypatch.setattr(staggers, "WALKERS", 64)
+    monkeypatch.setattr(saddles, "WALKERS", 64)
     images = {"x": "piecewise(0.55 + (x - 0.55)/2, Abs(x - 0.55) < 0.001, x/0.45, x < 1/2, (1 - x)/0.35)"}
     tent = cd.Map("x", {}, images, initial={"x": 0.3}, bounds={"x": (0, 1)})
     found = cd.transient_chaos(tent, periods=20, random={**STARTS, "count": 100}, saddle="stagger")

@@ -148,8 +148,8 @@ def transient_chaos(system: HybridSystem, given: TransientChaos, job: Job) -> Da
     independent runs, plus the difference between the mean over all of this age and that over its first half.
 
     Where runs leave sooner, walkers step along the saddle by stagger-and-step (Sweet, Nusse and Yorke 2001,
-    doi:10.1103/PhysRevLett.86.2261): 1024 where ``saddle`` asks for them, else one for two starts, 256 at most, which
-    takes up to some hundred times as long as the starts. A walker that would leave within a set time goes where
+    doi:10.1103/PhysRevLett.86.2261): 1024 where ``saddle`` asks for them, else one for two starts, 256 at most, and
+    these for no more than 200 times as long as the starts. A walker that would leave within a set time goes where
     another one is, drawn at random, and small displacements of all orders of size part the two; one is taken where the
     time to stay remains long enough. Beyond a comparison ``until`` none stays. The share of walkers that could stay
     gives the rate at which the saddle is left, ``saddle_rate``, and the dimension. Errors are those of 16 pictures.

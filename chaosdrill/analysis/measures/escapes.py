@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from chaosdrill.analysis.measures import staggers
 from chaosdrill.analysis.measures.saddles import SHORT, Runs, Saddle, reached, sprinkled, staggered, unknown_saddle
 from chaosdrill.analysis.measures.staggers import Walkers
 from chaosdrill.analysis.starts import drawn_or_listed
@@ -120,13 +119,12 @@ def _saddle(runs: Runs, starts: Walkers, lead: int, count: int, given: Any, *, s
     """
     seed = (given.random or {}).get("seed", 0)
     if given.saddle == "stagger":
-        return staggered(runs, starts, count, staggers.WALKERS, seed)
+        return staggered(runs, starts, count, seed, asked=True)
     named = runs.ends and not runs.surface
     brief = given.saddle is None and not (runs.system.draws or named) and 0 < reached(starts.lives) < count
     found = sprinkled(runs, starts, lead, SHORT if brief else 1)
     if found is None and brief:
-        together = min(-(-len(starts.lives) // 2), staggers.BY_DEFAULT)
-        walked = staggered(runs, starts, count, together, seed)
+        walked = staggered(runs, starts, count, seed, asked=False)
         found = (sprinkled(runs, starts, lead, 1) or walked) if walked.reason else walked
     if found and not found.staggers and (slower or found.exponents[0] < -ESCAPES.apart * found.errors[0]):
         return unknown_saddle(runs.system, STAYING)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from chaosdrill.analysis.judgement.statistics import block_ends, standard_error
-from chaosdrill.analysis.measures.staggers import PICTURES, Staggers, Walkers
+from chaosdrill.analysis.measures.staggers import PICTURES, WALKERS, Staggers, Walkers
 from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.batch import Batch, Returns
@@ -48,6 +48,18 @@ NO_SADDLE = "too few runs stay long enough to show a saddle: take more starts, n
 ATTRACTED = (
     "walkers gather where none leaves, as at an attractor, and tell of no saddle: end lives there by until, or take "
     "the sprinkler"
+)
+
+BY_DEFAULT = 256
+"""Walkers at most where these are not asked for."""
+
+TIMES, FEW = 200, 20_000
+"""How many times as long as the longest runs of the starts they may then be watched, and units for a start in any case:
+the tent of slope 3 takes 2,000, starts of the Lorenz system that leave at one age 140 times as long."""
+
+TOO_LONG = (
+    f"stagger-and-step takes more than {TIMES} times as long as the starts, as where some stay for ever: ask for it by "
+    'saddle="stagger", or end lives there by until'
 )
 
 SHOWN = 64
@@ -205,9 +217,13 @@ def reached(lives: np.ndarray) -> int:
     return int(np.sort(lives)[-SURVIVORS]) if len(lives) >= SURVIVORS else 0
 
 
-def staggered(runs: Runs, starts: Walkers, count: int, together: int, seed: int) -> Saddle:
+def staggered(runs: Runs, starts: Walkers, count: int, seed: int, *, asked: bool) -> Saddle:
     """The saddle by walkers that stagger; unknown if none stay for long enough, or for ever."""
-    staggers = Staggers(runs.lives, runs.stepped, count, together, np.random.default_rng(seed))
+    together, most = WALKERS, math.inf
+    if not asked:
+        together = min(-(-len(starts.lives) // 2), BY_DEFAULT)
+        most = max(TIMES * count, FEW) * len(starts.lives)
+    staggers = Staggers(runs.lives, runs.stepped, count, together, most, np.random.default_rng(seed))
     points, growth, window = [], [], 0
     for walkers in staggers.walk(starts):
         margin = math.ceil(MARGIN * staggers.level)
@@ -218,7 +234,7 @@ def staggered(runs: Runs, starts: Walkers, count: int, together: int, seed: int)
         points.append(seen[:, :SHOWN])
         growth.append(grown.mean(axis=1))
     if len(growth) < PICTURES:
-        return unknown_saddle(runs.system)
+        return unknown_saddle(runs.system, TOO_LONG if staggers.weary else NO_SADDLE)
     stayed = np.array(staggers.stayed)
     early, late = stayed.reshape(2, PICTURES // 2, -1).mean(axis=2)
     spread = math.sqrt((early.var() + late.var()) / (len(early) - 1))

@@ -14,9 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 WALKERS = 1024
-BY_DEFAULT = 256
-"""How many step together where they are asked for, and at most where they are not. Their mean is wrong by about one
-part in as many as are apart, below its error unless most of them leave in each round."""
+"""How many step together where they are asked for. Their mean is wrong by about one part in as many as are apart,
+below its error unless most of them leave in each round."""
 
 TRIES = 12
 """Displacements that each clone tries in a round. One that is not parted from its twin at once is later on."""
@@ -59,12 +58,14 @@ class Staggers:
 
     ``watch``: whole units that runs from states in modes stay, up to a number of units. ``step``: states and modes
     after a number of units. ``longest``: units for which runs may be watched. ``together``: how many walkers.
+    ``most``: units that may be watched in all.
     """
 
     watch: Callable[[np.ndarray, np.ndarray, int], np.ndarray]
     step: Callable[[np.ndarray, np.ndarray, int], tuple[np.ndarray, np.ndarray]]
     longest: int
     together: int
+    most: float
     generator: np.random.Generator
     size: float | None = None
     """That from which on displacements fail, in parts of the extent of the walkers."""
@@ -78,6 +79,8 @@ class Staggers:
     """Units that walkers stay at least."""
     stride: int = 1
     """Units of a round: half of them, or more, would leave meanwhile."""
+    watched: int = 0
+    """Units that have been watched in all."""
 
     def walk(self, begin: Walkers) -> Iterator[Walkers]:
         """Pictures of the walkers, far enough apart to tell different parts of the saddle; none if all leave at once.
@@ -85,20 +88,25 @@ class Staggers:
         ``begin``: starts of runs.
         """
         found = self._rise(begin)
-        if found is None:
+        if found is None or self.weary:
             return
         rounds = -(-self.level // (2 * self.stride))
         self.taken = 0
         for _ in range(PICTURES):
             for _ in range(rounds):
                 states, modes = self.step(found.states, found.modes, self.stride)
-                stepped = Walkers(states, modes, self.watch(states, modes, self.level))
+                stepped = Walkers(states, modes, self._watch(states, modes, self.level))
                 self.stayed.append(float((stepped.lives >= self.level).mean()))
                 renewed = self._renew(stepped, self.level)
-                if renewed is None:
+                if renewed is None or self.weary:
                     return
                 found = renewed
             yield found
+
+    @property
+    def weary(self) -> bool:
+        """Whether more has been watched than may be."""
+        return self.watched > self.most
 
     def _rise(self, begin: Walkers) -> Walkers | None:
         """Walkers that stay as long as can be asked for."""
@@ -112,7 +120,7 @@ class Staggers:
         found.lives[len(drawn) :] = 0
         for _ in range(HALVINGS):
             renewed = self._renew(found, self.level, min(FURTHER * self.level, self.longest))
-            if renewed is None or self.level >= self.longest:
+            if renewed is None or self.weary or self.level >= self.longest:
                 break
             if self.size is not None and self.size < FINE:
                 break
@@ -137,7 +145,7 @@ class Staggers:
         self._widen(walkers)
         failed, everyone = [], np.arange(len(walkers.lives))
         # whoever is held where rounding has put it, such as on a fixed point, is set free
-        for some in (everyone, *[gone] * TRIES):
+        for some in (everyone, *[gone] * (TRIES if len(gone) else 0)):
             size, near = self._sizes(len(some))
             extent = np.array([self.extent[mode] for mode in walkers.modes[some].tolist()]).reshape(
                 -1, walkers.states.shape[1]
@@ -145,7 +153,7 @@ class Staggers:
             ways = self.generator.standard_normal(extent.shape)
             ways *= (size / np.linalg.norm(ways, axis=1))[:, np.newaxis] * extent
             shifted = walkers.states[some] + ways
-            lives = self.watch(shifted, walkers.modes[some], level if watched is None else watched)
+            lives = self._watch(shifted, walkers.modes[some], level if watched is None else watched)
             take = (lives >= level) & (shifted != walkers.states[some]).any(axis=1)
             walkers.states[some[take]], walkers.lives[some[take]] = shifted[take], lives[take]
             self.taken += int(take.sum())
@@ -153,6 +161,11 @@ class Staggers:
         fails = np.concatenate(failed)
         self.size = float(np.quantile(fails, FIRST)) if len(fails) else self.size
         return walkers
+
+    def _watch(self, states: np.ndarray, modes: np.ndarray, units: int) -> np.ndarray:
+        lives = self.watch(states, modes, units)
+        self.watched += int(lives.sum())
+        return lives
 
     def _sizes(self, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Sizes of displacements, in parts of the extent, and which of them are drawn from the band."""
