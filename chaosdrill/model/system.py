@@ -543,11 +543,7 @@ def _number(system: str, what: str, key: Any, value: Any) -> float:
 
 
 SYSTEM = Kind(
-    "a HybridSystem: your own, the system of a scene, as in load_scene(path).system, or one that has a name",
+    "a HybridSystem: your own, that of a scene or a result (load_scene(path).system, system(ds)), or one with a name",
     lambda value: isinstance(value, HybridSystem),
-    lambda value: (
-        "; chaosdrill.system(ds) rebuilds that of a result"
-        if hasattr(value, "attrs")
-        else f", as in chaosdrill.{f'build({brief(value)})' if isinstance(value, str) else 'drill()'}"
-    ),
+    lambda value: f", as in chaosdrill.{f'build({brief(value)})' if isinstance(value, str) else 'drill()'}",
 )

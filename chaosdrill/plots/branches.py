@@ -104,13 +104,13 @@ def branches(*datasets: Dataset, over: Dataset | None = None, ax: Axes | None = 
 
 def _attractors(axes: Axes, diagram: Dataset, index: int) -> None:
     name = swept(diagram)[0]
-    section = diagram["section"].transpose(name, "seed", "iterate", "state").values[..., index]
+    section = diagram["section"].values[..., index]
     x = np.broadcast_to(diagram[name].values[:, None, None], section.shape)
     left, right = axes.get_xlim()
     known = np.isfinite(section) & (x >= left) & (x <= right)
     # a cloud has many small points, a cycle few that have to be seen under lines
     cloud = float(np.sqrt(np.clip(2e4 / max(int(known.sum()), 1), 0.25, 2.0)))
-    cycle = np.broadcast_to(diagram["period"].transpose(name, "seed").values[..., None] > 0, section.shape)
+    cycle = np.broadcast_to(diagram["period"].values[..., None] > 0, section.shape)
     options: dict[str, Any] = {"linestyle": "none", "marker": "o", "color": BACKGROUND, "markeredgewidth": 0}
     line = float(np.clip(900 / len(x), 1.2, 2.0))
     for part, size in ((known & ~cycle, cloud), (known & cycle, max(cloud, line))):

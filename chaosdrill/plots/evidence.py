@@ -157,7 +157,7 @@ def spread(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     (sweep,) = map(str, dataset["outcome"].dims)
     if 2 not in dataset["order"]:
         raise SettingsError("ds lacks the variances, of order 2; select them, as in ds.sel(order=[2])")
-    dataset = dataset.sortby(sweep).transpose(sweep, ...)
+    dataset = dataset.sortby(sweep)
     means, values = dataset["lyapunov_exponent"], dataset[sweep].values
     width = np.sqrt(dataset["cumulant"].isel(window=-1).sel(order=2).values.clip(min=0))
     for number, e in enumerate(np.flatnonzero(np.isfinite(means.values).any(axis=0)).tolist()[: TUNING.most_panels]):

@@ -58,7 +58,7 @@ def manifolds(*datasets: Dataset, over: Dataset | None = None, ax: Axes | None =
         high = np.max([dataset["region"].values[1] for dataset in datasets], axis=0)
         # sections in SI units do not lie in this plane
         if over is not None and "section" in over and "state_units" not in over:
-            points = over["section"].transpose("iterate", "state").values
+            points = over["section"].values
             axes.plot(points[:, x], points[:, y], ".", color=BACKGROUND, markersize=2, zorder=0, label="section")
         axes.set(xlim=(low[x], high[x]), ylim=(low[y], high[y]))
     axes.set(xlabel=state_label(datasets[0], x), ylabel=state_label(datasets[0], y))
@@ -80,7 +80,7 @@ def _draw(axes: Axes, datasets: Sequence[Dataset], places: tuple[int, int]) -> l
     saddles: list[Any] = []
     chosen = list(places)
     for dataset in datasets:
-        states = dataset["curve_state"].transpose("point", "state").values[:, chosen]
+        states = dataset["curve_state"].values[:, chosen]
         curve, part = dataset["curve"].values, dataset["part"].values
         ends = np.flatnonzero((np.diff(curve) != 0) | (np.diff(part) != 0)) + 1
         stable = dict(zip(dataset["curve_number"].values.tolist(), dataset["curve_stable"].values, strict=True))
@@ -93,7 +93,7 @@ def _draw(axes: Axes, datasets: Sequence[Dataset], places: tuple[int, int]) -> l
             found.extend(states[points])
             if kind == CurveBreak.CHANGE_OF_EVENTS:
                 found.extend(states[np.minimum(points + 1, len(states) - 1)])
-        saddles.extend(dataset["orbit_section"].transpose("iterate", "state").values[:, chosen])
+        saddles.extend(dataset["orbit_section"].values[:, chosen])
     handles: list[Artist] = []
     for name, found in lines.items():
         if found:

@@ -149,7 +149,7 @@ def _start(dataset: Dataset, seed: int) -> str:
     """Initial state of a seed, by the states in which the seeds differ; empty if the archive does not give it."""
     if "initial_state" not in dataset.variables:
         return ""
-    states = dataset["initial_state"].transpose("seed", "state").values
+    states = dataset["initial_state"].values
     names = dataset["state"].values
     apart = np.flatnonzero(np.ptp(states, axis=0) > 0)
     return ": " * bool(apart.size) + ", ".join(f"{names[i]} = {shorten(float(states[seed, i]))}" for i in apart)

@@ -51,10 +51,10 @@ def bifurcation(dataset: Dataset, *, ax: Axes | None = None, state: States = Non
     sweep = str(dataset["period"].dims[0])
     if (np.diff(dataset[sweep].values) < 0).any():
         dataset = dataset.sortby(sweep)
-    states = dataset["section"].transpose(sweep, "seed", "iterate", "state").values
+    states = dataset["section"].values
     index = first_that_varies(states) if state is None else places_of(dataset, state, 1)[0]
     edges = bounds(dataset[sweep].values)
-    lost = _without_result(dataset, sweep)
+    lost = _without_result(dataset)
     x = dataset[sweep].values
     limits = edges[[0, -1]] if len(x) == 1 else x[[0, -1]]
     has_spectrum = ax is None and "lyapunov_exponent" in dataset.variables
@@ -75,7 +75,7 @@ def bifurcation(dataset: Dataset, *, ax: Axes | None = None, state: States = Non
     if has_spectrum:
         _spectrum(panels[1], dataset, sweep)
     if has_rate:
-        _rate(panels[-2], dataset, sweep)
+        _rate(panels[-2], dataset)
     _periods(panels[-1], dataset, sweep, edges, row)
     panels[-1].set_xlim(*limits)
     # one line each has room beside the panels
@@ -86,11 +86,10 @@ def bifurcation(dataset: Dataset, *, ax: Axes | None = None, state: States = Non
     return figure
 
 
-def _without_result(dataset: Dataset, sweep: str) -> Truths:
+def _without_result(dataset: Dataset) -> Truths:
     """Points at which no seed has a result."""
-    codes = dataset["outcome"].transpose(sweep, "seed").values
     ended = [code for code, name in flag_names(dataset["outcome"]).items() if name in MOTIONS]
-    lost: Truths = np.isin(codes, ended).sum(axis=1) == 0
+    lost: Truths = np.isin(dataset["outcome"].values, ended).sum(axis=1) == 0
     return lost
 
 
@@ -110,7 +109,7 @@ def _shade(panel: Axes, edges: Floats, mask: Truths, category: Category) -> None
 
 
 def _section(panel: Axes, dataset: Dataset, sweep: str, section: Floats, edges: Floats, lost: Truths) -> None:
-    period = dataset["period"].transpose(sweep, "seed").values
+    period = dataset["period"].values
     x = np.broadcast_to(dataset[sweep].values[:, None], section[:, 0].shape)
     _shade(panel, edges, np.isnan(section).all(axis=(1, 2)) & ~lost, _NOT_REACHED)
     # a cloud has many small points, a cycle few that stand out
@@ -151,7 +150,7 @@ def varies(values: Floats, states: Floats) -> bool:
 
 
 def _spectrum(panel: Axes, dataset: Dataset, sweep: str) -> None:
-    exponents = dataset["lyapunov_exponent"].transpose(sweep, "seed", "exponent").values
+    exponents = dataset["lyapunov_exponent"].values
     x = dataset[sweep].values
     foot = blended_transform_factory(panel.transData, panel.transAxes)
     panel.axhline(0, color="0.5", linewidth=0.7, zorder=1)
@@ -181,11 +180,10 @@ def _spectrum(panel: Axes, dataset: Dataset, sweep: str) -> None:
     legend_above(panel, handles=[line for line in panel.get_lines() if str(line.get_label()).startswith("λ")])
 
 
-def _rate(panel: Axes, dataset: Dataset, sweep: str) -> None:
+def _rate(panel: Axes, dataset: Dataset) -> None:
     rate = dataset["progression_rate"]
-    values = rate.transpose(sweep, "seed").values
     for seed, (colour, _, step) in enumerate(seed_lines(dataset)):
-        _draw(panel, dataset, seed, values[:, seed], colour, step)
+        _draw(panel, dataset, seed, rate.values[:, seed], colour, step)
     panel.set_ylabel(wrapped(label(rate), 12))
 
 
@@ -236,7 +234,7 @@ def _draw(panel: Axes, dataset: Dataset, seed: int, values: Floats, colour: str,
 def _breaks(dataset: Dataset, seed: int, values: Floats) -> Integers:
     """Indices before which a line is broken, at jumps from one attractor to another."""
     # a selection by xarray would import dask, where that is installed
-    kinds = np.stack([dataset[name].transpose(..., "seed").values[:, seed] for name in ("period", "outcome")], axis=1)
+    kinds = np.stack([dataset[name].values[:, seed] for name in ("period", "outcome")], axis=1)
     changes = (np.diff(kinds, axis=0) != 0).any(axis=1)
     steps = np.abs(np.diff(values))
     known = np.where(np.isfinite(steps), steps, 0.0)
@@ -304,10 +302,9 @@ def return_map(dataset: Dataset, *, ax: Axes | None = None, state: States = None
     drawn; default: the first that varies.
     """
     varied = swept(dataset)
-    ordered = dataset.transpose(*varied, "seed", "iterate", "state", ..., missing_dims="ignore")
-    states = ordered["section"].values.reshape(-1, dataset.sizes["iterate"], dataset.sizes["state"])
+    states = dataset["section"].values.reshape(-1, dataset.sizes["iterate"], dataset.sizes["state"])
     index = first_that_varies(states) if state is None else places_of(dataset, state, 1)[0]
-    periods = np.ravel(ordered["period"].values) if "period" in dataset.variables else np.zeros(1)
+    periods = np.ravel(dataset["period"].values) if "period" in dataset.variables else np.zeros(1)
     figure, axes = one_panel(ax, 5.4)
     lines = seed_lines(dataset) if varied else [(PALETTE[0], "", 0.0)]
     for values, period, (colour, name, _) in zip(states[..., index], periods.astype(int), lines, strict=True):

@@ -38,7 +38,7 @@ def measures(dataset: Dataset) -> Figure:
     Bars are two standard errors.
     """
     (name,) = swept(dataset)
-    ordered = dataset.sortby(name).transpose(name, "attractor", ...)
+    ordered = dataset.sortby(name)
     rows = 2 + bool(np.isfinite(ordered["uncertainty_exponent"]).any())
     figure = new_figure(rows * TUNING.further_panel + 0.6)
     panels = figure.subplots(rows, 1, sharex=True)
@@ -75,7 +75,7 @@ def shares(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     """
     (name,) = swept(dataset)
     order = np.argsort(dataset[name].values, kind="stable")
-    ordered = dataset.isel({name: order}).transpose(name, "attractor", ...)
+    ordered = dataset.isel({name: order})
     values, numbers = ordered[name].values.astype(float), ordered["attractor"].values
     part, error = ordered["fraction"].values, ordered["fraction_error"].values
     edges = bounds(values)

@@ -147,7 +147,7 @@ def _with_guard(guard):
         (lambda s: cd.plot([s, s]), "one after the other, on the axes of your own"),
         (lambda s: cd.plot(s, ax=Figure()), "must be plane axes of matplotlib"),
         (lambda s: cd.plot(s, ax=Figure().add_subplot(projection="polar")), "must be plane axes of matplotlib"),
-        (lambda s: cd.lyapunov_spectrum(xr.Dataset()), r"chaosdrill.system\(ds\) rebuilds that of a result"),
+        (lambda s: cd.lyapunov_spectrum(xr.Dataset()), r"that of a scene or a result \(.*, system\(ds\)\)"),
         (lambda s: s.with_parameters(pd.Series([1, 2])), r"parameters are [^\n]*; give them by name"),
         (lambda s: cd.series_measures(xr.Dataset()), r"values is [^\n]*; it must be a series"),
         (lambda s: cd.plot(s, fontsize=9), r"or use matplotlib.rc_context\(\{'figure.figsize'"),
