@@ -1,6 +1,6 @@
 """Rules about expressions that go beyond the type of each entry."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import sympy
@@ -49,6 +49,16 @@ def refused(expression: Any, moving: set[Any], level: int) -> str | None:
                 f"{part!s:.60} has no Taylor series in its argument {wrong[0] + 1}, which may hold parameters; resets "
                 "and conditions may hold it as it is"
             )
+    return None
+
+
+def kinked(expressions: Iterable[Any], moving: set[Any]) -> tuple[Any, Any] | None:
+    """The first function with a kink or a jump in one of some symbols, and that symbol; None if there is none."""
+    for expression in expressions:
+        parts = sorted(sympy.sympify(expression).atoms(Application), key=sympy.default_sort_key)
+        for part in parts:
+            if (level_of(type(part).__name__) or FLOW) > FLOW and (bent := part.free_symbols & moving):
+                return part, min(bent, key=str)
     return None
 
 

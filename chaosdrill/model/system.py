@@ -451,11 +451,12 @@ class HybridSystem(System):
         Raises
         ------
         SettingsError
-            If the system has no such parameter.
+            If the system has no such parameter, or a rate or guard has a kink or a jump in it.
         """
         import sympy
 
         from chaosdrill.model.places import parameter
+        from chaosdrill.model.rules import kinked
 
         names = tuple(parameters)
         unknown = [key for key in names if key not in self.parameters]
@@ -467,6 +468,15 @@ class HybridSystem(System):
         for key in names:
             extra[parameter(key)] = (sympy.Integer(0), self.parameters[key])
         fixed = {parameter(key): self.parameters[key] for key in names}
+        rates = (rate for field in self.modes.values() for rate in field.values())
+        if bent := kinked((*rates, *(t.guard for t in self.transitions)), set(fixed)):
+            part, symbol = bent
+            what = (
+                f"{part!s:.60} has a kink or a jump in the parameter {symbol.name!r}, whose derivatives are needed here"
+            )
+            raise SettingsError(
+                f"{self.name.removesuffix(' (lifted)')}: {what}; write it without, or leave {symbol.name!r} as it is"
+            )
         wide = self.remade(
             name=f"{self.name} (augmented)",
             states=(*self.states, *extra),

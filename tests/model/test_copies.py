@@ -113,6 +113,15 @@ def test_unknown_names_are_refused_with_the_known_ones(system):
         system.augmented(parameters=["mass"])
 
 
+@pytest.mark.parametrize("where", ["rate", "guard"])
+def test_a_kink_in_a_parameter_is_told_where_its_derivative_is_needed(where):
+    kink = {"rate": "x", "guard": "x - 1", where: "x - Abs(k)"}
+    hit = cd.Transition("hit", "free", "free", kink["guard"], +1, reset={"x": 0})
+    system = cd.HybridSystem(states="x", parameters={"k": 1.0}, modes={"free": {"x": kink["rate"]}}, transitions=[hit])
+    with pytest.raises(cd.SettingsError, match=r"^own-system: Abs\(k\) has a kink or a jump in the parameter 'k'"):
+        cd.continue_orbit(system, {"k": (0.5, 1.5)}, at="hit", start="guess")
+
+
 def test_augmented_with_time_and_parameters(system):
     wide = system.augmented(time=True, parameters=["k"])
     assert wide.state_names == ("x", "v", "t", "k")
