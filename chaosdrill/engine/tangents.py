@@ -214,8 +214,10 @@ def orthonormalise(functions, tables, state, scratch):
     run.live = kept
     run.rank_check = waiting
     run.qr_since = 0
-    if growth > TANGENTS.often:
-        run.qr_wait = max(run.qr_wait // 2, 1)
+    if growth > TANGENTS.steep and tables.transitions.shape[0] > 0:
+        run.qr_wait = 0
+    elif growth > TANGENTS.often:
+        run.qr_wait = max(run.qr_wait // 2, min(run.qr_wait, 1))
     elif growth < TANGENTS.seldom:
         run.qr_wait = min(run.qr_wait * 2, TANGENTS.longest_wait)
 

@@ -185,6 +185,16 @@ def test_a_superstable_cycle_has_no_slope_but_rounding(a: float, period: int) ->
     assert near["lyapunov_exponent"].item() == pytest.approx(np.log(1e-9), rel=1e-6)
 
 
+@pytest.mark.parametrize("b", [1e-6, 1e-10])
+def test_strong_contraction_keeps_its_digits_in_any_coordinates(b: float) -> None:
+    # Henon's map in p = x + 2*y, q = x - y: areas change by -b an iterate
+    x, y = "(p + 2*q)/3", "(p - q)/3"
+    images = {"p": f"1 - a*({x})**2 + {y} + 2*b*{x}", "q": f"1 - a*({x})**2 + {y} - b*{x}"}
+    turned = cd.Map("p q", {"a": 1.7, "b": b}, images, initial={"p": 0.3, "q": 0.3})
+    exponents = cd.lyapunov_spectrum(turned, transient=10, periods=700)["lyapunov_exponent"].values
+    assert exponents.sum() == pytest.approx(np.log(b), abs=1e-4)
+
+
 def test_branches_have_their_own_slopes() -> None:
     # the skew tent map: -p ln p - (1-p) ln(1-p)
     system = cd.Map("x", {"p": 0.3}, ["Piecewise(x/p, x < p, (1 - x)/(1 - p))"], initial={"x": 0.1234})
