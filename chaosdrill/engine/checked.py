@@ -443,8 +443,8 @@ def proven(functions, tables, settings, h, t, state, ws, scratch):
 
 @inner
 def _ends(now, then):
-    """Whether a value that becomes another one soon is zero, or is no number, on the way."""
-    return math.isnan(now) or now == 0.0 or not abs(then - now) < abs(now)
+    """Whether a value that becomes another, finite one soon is zero, or is no number, on the way."""
+    return math.isnan(now) or now == 0.0 or not (abs(then - now) < abs(now) or abs(then) == math.inf)
 
 
 @inner

@@ -132,6 +132,18 @@ def test_a_singularity_ends_the_run_where_it_is(system, method, mode, start, whe
     assert run.elapsed == pytest.approx(when, abs=1e-3)
 
 
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau"])
+def test_a_guard_whose_slope_is_infinite_where_a_run_ends_is_not_zero_there(method):
+    root = cd.HybridSystem(
+        states="x",
+        modes={"on": {"x": "1"}},
+        transitions=[cd.Transition("half", "on", "on", "sqrt(x) - 1/2", 1)],
+        initial={"x": 0.0},
+    )
+    run = cd.trajectory(root, duration=1.0, samples=1, method=method)
+    assert (run.sizes["event"], run.cd.outcome) == (0, "singular")
+
+
 def test_a_singular_term_is_named(system):
     run, outcome = end(system, mode="shrink", x=1.0)
     assert "1/x ends where x = 0" in run.stopped(outcome)
