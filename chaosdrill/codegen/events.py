@@ -9,9 +9,9 @@ import sympy
 
 from chaosdrill.codegen.layout import Watched
 from chaosdrill.codegen.steep import steep_operations
-from chaosdrill.model.crossings import INCREASING, Crossing, crossings
-from chaosdrill.model.derive import differentiate, guard_gradient, rate
-from chaosdrill.model.held import Trial
+from chaosdrill.model.crossings import INCREASING, Crossing, crossings, sign_of
+from chaosdrill.model.derive import differentiate, guard_gradient, rate, rate_by_states
+from chaosdrill.model.held import Trial, kept_apart
 from chaosdrill.model.special import SPECIAL
 from chaosdrill.model.tuning import TUNING
 
@@ -30,6 +30,7 @@ class Event:
     affine: bool
     steep: bool
     timed: bool
+    still: bool
     key: int
     surface: int
 
@@ -45,7 +46,7 @@ def mode_events(system: "HybridSystem", mode: str) -> tuple[Event, ...]:
         if mode in system.transitions[index].source:
             groups.setdefault(crossing, []).append(index)
     moving = {*system.states, system.time}
-    keys = guard_keys(system)
+    keys, trial = guard_keys(system), Trial(system)
     surfaces = list(dict.fromkeys(surface for surface, _ in keys))
     events = [
         Event(
@@ -53,7 +54,8 @@ def mode_events(system: "HybridSystem", mode: str) -> tuple[Event, ...]:
             direction,
             tuple(found),
             affine=not any(g.free_symbols & moving for g in guard_gradient(system, guard)),
-            steep=bool(steep_operations([guard], moving)),
+            still=(still := _is_still(system, mode, guard, trial)),
+            steep=not still and bool(steep_operations([guard], moving)),
             timed=not guard.free_symbols & set(system.states),
             key=keys.index(Crossing(guard, direction)),
             surface=surfaces.index(guard),
@@ -61,6 +63,15 @@ def mode_events(system: "HybridSystem", mode: str) -> tuple[Event, ...]:
         for (guard, direction), found in groups.items()
     ]
     return tuple(sorted(events, key=lambda e: -max(system.transitions[i].priority for i in e.outcomes)))
+
+
+def _is_still(system: "HybridSystem", mode: str, guard: Any, trial: Trial) -> bool:
+    """Whether no motion of a mode leads a guard to zero: it is constant along all of them, or has no zero."""
+    if sign_of(guard):
+        return True
+    terms = [term for along in rate_by_states(system, mode, guard) for term in sympy.Add.make_args(along)]
+    # one term alone cancels with nothing
+    return sympy.Add(*terms) == 0 or (len(terms) > 1 and trial.zero(kept_apart(terms), ()))
 
 
 def guard_keys(system: "HybridSystem") -> list[Crossing]:

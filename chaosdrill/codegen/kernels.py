@@ -53,7 +53,9 @@ def write(system: "HybridSystem") -> Written:
     events = tuple(mode_events(system, mode) for mode in system.modes)
     moving = {*system.states, system.time}
     steep = tuple(
-        steep_operations([*system.modes[m].values(), *system.integrands(m), *(e.guard for e in ev)], moving)
+        steep_operations(
+            [*system.modes[m].values(), *system.integrands(m), *(e.guard for e in ev if not e.still)], moving
+        )
         for m, ev in zip(system.modes, events, strict=True)
     )
     modes = tuple(

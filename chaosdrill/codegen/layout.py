@@ -46,6 +46,8 @@ class Watched(NamedTuple):
     """Whether it has operations that may hide something from a step."""
     timed: bool
     """Whether it depends on time alone."""
+    still: bool
+    """Whether no motion of the mode leads it to zero, so that only a reset can carry it across."""
     key: int
     """Number of the guard with its direction, the same in all modes that watch it."""
     surface: int

@@ -53,8 +53,9 @@ class Outcome(Code):
     )
     STEP_UNDERFLOW = (
         8,
-        "The step became too small to advance time; loosen the tolerance, or look for a singularity, also in a "
-        'guard. If a mode is stiff, choose method "radau".',
+        "The step became too small to advance time, or ten million steps did not lead from one sample to the next; "
+        "loosen the tolerance, or look for a singularity, also in a guard, and for what is far quicker than the motion "
+        'that you want to see. If a mode is stiff, choose method "radau".',
     )
     INVALID_START = 9, "The initial state lies beyond a guard of its mode; move it inside or choose another mode."
     FAILED = 10, "The point could not be computed; run it alone as a trajectory to see where it stops."

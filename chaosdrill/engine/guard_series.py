@@ -14,7 +14,7 @@ from chaosdrill.engine.dop853_tables import END, GUARD_DEGREE, NODES, PLACE, STA
 from chaosdrill.engine.guard_errors import INTERPOLATION_NOISE, VALUE_NOISE, truncation
 from chaosdrill.engine.guard_roots import unit_of
 from chaosdrill.engine.jit import inlined, inner, series
-from chaosdrill.engine.layout import AFFINE, AFTER, TIMED
+from chaosdrill.engine.layout import AFFINE, AFTER, STILL, TIMED
 from chaosdrill.engine.polynomial import keeps_side
 from chaosdrill.engine.radau_tables import DEGREE
 from chaosdrill.engine.records import state_of
@@ -49,6 +49,8 @@ def guard_polynomials(functions, tables, settings, state, t, h, degree, between,
         g[1] = slope
         for k in range(2, GUARD_DEGREE + 1):
             g[k] = 0.0
+        if marks[j] & STILL:
+            continue
         if marks[j] & AFFINE:
             for k in range(2, DEGREE + 1):
                 for i in range(n):
@@ -57,12 +59,13 @@ def guard_polynomials(functions, tables, settings, state, t, h, degree, between,
             rest, largest = _interpolate(functions, mode, j, t, c, h, place, gradient, ws, g)
             allowed = truncation(settings, marks[j]) * largest
             told = max(abs(g[0]), GUARDS.flat * h * abs(slope))
-            hides = 0.0 < told < 100.0 * allowed and h > GUARDS.nearest * run.longest and not marks[j] & TIMED
+            hides = 0.0 < told < GUARDS.hidden * allowed and h > GUARDS.nearest * run.longest and not marks[j] & TIMED
             if rest > allowed or hides:
                 own = functions.guard_error(mode, j, t, c, x, scratch.none)
                 noise = max(own, functions.guard_error(mode, j, t + h, c, scratch.stages[END][:n], scratch.none))
                 left = max(left, rest / (allowed + INTERPOLATION_NOISE * noise))
-                if hides and 2.0 * VALUE_NOISE * ROUNDING * own < told < 4.0 * (rest + VALUE_NOISE * ROUNDING * noise):
+                off = rest + VALUE_NOISE * ROUNDING * noise
+                if hides and 2.0 * VALUE_NOISE * ROUNDING * own < told < GUARDS.seen * off:
                     # the far end of the step hides what the guard does near its start
                     left = max(left, 2.0)
             if _rebounds(run, tables, mode, j):

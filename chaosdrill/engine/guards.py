@@ -96,6 +96,15 @@ def is_moved(key, tables, state):
     return run.fresh == at.PUT or (run.fresh == at.AFTER and run.moved_by >= 0 and tables.moves[run.moved_by, key] == 1)
 
 
+@inlined
+def rests(tables, state, j):
+    """Whether guard j, which no motion of the mode changes, is on the side on which it was, whatever rounding says."""
+    run = state.run[0]
+    key = tables.keys[run.mode, j]
+    known = run.fresh == at.ONGOING or (abs(state.sides[key]) == 1 and not is_moved(key, tables, state))
+    return known and tables.marks[run.mode, j] & at.STILL != 0
+
+
 @rare
 def _ratio(functions, tables, state, j, t, scratch):
     """The gradient of guard j, which is zero, over that of the surface of the last event; 0 if that was another one.
@@ -191,6 +200,8 @@ def look(functions, tables, state, j, here, slope, t, scratch):
     zero, old = is_zero(functions, tables, state, j, here, slope, old, crossed, t, scratch)
     order = 0
     side = 1 if here > 0.0 else -1
+    if zero and tables.marks[run.mode, j] & at.STILL:
+        return at.NOWHERE, old, 0
     if zero:
         bound = ROUNDING * scratch.errors[1]
         if not abs(slope) > (bound if math.isfinite(bound) else 0.0):
@@ -435,6 +446,8 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
         how = at.ARMED
         scratch.times[j] = scratch.backs[j] = -1.0
         scratch.orders[j] = SEEN
+        if rests(tables, state, j):
+            continue
         if fresh != at.ONGOING or not is_on(side, ws[i, 0]):
             if ws[i, 0] != ws[i, 0]:
                 return -1.0, -1, 0, math.nan
@@ -447,7 +460,9 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
             state.sides[key] = side
         if how == at.FIRE:
             scratch.times[j] = 0.0
-        elif how != at.NOWHERE and not (order == 0 and keeps_side(ws, uint64(i), h, -float(side))):
+        elif how == at.NOWHERE or tables.marks[mode, j] & at.STILL:
+            continue
+        elif not (order == 0 and keeps_side(ws, uint64(i), h, -float(side))):
             scratch.orders[j] = order
     for j in range(count):
         if scratch.orders[j] >= 0:

@@ -80,8 +80,10 @@ def _plan(tables, states, mode, places, first, block):
     for j in range(tables.active[mode, 0]):
         side = gathered(states.sides, places, tables.keys[mode, j])
         direction = float(tables.active[mode, 1 + j])
-        plain = plain & guards.is_on(side, series[first + j][0]) & guards.is_armed(side, direction)
-        wanted[j] = spread(1.0)
+        moves = tables.marks[mode, j] & at.STILL == 0
+        if moves:
+            plain = plain & guards.is_on(side, series[first + j][0]) & guards.is_armed(side, direction)
+        wanted[j] = spread(1.0 if moves else 0.0)
         signs[j] = -side
         shifts[j] = nothing
         times[j] = spread(-1.0)
@@ -94,6 +96,8 @@ def _plan_anew(functions, tables, state, first, lane, block, scratch):
     mode = state.run[0].mode
     count = tables.active[mode, 0]
     for j in range(count):
+        if tables.marks[mode, j] & at.STILL:
+            return False
         g = block.ws[first + j, 0, lane]
         slope = block.ws[first + j, 1, lane]
         how, side, order = guards.look(functions, tables, state, j, g, slope, block.t[lane], scratch)

@@ -21,6 +21,7 @@ SETTINGS = np.dtype(
     [
         *((name, np.int64) for name in ("stepping", "order", "quadratures", "samples", "recording", "orthonormalise")),
         *((name, np.int64) for name in ("absolute_time", "max_events", "max_stalls", "target", "own_jacobian")),
+        ("max_steps", np.int64),
         *((name, np.float64) for name in ("tolerance", "reach", "dense_noise", "phase")),
     ],
     align=True,
@@ -37,10 +38,9 @@ EVENLY, INSTANTS = 1, 2
 RUN = np.dtype(
     [
         *((name, np.int64) for name in ("mode", "strobes", "live", "fresh", "fired", "surface", "way", "moved_by")),
-        ("turning", np.int64),
-        *((name, np.int64) for name in ("sample", "sample_rows", "event_rows", "steps", "evaluations")),
-        *((name, np.int64) for name in ("ties", "events_in_period", "stalls", "qr_wait", "qr_since", "rank_check")),
-        *((name, np.int64) for name in ("blocked", "waiting")),
+        *((name, np.int64) for name in ("turning", "sample", "sample_rows", "event_rows", "steps", "steps_since")),
+        *((name, np.int64) for name in ("evaluations", "ties", "events_in_period", "stalls", "qr_wait", "qr_since")),
+        *((name, np.int64) for name in ("rank_check", "blocked", "waiting")),
         *((name, np.float64) for name in ("time", "origin", "whole", "rest", "period", "fixed_step", "longest")),
         *((name, np.float64) for name in ("next_step", "tried", "strength", "residual", "wait_until", "wait_above")),
         *((name, np.float64) for name in ("speed", "pull", "jerk")),
@@ -55,9 +55,9 @@ strobe. ``fired`` and ``surface`` name the guard that has just fired and its sur
 was crossed (0 where a reset has thrown the state across), ``moved_by`` the transition that was then taken, ``residual``
 what the guard's value was at the event, ``speed`` its rate before. ``held`` says whether the motion did not leave that
 guard, ``turning`` whether a guard that was passed comes back in the step, ``blocked`` which of the mode's steep
-operations has ended the run, -1 for none. Rebounds from the guard ``waiting`` are not over before ``wait_until``, as
-long as they are faster than ``wait_above``. ``pull`` and ``jerk`` are the second and third derivative of the guard that
-has just fired, 0 where these are not known.
+operations has ended the run, -1 for none. ``steps_since`` counts steps since the last sample or strobe. Rebounds from
+the guard ``waiting`` are not over before ``wait_until``, as long as they are faster than ``wait_above``. ``pull`` and
+``jerk`` are the second and third derivative of the guard that has just fired, 0 where these are not known.
 """
 
 Runs = Annotated[Any, Array(RecordOf(RUN), 1)]
@@ -332,9 +332,9 @@ EVENT_COLUMNS = 6
 TO_MODE, MARKS_ONLY, RANK_DEFICIENT, COMPLETES, COMPLETED = range(5)
 
 # bits that describe a guard: its events change nothing; they may lose rank; it is linear and free of time; it has
-# steep operations; it depends on time alone; a run may begin beyond it; its own event may let the
-# motion go on beyond it
-MARKS, LOSES_RANK, AFFINE, STEEP, TIMED, OPEN, PASSES = 1, 2, 4, 8, 16, 32, 64
+# steep operations; it depends on time alone; a run may begin beyond it; its own event may let the motion go on
+# beyond it; no motion leads it to zero
+MARKS, LOSES_RANK, AFFINE, STEEP, TIMED, OPEN, PASSES, STILL = 1, 2, 4, 8, 16, 32, 64, 128
 
 # how a method is stepped: by the series that are part of the engine, by steps of one length, by steps that it chooses
 BY_SERIES, FIXED, ADAPTIVE = range(3)

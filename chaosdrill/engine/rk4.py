@@ -7,9 +7,9 @@ step pass unseen. It is here to be compared with.
 import math
 
 from chaosdrill.engine import scales
-from chaosdrill.engine.guards import begun_at, has_fired, is_moved, is_thrown, is_zero, side_before, stand
+from chaosdrill.engine.guards import begun_at, has_fired, is_moved, is_thrown, is_zero, rests, side_before, stand
 from chaosdrill.engine.jit import inner
-from chaosdrill.engine.layout import BEGIN, FIRE, INVALID, NOWHERE, ONGOING
+from chaosdrill.engine.layout import BEGIN, FIRE, INVALID, NOWHERE, ONGOING, STILL
 from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.stepper import offered
 from chaosdrill.engine.tuning import STEPS
@@ -79,7 +79,7 @@ def _settle(functions, tables, settings, state, j, s, ahead, t, scratch):
     if run.fresh == BEGIN:
         here = begun_at(functions, tables, settings, state, j, here, abs(ahead - here), s, t, scratch)
     zero, old = is_zero(functions, tables, state, j, here, (ahead - here) / s, old, crossed, t, scratch)
-    if zero and ahead == 0.0:
+    if zero and (ahead == 0.0 or tables.marks[mode, j] & STILL):
         return NOWHERE, old
     side = 1 if (ahead if zero else here) > 0.0 else -1
     direction = tables.active[mode, 1 + j]
@@ -119,7 +119,7 @@ def locate(place, p, te, h, t):
     count = tables.active[mode, 0]
     fires = -1
     for j in range(count):
-        if run.fresh == ONGOING and sides[tables.keys[mode, j]] != 0:
+        if rests(tables, state, j) or (run.fresh == ONGOING and sides[tables.keys[mode, j]] != 0):
             continue
         s = STEPS.probe * h
         move(functions, run, t, c, x, s, stages, 0, out, stages)
@@ -142,7 +142,7 @@ def locate(place, p, te, h, t):
     for j in range(count):
         backs[j] = -1.0
         side = sides[tables.keys[mode, j]]
-        if side == 0 or not times[j] * side <= 0.0:
+        if side == 0 or tables.marks[mode, j] & STILL or not times[j] * side <= 0.0:
             continue
         direction = tables.active[mode, 1 + j]
         if direction == side and direction != 0:

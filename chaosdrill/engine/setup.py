@@ -17,7 +17,7 @@ from chaosdrill.engine.lanes import LANES, aligned
 from chaosdrill.engine.methods import METHODS, Method
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.radau_tables import MOST_STAGES
-from chaosdrill.engine.tuning import LANE, ROOTS
+from chaosdrill.engine.tuning import LANE, ROOTS, RUNS
 from chaosdrill.errors import SettingsError
 from chaosdrill.model.regions import UNTOLD, modes_at
 
@@ -46,6 +46,7 @@ def settings_of(
     settings["own_jacobian"] = int(kernels_of(system).own_jacobian)
     settings["max_events"] = numerics.max_events or (10_000 if system.forced else 10_000_000)
     settings["max_stalls"] = numerics.max_stalls
+    settings["max_steps"] = RUNS.most_steps
     settings["tolerance"] = numerics.tolerance
     settings["phase"] = system.phase
     settings["dense_noise"] = getattr(import_module(f"chaosdrill.engine.{numerics.method}"), "DENSE_NOISE", 0.0)
@@ -128,6 +129,7 @@ def _marks(system: "HybridSystem", deficient: Collection[int], through: Collecti
                 + at.TIMED * event.timed
                 + at.OPEN * (only or (kicks and on))
                 + at.PASSES * on
+                + at.STILL * event.still
             )
     return marks
 

@@ -119,6 +119,7 @@ def record_instants(method, settings, t, state, te, early, samples, scratch):
             return
         write(method, settings, t, state, max(0.0, min(s, te)), row, scratch)
         run.sample_rows += 1
+        run.steps_since = 0
 
 
 @inlined
@@ -140,6 +141,7 @@ def record(method, settings, t, state, te, early, samples, scratch):
             write(method, settings, t, state, min(s, te), samples[run.sample_rows], scratch)
             run.sample_rows += 1
         run.sample = index
+        run.steps_since = 0
         if index == count:
             run.sample = 0
             pass_strobe(settings, run)
@@ -150,6 +152,7 @@ def record(method, settings, t, state, te, early, samples, scratch):
 @inlined
 def pass_strobe(settings, run):
     run.strobes += 1
+    run.steps_since = 0
     # without a period a strobe is where somebody has cut the run
     if settings.absolute_time == 0:
         run.events_in_period = 0
@@ -230,9 +233,12 @@ def end_step(functions, tables, settings, te, strobe, j, ties, backs, outcome, s
     elif j >= 0:
         run.stalls += 1
     run.steps += 1
+    run.steps_since += 1
     run.qr_since += 1
     if outcome != at.DONE:
         return outcome
+    if run.steps_since > settings.max_steps and settings.stepping != at.FIXED:
+        return at.STEP_UNDERFLOW
     guards.pass_sides(functions, tables, state, backs, te, time_of(run), scratch.gradient)
     orthonormal = settings.orthonormalise == 1
     if j >= 0:

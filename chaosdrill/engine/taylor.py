@@ -21,7 +21,7 @@ from chaosdrill.engine.lanes import (
     width,
     with_lane,
 )
-from chaosdrill.engine.layout import AFFINE, STEEP
+from chaosdrill.engine.layout import AFFINE, STEEP, STILL
 from chaosdrill.engine.polynomial import late_size, power, size, value
 from chaosdrill.engine.records import unit
 from chaosdrill.engine.scales import SMALLEST
@@ -192,7 +192,7 @@ def _is_held(i, marks):
 
     Those of an affine guard are as small as the states' are.
     """
-    return i < 0 or marks[i] & AFFINE == 0
+    return i < 0 or marks[i] & (AFFINE | STILL) == 0
 
 
 @inlined

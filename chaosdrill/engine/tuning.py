@@ -187,6 +187,10 @@ class Guards(NamedTuple):
     """Part of the longest step so far below which none is shortened for close roots to be told apart."""
     flat: float = 1e-3
     """Part of what its first slope would change a guard by in a step that tells it from what is left out of it."""
+    hidden: float = 100.0
+    """What the polynomial leaves out, times which a guard is that near zero where it may have crossed it unseen:"""
+    seen: float = 4.0
+    """not if it is this many times as far from zero as the polynomial and its rounding may be off by."""
     near: float = 1e-6
     """Part of the step within which two roots, or a root and a strobe, are looked at for whether they coincide."""
     far: float = 1e15
@@ -299,6 +303,9 @@ class Runs(NamedTuple):
     its length grows like tolerance**(1/order)."""
     batch_order: tuple[float, float] = (12.5, -0.42)
     """The same for runs in lanes: there the series is the smaller part of a step's cost."""
+    most_steps: int = 10_000_000
+    """Steps of adaptive methods from one sample or strobe to the next, at most: in what comes again and again far
+    faster than these they have no end."""
     event_rows: int = 64
     """Rows of the table of events of a run whose section points are kept."""
     return_rows: int = 1024

@@ -144,6 +144,15 @@ def test_a_guard_whose_slope_is_infinite_where_a_run_ends_is_not_zero_there(meth
     assert (run.sizes["event"], run.cd.outcome) == (0, "singular")
 
 
+@pytest.mark.parametrize("method", ["taylor", "dop853"])
+def test_steps_that_lead_to_no_sample_end_a_run(method):
+    turns = cd.HybridSystem(states="x v", modes={"on": {"x": "v", "v": "-x"}}, initial={"x": 1.0})
+    for samples, outcome in ((1, cd.Outcome.STEP_UNDERFLOW), (50, cd.Outcome.OK)):
+        run = Run(turns, 100.0, Numerics(method, 1e-10), samples=samples)
+        run.settings["max_steps"] = 20
+        assert run.advance(1)[0] == outcome
+
+
 def test_a_singular_term_is_named(system):
     run, outcome = end(system, mode="shrink", x=1.0)
     assert "1/x ends where x = 0" in run.stopped(outcome)

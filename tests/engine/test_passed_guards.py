@@ -2,9 +2,12 @@
 
 import math
 
+import numpy as np
 import pytest
 
 import chaosdrill as cd
+from chaosdrill.engine.batch import Batch
+from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.structure import passes
 
 
@@ -49,6 +52,38 @@ def test_a_wall_is_one_where_the_motion_is_whatever_its_guard_is_elsewhere(guard
     with pytest.warns(cd.StartWarning):
         beyond = cd.trajectory(ball.with_initial(x=-1e-3), duration=1.0, samples=1)
     assert beyond["outcome"] == cd.Outcome.INVALID_START
+
+
+@pytest.fixture(scope="module")
+def sums():
+    """Guards of x + y, which the motion keeps and kicks turn to 2/3 - x - y, and one that has no zero."""
+    guards = {"three": "3*x + 3*y - 1", "square": "(x + y)**2 + 4*(x + y) - 13/9", "none": "exp(900*x) + exp(900*y)"}
+    return cd.HybridSystem(
+        states="x y z",
+        parameters={"start": 1.0},
+        modes={"on": {"x": "cos(3*z) + 1", "y": "-cos(3*z) - 1", "z": "1"}},
+        transitions=[
+            cd.Transition("kick", "on", "on", "sin(pi*(z - 1/2))", 0, {"y": "2/3 - 2*x - y"}),
+            *(cd.Transition(name, "on", "on", guard, 0) for name, guard in guards.items()),
+        ],
+        initial={"x": 1.0},
+    )
+
+
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau", "rk4"])
+def test_what_no_motion_changes_is_crossed_by_resets_alone(sums, method):
+    """Rounding crosses no guard: where the sum is one of its zeros, and stays it, there is no event."""
+    kicked = cd.trajectory(sums, duration=6.0, samples=1, method=method)
+    assert np.bincount(kicked["event_kind"], minlength=4).tolist() == [6, 6, 6, 0]
+    still = cd.trajectory(sums.with_initial(x=1 / 3), duration=6.0, samples=1, method=method)
+    assert np.bincount(still["event_kind"], minlength=4).tolist() == [6, 0, 0, 0]
+
+
+def test_lanes_cross_by_resets_what_no_motion_changes(sums):
+    starts = np.array([[1.0, 0.0, 0.0], [1 / 3, 0.0, 0.0], [-1.0, 2.0, 0.0]])
+    runs = Batch(sums, {}, starts, np.zeros(3, dtype=int), Numerics("taylor", 1e-12), unit=6.0)
+    runs.run(0, np.array([0, 1]))
+    assert runs.counts.tolist() == [[6, 6, 6, 0], [6, 0, 0, 0], [6, 6, 6, 0]]
 
 
 @pytest.mark.parametrize("method", ["taylor", "radau"])
