@@ -214,7 +214,7 @@ def orthonormalise(functions, tables, state, scratch):
     run.live = kept
     run.rank_check = waiting
     run.qr_since = 0
-    if growth > TANGENTS.steep and tables.transitions.shape[0] > 0:
+    if growth > TANGENTS.steep:
         run.qr_wait = 0
     elif growth > TANGENTS.often:
         run.qr_wait = max(run.qr_wait // 2, min(run.qr_wait, 1))

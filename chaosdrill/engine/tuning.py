@@ -268,8 +268,7 @@ class Tangents(NamedTuple):
     seldom: float = 5.0
     """that up to which they follow half as often."""
     steep: float = 1e6
-    """that from which on they follow every step for good, where there are events: two that contract as much between
-    them leave round-off alone."""
+    """that from which on they follow every step for good: two such contractions between them leave round-off alone."""
     large: float = 1e4
     """Tangents are orthonormalised at once after an event that makes one this long."""
     independent: float = 1e-6
