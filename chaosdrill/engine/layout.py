@@ -55,9 +55,9 @@ strobe. ``fired`` and ``surface`` name the guard that has just fired and its sur
 was crossed (0 where a reset has thrown the state across), ``moved_by`` the transition that was then taken, ``residual``
 what the guard's value was at the event, ``speed`` its rate before. ``held`` says whether the motion did not leave that
 guard, ``turning`` whether a guard that was passed comes back in the step, ``blocked`` which of the mode's steep
-operations has ended the run, -1 for none. ``steps_since`` counts steps since the last sample or strobe. Rebounds from
-the guard ``waiting`` are not over before ``wait_until``, as long as they are faster than ``wait_above``. ``pull`` and
-``jerk`` are the second and third derivative of the guard that has just fired, 0 where these are not known.
+operations has ended the run, -1 for none. ``steps_since`` counts steps since the last sample, strobe or event. Rebounds
+from the guard ``waiting`` are not over before ``wait_until``, as long as they are faster than ``wait_above``. ``pull``
+and ``jerk`` are the second and third derivative of the guard that has just fired, 0 where these are not known.
 """
 
 Runs = Annotated[Any, Array(RecordOf(RUN), 1)]

@@ -242,6 +242,7 @@ def end_step(functions, tables, settings, te, strobe, j, ties, backs, outcome, s
     guards.pass_sides(functions, tables, state, backs, te, time_of(run), scratch.gradient)
     orthonormal = settings.orthonormalise == 1
     if j >= 0:
+        run.steps_since = 0
         if run.stalls > settings.max_stalls:
             return at.STALLED
         run.ties += ties

@@ -302,9 +302,9 @@ class Runs(NamedTuple):
     its length grows like tolerance**(1/order)."""
     batch_order: tuple[float, float] = (12.5, -0.42)
     """The same for runs in lanes: there the series is the smaller part of a step's cost."""
-    most_steps: int = 10_000_000
-    """Steps of adaptive methods from one sample or strobe to the next, at most: in what comes again and again far
-    faster than these they have no end."""
+    most_steps: int = 100_000_000
+    """Steps of adaptive methods from one sample, strobe or event to the next, at most: in what comes again and again
+    far faster than these they have no end."""
     event_rows: int = 64
     """Rows of the table of events of a run whose section points are kept."""
     return_rows: int = 1024
