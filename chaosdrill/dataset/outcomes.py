@@ -53,7 +53,7 @@ class Outcome(Code):
     )
     STEP_UNDERFLOW = (
         8,
-        "The step became too small to advance time, or a hundred million did not lead from one sample to the next; "
+        "The step became too small to advance time, or a hundred million led to no event, sample or period; "
         "loosen the tolerance, or look for a singularity, also in a guard, and for what is far quicker than the motion "
         'that you want to see. If a mode is stiff, choose method "radau".',
     )

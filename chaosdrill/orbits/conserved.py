@@ -115,7 +115,7 @@ def _reduced(rows: np.ndarray) -> np.ndarray:
     pivots = []
     for column in range(rows.shape[1]):
         part = rest[:, column]
-        # where all are smaller, nothing is left
+        # of what is left at least one column is longer than twice this
         if np.linalg.norm(part) > 0.5 / np.sqrt(rows.shape[1]):
             pivots.append(column)
             rest = rest - np.outer(part, part @ rest) / (part @ part)

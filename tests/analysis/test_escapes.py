@@ -346,7 +346,7 @@ def test_walkers_that_were_not_asked_for_give_up_in_time():
         patch.setattr(saddles, "TIMES", 2)
         patch.setattr(saddles, "FEW", 0)
         found = cd.transient_chaos(walker, duration=40.0, random=starts, until="theta > 0.5")
-    assert "takes more than 200 times as long as the starts" in found.attrs["reason"]
+    assert "takes far longer than the starts" in found.attrs["reason"]
     assert found["staggers"] == 0
 
 
