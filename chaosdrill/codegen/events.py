@@ -12,11 +12,19 @@ from chaosdrill.codegen.steep import steep_operations
 from chaosdrill.model.crossings import INCREASING, Crossing, crossings, sign_of
 from chaosdrill.model.derive import differentiate, guard_gradient, rate, rate_by_states
 from chaosdrill.model.held import Trial, kept_apart
+from chaosdrill.model.python import opaque
 from chaosdrill.model.special import SPECIAL
+from chaosdrill.model.touching import exact
 from chaosdrill.model.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
+
+_FINITE = (
+    *(sympy.Add, sympy.Mul, sympy.Pow, sympy.exp, sympy.sin, sympy.cos),
+    *(sympy.sinh, sympy.cosh, sympy.tanh, sympy.atan, sympy.asinh, sympy.erf),
+)
+"""Operations that make finite values of finite ones, but for powers."""
 
 
 @dataclass(frozen=True)
@@ -66,12 +74,48 @@ def mode_events(system: "HybridSystem", mode: str) -> tuple[Event, ...]:
 
 
 def _is_still(system: "HybridSystem", mode: str, guard: Any, trial: Trial) -> bool:
-    """Whether no motion of a mode leads a guard to zero: it is constant along all of them, or has no zero."""
+    """Whether no motion of a mode leads a guard to zero: all of them keep its value or its sign, or it has no zero."""
     if sign_of(guard):
         return True
     terms = [term for along in rate_by_states(system, mode, guard) for term in sympy.Add.make_args(along)]
+    total = sympy.Add(*terms)
     # one term alone cancels with nothing
-    return sympy.Add(*terms) == 0 or (len(terms) > 1 and trial.zero(kept_apart(terms), ()))
+    if total == 0 or (len(terms) > 1 and trial.zero(kept_apart(terms), ())):
+        return True
+    return _keeps_sign(guard, total, {*system.states, system.time}, trial)
+
+
+def _keeps_sign(guard: Any, slope: Any, moving: set[Any], trial: Trial) -> bool:
+    """Whether the rate of a guard is the guard times a factor that has no pole: then no motion leads to zero.
+
+    To a pole of it, as in ``x' = -sqrt(x)``, motions lead in finite time. Where a symbol enters the guard linearly, and
+    the rate is zero where the guard is, the factor is a mean of the rate's derivatives by it.
+    """
+    guard, slope = exact(guard), exact(slope)
+    by = {x: differentiate(guard, x) for x in sorted(guard.free_symbols & moving, key=str)}
+    linear = {x: guard / factor for x, factor in by.items() if not factor.free_symbols & moving}
+    # a rate free of such a symbol cannot depend on the guard
+    if not slope.free_symbols >= linear.keys() or opaque(slope) or not trial.zero(slope, (guard,)):
+        return False
+    try:
+        if linear:
+            zero = any(sympy.cancel(slope.xreplace({x: x - off})) == 0 for x, off in linear.items())
+            return zero and any(_is_finite(differentiate(slope, x), moving) for x in linear)
+        above, below = sympy.fraction(sympy.cancel(slope / guard))
+    except sympy.PolynomialError:
+        return False
+    whole = sign_of(below) != 0 or not below.free_symbols & moving
+    return whole and _is_finite(above, moving) and _is_finite(below, moving)
+
+
+def _is_finite(e: Any, moving: set[Any]) -> bool:
+    """Whether an expression has a finite value wherever what moves has one."""
+    if not e.free_symbols & moving or e in moving:
+        return True
+    if e.is_Pow and e.base.free_symbols & moving:
+        known = e.exp.is_positive if e.exp.is_number else False
+        return bool(known or sign_of(e.base)) and _is_finite(e.base, moving) and _is_finite(e.exp, moving)
+    return isinstance(e, _FINITE) and all(_is_finite(a, moving) for a in e.args)
 
 
 def guard_keys(system: "HybridSystem") -> list[Crossing]:

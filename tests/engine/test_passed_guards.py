@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
+from chaosdrill.codegen.events import mode_events
 from chaosdrill.engine.batch import Batch
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.structure import passes
@@ -84,6 +85,77 @@ def test_lanes_cross_by_resets_what_no_motion_changes(sums):
     runs = Batch(sums, {}, starts, np.zeros(3, dtype=int), Numerics("taylor", 1e-12), unit=6.0)
     runs.run(0, np.array([0, 1]))
     assert runs.counts.tolist() == [[6, 6, 6, 0], [6, 0, 0, 0], [6, 6, 6, 0]]
+
+
+KEPT = [
+    ("x", {"x": "-3*x", "y": "-y"}),
+    ("sinh(x)*(1 + y**2)", {"x": "-x/(1 + y**2)", "y": "1"}),
+    ("(x - 1)**3", {"x": "(1 - x)*(2 + cos(t))"}),
+    ("x - 0.3", {"x": "0.21 - 0.7*x"}),
+    ("x - a", {"x": "a*y*(a - x)", "y": "-y"}),
+    ("2 - 2*x", {"x": "x*(1 - x)"}),
+    ("x - x**2", {"x": "x*(1 - x)"}),
+    ("x", {"x": "x*(a - y)", "y": "y*(x - a)"}),
+    ("x**2 + y**2 - 1", {"x": "x*(1 - x**2 - y**2) - y", "y": "y*(1 - x**2 - y**2) + x"}),
+    ("y - x**3", {"x": "-x", "y": "-3*y"}),
+    ("x", {"x": "-tanh(x/a)"}),
+]
+MET = [
+    ("x", {"x": "-sqrt(x)"}),
+    ("x", {"x": "-x**(1/3)"}),
+    ("x", {"x": "-x**a"}),
+    ("x**3 + 3*x**2 + 3*x + 1", {"x": "-(x + 1)**(1/3)"}),
+    ("x", {"x": "-x*log(x**2)**2"}),
+    ("x", {"x": "x/y", "y": "-1"}),
+    ("x", {"x": "-x/(1 - t)"}),
+    ("x", {"x": "-x*tan(y)", "y": "1"}),
+    ("x", {"x": "-3*x - 1e-30"}),
+    ("x - 1", {"x": "a - x"}),
+    ("sin(x)", {"x": "-x"}),
+    ("x**2 - 2*x", {"x": "x*(1 - x)"}),
+    ("x + y", {"x": "-x", "y": "-2*y"}),
+]
+
+
+@pytest.mark.parametrize(("guard", "field", "kept"), [(*c, True) for c in KEPT] + [(*c, False) for c in MET])
+def test_motions_keep_to_a_side_where_a_guard_s_rate_is_a_finite_multiple_of_it(guard, field, kept):
+    on = cd.Transition("on", "on", "on", guard, 0)
+    system = cd.HybridSystem(states=[*field], parameters={"a": 0.5}, modes={"on": field}, transitions=[on])
+    assert [event.still for event in mode_events(system.placed, "on")] == [kept]
+
+
+@pytest.fixture(scope="module")
+def nears():
+    """Guards on which motions come to lie, and kicks across all of them while s is 1/2, 1, 3/2 and 2."""
+    guards = {"x": "3*x*(1 + s**2)", "l": "l - l**2", "circle": "p**2 + q**2 - 1", "u": "u - sin(t)"}
+    ring = {"p": "p*(1 - p**2 - q**2) - q", "q": "q*(1 - p**2 - q**2) + p"}
+    across = {"x": "-x", "l": "2 - l", "p": "p/(p**2 + q**2)", "q": "q/(p**2 + q**2)", "u": "2*sin(t) - u"}
+    return cd.HybridSystem(
+        states="x l p q u s",
+        modes={"on": {"x": "-3*x", "l": "l*(1 - l)", **ring, "u": "cos(t) - u + sin(t)", "s": "1"}},
+        transitions=[
+            cd.Transition("kick", "on", "on", "(s - 1/2)*(s - 1)*(s - 3/2)*(s - 2)", 0, across),
+            *(cd.Transition(name, "on", "on", guard, 0) for name, guard in guards.items()),
+        ],
+        initial={"x": 1.0, "l": 0.4, "p": 0.3, "q": 0.1, "u": 1.0},
+    )
+
+
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau"])
+def test_what_comes_to_lie_on_a_guard_crosses_it_by_kicks_alone(nears, method):
+    plain = cd.trajectory(nears.with_initial(s=3.0), duration=50.0, samples=1, method=method)
+    assert plain.sizes["event"] == 0
+    kicked = cd.trajectory(nears, duration=50.0, samples=1, method=method)
+    assert np.bincount(kicked["event_kind"]).tolist() == [4, 4, 4, 4, 4]
+
+
+def test_lanes_cross_by_kicks_alone_what_they_come_to_lie_on(nears):
+    starts = np.array(
+        [[1.0, 0.4, 0.3, 0.1, 1.0, 0.0], [1.0, 0.4, 0.3, 0.1, 1.0, 3.0], [-0.7, 0.4, 0.0, 1.4, -1.0, 0.0]]
+    )
+    runs = Batch(nears, {}, starts, np.zeros(3, dtype=int), Numerics("taylor", 1e-12), unit=50.0)
+    runs.run(0, np.array([0, 1]))
+    assert runs.counts.tolist() == [[4, 4, 4, 4, 4], [0, 0, 0, 0, 0], [4, 4, 4, 4, 4]]
 
 
 @pytest.mark.parametrize("method", ["taylor", "radau"])
