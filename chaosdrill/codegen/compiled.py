@@ -10,7 +10,7 @@ import numpy as np
 
 from chaosdrill.codegen import record
 from chaosdrill.codegen.code import kept_functions
-from chaosdrill.codegen.layout import Layout, Shape, Watched
+from chaosdrill.codegen.layout import Layout
 from chaosdrill.codegen.machine import processor
 from chaosdrill.codegen.signatures import CONSTANTS, LANE_SIGNATURES, SIGNATURES, Functions, LaneFunctions
 
@@ -43,31 +43,6 @@ class Kernels:
     write: "Callable[[], Written]"  # what writes their code
     single: tuple[record.KeptCode, ...]  # where the code of functions is
     of_lanes: list[record.KeptCode]  # where the code of lanes is; empty as long as that is not known
-
-    @property
-    def events(self) -> tuple[tuple[Watched, ...], ...]:
-        """Guards that each mode watches."""
-        return self.layout.events
-
-    @property
-    def held(self) -> tuple[int, ...]:
-        """How many surfaces each mode holds; ``guard`` numbers them behind the guards."""
-        return self.layout.held
-
-    @property
-    def steep(self) -> tuple[tuple[Shape, ...], ...]:
-        """Operations of each mode that are watched; ``watch`` gives what they are applied to."""
-        return self.layout.steep
-
-    @property
-    def rows(self) -> int:
-        """Workspace rows before those of the tangents."""
-        return self.layout.rows
-
-    @property
-    def own_jacobian(self) -> bool:
-        """Whether the Jacobian needs series that the jet does not hold."""
-        return self.layout.own_jacobian
 
     @cached_property
     def written(self) -> "Written":

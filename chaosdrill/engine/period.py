@@ -69,7 +69,7 @@ def check_period(system: "HybridSystem", period: float) -> None:
         x, seen = np.array(state), []
         for i in frozen:
             x[i] = system.initial[system.state_names[i]]
-        for mode, events in enumerate(kernels.events):
+        for mode, events in enumerate(kernels.layout.events):
             rates = np.empty(n + q)
             kernels.functions.field(mode, instant, c, x, rates)
             seen.extend(rates)

@@ -220,7 +220,7 @@ class Run:
     def just_took(self, transition: int) -> None:
         """Begin directly after an event: its guard is known to have been crossed, wherever the state now lies."""
         mode = self.system.mode_names.index(self.system.transitions[transition].source[0])
-        events = kernels_of(self.system).events[mode]
+        events = kernels_of(self.system).layout.events[mode]
         j = next(k for k, event in enumerate(events) if transition in event.outcomes)
         key, direction = events[j].key, events[j].direction
         run = self.states.run
@@ -367,7 +367,7 @@ class Run:
         def ways(mode: int) -> "Iterator[tuple[Any, int]]":
             """Surfaces on which the state is and across which the motion of a mode leads, and to which modes."""
             field(mode, t, c, self.x, rates)
-            for j, event in enumerate(kernels.events[mode]):
+            for j, event in enumerate(kernels.layout.events[mode]):
                 value = guard(mode, j, t, c, self.x, gradient)
                 speed = gradient[:n] @ rates[:n] + gradient[n]
                 there = abs(value) <= RUNS.on_surface * (np.abs(gradient[:n]) @ self.states.scale[0, :n])

@@ -43,7 +43,7 @@ def settings_of(
     settings["samples"] = samples
     settings["orthonormalise"] = int(orthonormalise)
     settings["absolute_time"] = int(not system.forced)
-    settings["own_jacobian"] = int(kernels_of(system).own_jacobian)
+    settings["own_jacobian"] = int(kernels_of(system).layout.own_jacobian)
     settings["max_events"] = numerics.max_events or (10_000 if system.forced else 10_000_000)
     settings["max_stalls"] = numerics.max_stalls
     settings["max_steps"] = RUNS.most_steps
@@ -76,8 +76,8 @@ def tables_of(
     completed = {t.completes for t in system.transitions} - {None}
     transitions[[k for k, t in enumerate(system.transitions) if t.completes is not None], at.COMPLETES] = 1
     transitions[[k for k, t in enumerate(system.transitions) if t.name in completed], at.COMPLETED] = 1
-    watched = np.zeros((len(kernels.events), kernels.moves_table.shape[1]), dtype=np.int64)
-    for row, events in zip(watched, kernels.events, strict=True):
+    watched = np.zeros((len(kernels.layout.events), kernels.moves_table.shape[1]), dtype=np.int64)
+    for row, events in zip(watched, kernels.layout.events, strict=True):
         row[[e.key for e in events]] = 1
     return at.Tables(
         active=kernels.mode_table,
@@ -92,7 +92,7 @@ def tables_of(
         symmetries=np.array(symmetries, dtype=float),
         constrained=constrained_states(system),
         feeds=np.array(kernels.layout.feeds, dtype=np.int64),
-        held=np.array(kernels.held, dtype=np.int64),
+        held=np.array(kernels.layout.held, dtype=np.int64),
         slack=np.zeros(len(system.state_names)),
         **_steep(system),
     )
@@ -101,10 +101,10 @@ def tables_of(
 def _steep(system: "HybridSystem") -> dict[str, np.ndarray]:
     """What is known of the operations that are watched."""
     kernels = kernels_of(system)
-    most = max(map(len, kernels.steep))
-    rows = np.full((len(kernels.steep), 1 + most), -1, dtype=np.int64)
-    shapes = np.zeros((len(kernels.steep), most, len(Shape._fields)))
-    for mode, watched in enumerate(kernels.steep):
+    most = max(map(len, kernels.layout.steep))
+    rows = np.full((len(kernels.layout.steep), 1 + most), -1, dtype=np.int64)
+    shapes = np.zeros((len(kernels.layout.steep), most, len(Shape._fields)))
+    for mode, watched in enumerate(kernels.layout.steep):
         rows[mode, 0] = len(watched)
         shapes[mode, : len(watched)] = watched or shapes[mode, :0]
     for mode, found in enumerate(kernels.layout.watched):
@@ -116,7 +116,7 @@ def _marks(system: "HybridSystem", deficient: Collection[int], through: Collecti
     """What the guards of every mode are, in bits."""
     kernels = kernels_of(system)
     marks = np.zeros(kernels.key_table.shape, dtype=np.int64)
-    for mode, events in enumerate(kernels.events):
+    for mode, events in enumerate(kernels.layout.events):
         for j, event in enumerate(events):
             only = all(kernels.transition_table[k, 1] for k in event.outcomes)
             kicks = all(kernels.transition_table[k, 0] == mode for k in event.outcomes)
@@ -260,7 +260,7 @@ def scratch_of(system: "HybridSystem", m: int, method: str) -> at.Scratch:
     """Scratch arrays of the engine for a system with m tangents and a method."""
     n, q, guards = len(system.state_names), len(system.quadratures), kernels_of(system).key_table.shape[1]
     return at.Scratch(
-        workspace=aligned(kernels_of(system).rows + (m + m % 2) * n, at.COLUMNS),
+        workspace=aligned(kernels_of(system).layout.rows + (m + m % 2) * n, at.COLUMNS),
         polynomial=np.zeros(at.COLUMNS),
         shifted=np.zeros(at.COLUMNS),
         stack=aligned(ROOTS.depth, at.COLUMNS),
@@ -280,10 +280,10 @@ def scratch_of(system: "HybridSystem", m: int, method: str) -> at.Scratch:
         event=np.zeros(event_places(n).size),
         jump=np.zeros(n),
         stages=np.zeros((stage_rows(m), n + q)),
-        normals=np.zeros((max(kernels_of(system).held), n + 2)),
+        normals=np.zeros((max(kernels_of(system).layout.held), n + 2)),
         implicit=_implicit(n if METHODS[method].implicit else 0),
         doubt=np.zeros(n + q),
-        watched=np.zeros((4, max(map(len, kernels_of(system).steep)))),
+        watched=np.zeros((4, max(map(len, kernels_of(system).layout.steep)))),
     )
 
 
@@ -317,7 +317,7 @@ def _block(system: "HybridSystem", m: int, constants: np.ndarray) -> at.Block:
     n, q, guards = len(system.state_names), len(system.quadratures), kernels_of(system).key_table.shape[1]
     in_lanes = aligned(len(constants), LANES)
     in_lanes[:] = constants[:, np.newaxis]
-    rows = kernels_of(system).rows + (m + m % 2) * n
+    rows = kernels_of(system).layout.rows + (m + m % 2) * n
     # one more column than is used: of rows whose length is a power of two, few would find room in the cache together
     columns = at.COLUMNS + 1
     return at.Block(

@@ -38,7 +38,7 @@ def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
     rng = np.random.default_rng(20260101)
     sizes, unit = _rounded_sizes(system)
     event, gradient, (sooner, jump, scratch) = np.zeros(event_places(n).size), np.empty(n + 1), np.empty((3, n))
-    for mode, events in enumerate(kernels.events):
+    for mode, events in enumerate(kernels.layout.events):
         for j in range(len(events)):
             seen = dict.fromkeys(events[j].outcomes, 0)
             for _ in range(STRUCTURE.trials):
@@ -85,7 +85,7 @@ def _sizes(system: "HybridSystem") -> tuple[np.ndarray, float]:
     c, guard = kernels.constants(system.parameters), kernels.functions.guard
     x = np.array([float(system.initial[name]) for name in system.state_names])
     found, gradient = np.abs(x), np.zeros(n + 1)
-    for mode, events in enumerate(kernels.events):
+    for mode, events in enumerate(kernels.layout.events):
         for j in range(len(events)):
             value = guard(mode, j, 0.0, c, x, gradient)
             for i, away in enumerate((-value / gradient[:n]).tolist()):
@@ -252,7 +252,7 @@ def _passes(system: "HybridSystem") -> Iterator[tuple[int, int]]:
     functions = kernels.functions
     event, scratch = np.zeros(event_places(n).size), np.zeros((4, n + 1 + len(system.quadratures)))
     always = _always_passed(system)
-    for mode, events in enumerate(kernels.events):
+    for mode, events in enumerate(kernels.layout.events):
         for j in range(len(events)):
             direction = events[j].direction
             if direction == 0 or events[j].timed:
@@ -269,7 +269,7 @@ def _always_passed(system: "HybridSystem") -> frozenset[tuple[int, int]]:
         placed = system.placed
         system.shared["always_passed"] = frozenset(
             (mode, j)
-            for mode, events in enumerate(kernels_of(system).events)
+            for mode, events in enumerate(kernels_of(system).layout.events)
             for j, event in enumerate(events)
             if any(_goes_on(placed, placed.mode_names[mode], placed.transitions[k]) for k in event.outcomes)
         )
@@ -520,7 +520,8 @@ def _deficient(system: "HybridSystem", jumps: list[tuple[int, np.ndarray]]) -> f
     jumps = [(t, matrix) for t, matrix in jumps if np.abs(matrix).max() <= STRUCTURE.most]
     found = set(_branching(system))
     found |= {t for t, matrix in jumps if not _has_full_rank(matrix)}
-    found |= {i for i, t in enumerate(system.transitions) if kernels_of(system).held[system.mode_names.index(t.target)]}
+    held = kernels_of(system).layout.held
+    found |= {i for i, t in enumerate(system.transitions) if held[system.mode_names.index(t.target)]}
     return frozenset(found | (set(range(len(system.transitions))) - {t for t, _ in jumps}))
 
 

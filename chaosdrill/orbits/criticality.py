@@ -104,7 +104,7 @@ class ReturnMap:
 def _free_segment(problem: "Problem", orbit: Orbit) -> int:
     """The longest segment of an orbit in which all that is not pinned is free."""
     modes = orbit.segments[:, at.SEGMENT_MODE]
-    held = np.array(kernels_of(problem.plain).held)[modes]
+    held = np.array(kernels_of(problem.plain).layout.held)[modes]
     pinned = constrained_states(problem.plain)[modes].sum(axis=1)
     merit = np.where(held > 0, -1.0, orbit.durations / (1.0 + 1e3 * pinned))
     longest = int(merit.argmax())

@@ -520,7 +520,7 @@ class _Linear:
         places = np.array([one.orbit for one in self.tangents], dtype=int)
         rows = self.moved[:, self.loose] / units
         changes, errors = self.along(rows, places)
-        surfaces = kernels_of(self.carrier.problem.plain).held[int(self.kind.orbit.segments[0, at.SEGMENT_MODE])]
+        surfaces = kernels_of(self.carrier.problem.plain).layout.held[int(self.kind.orbit.segments[0, at.SEGMENT_MODE])]
         maps = self._passengers(self.carrier.tangent)[:, self.loose, self.carrier.tangent] if surfaces else None
         found: dict[tuple[int, int], tuple[np.ndarray, np.ndarray]] = {}
         for one, change, error in zip(self.tangents, changes, errors, strict=True):

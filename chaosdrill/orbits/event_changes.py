@@ -64,7 +64,7 @@ def _met_at(problem: Problem, border: Border) -> Change:
     for i, (mode, end, outcome) in enumerate(orbit.segments.tolist()):
         if shot.crossed[i] >= 0:
             came, _ = taken(problem, orbit, i, int(shot.crossed[i]), float(shot.met[i]))
-            first = kernels_of(problem.system).events[mode][shot.crossed[i]].outcomes[0]
+            first = kernels_of(problem.system).layout.events[mode][shot.crossed[i]].outcomes[0]
             name = system.transitions[came if came >= 0 else first].name
             if shot.crossed[i] == end and shot.met[i] >= (1 - TUNING.end_of_stay) * orbit.durations[i]:
                 # met twice in a row, the second time from behind: between the two it was met at no speed
@@ -238,7 +238,7 @@ def _other_outcomes(curve: Curve, border: Border) -> Iterator[Orbit]:
     """
     problem, orbit = curve.problem, border.good
     transitions = problem.plain.transitions
-    events = kernels_of(problem.system).events
+    events = kernels_of(problem.system).layout.events
     if all(len(e.outcomes) == 1 for m in set(orbit.segments[:, at.SEGMENT_MODE].tolist()) for e in events[m]):
         return
     weights = curve.weights(orbit)

@@ -75,7 +75,7 @@ def inadmissible_words(problem: Problem, orbit: Orbit, shot: Shot) -> str:
     for i, (mode, end, outcome) in enumerate(orbit.segments.tolist()):
         name = system.mode_names[mode]
         if shot.crossed[i] >= 0:
-            found = kernels_of(problem.system).events[mode][shot.crossed[i]].outcomes[0]
+            found = kernels_of(problem.system).layout.events[mode][shot.crossed[i]].outcomes[0]
             return f"in mode {name!r} the guard of {system.transitions[found].name!r} is crossed on the way"
         if not lasts[i] > 0:
             return f"the stay in mode {name!r} would last {orbit.durations[i]:.3g}"

@@ -199,7 +199,7 @@ def _through(place: Place, other: int, fall: float, doubt: float) -> Shift | Non
         # the guard of the way back goes away with the first, and comes back with the second
         stay = -2 * float(away[0] / bend[0])
         return Shift(0.5, stay * np.sqrt(2 / fall) * (there - here), doubt + first + second)
-    held = np.array(place.kernels.held) + constrained_states(problem.system).sum(axis=1)
+    held = np.array(place.kernels.layout.held) + constrained_states(problem.system).sum(axis=1)
 
     def apart(along: np.ndarray) -> np.ndarray:
         return place.field(other, along) - place.field(place.mode, along)
@@ -224,7 +224,7 @@ def _through(place: Place, other: int, fall: float, doubt: float) -> Shift | Non
 
 def _way_back(place: Place, other: int) -> tuple[int, int] | None:
     """Guard of another mode that is zero here and leads back, and its direction; None without one."""
-    for j, event in enumerate(place.kernels.events[other]):
+    for j, event in enumerate(place.kernels.layout.events[other]):
         targets = {place.problem.plain.transitions[k].target for k in event.outcomes}
         value, _, gradient = place.guard(other, j)
         size = np.abs(gradient * place.sizes).max()

@@ -63,7 +63,7 @@ def touches(problem: Problem, orbit: Orbit) -> Iterator[tuple[float, Touch, floa
     for i, (mode, _, _) in enumerate(orbit.segments.tolist()):
         instants = begin + orbit.durations[i] * (np.arange(TUNING.guard_samples) + 0.5) / TUNING.guard_samples
         states = problem.at([orbit], instants[np.newaxis])[0][0]
-        for j, event in enumerate(kernels_of(problem.system).events[mode]):
+        for j, event in enumerate(kernels_of(problem.system).layout.events[mode]):
             if all(transitions[k].marks_only() for k in event.outcomes):
                 continue
             values, _ = _guard(problem, orbit, i, j, instants, states)

@@ -444,7 +444,7 @@ def orbit_of_events(
     It begins in the state ``begun``, as the first duration did; if it is not known, where the last event led.
     """
     d = problem.states
-    guards = kernels_of(problem.system).events
+    guards = kernels_of(problem.system).layout.events
     segments = np.zeros((len(events), 3), dtype=np.int64)
     for segment, row in zip(segments, events, strict=True):
         mode, kind = int(row[layout.EVENT_MODE]), int(row[layout.EVENT_KIND])

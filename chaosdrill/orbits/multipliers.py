@@ -48,7 +48,7 @@ def based(problem: "Problem", orbit: "Orbit") -> "Orbit":
 def freedom(problem: "Problem", mode: int) -> int:
     """How many directions a mode leaves."""
     system = problem.plain
-    return len(system.state_names) - int(constrained_states(system)[mode].sum()) - kernels_of(system).held[mode]
+    return len(system.state_names) - int(constrained_states(system)[mode].sum()) - kernels_of(system).layout.held[mode]
 
 
 def structural_rank(problem: "Problem", orbit: "Orbit") -> int:
@@ -264,7 +264,7 @@ def _cut(problem: "Problem", one: "Orbit", found: list[np.ndarray], depth: int, 
     matrix = problem.shoot(one, False).monodromy
     sizes = np.linalg.svd(matrix, compute_uv=False)
     # across the surfaces that the mode holds it is zero
-    smallest = sizes[-1 - kernels_of(problem.plain).held[one.segments[0, at.SEGMENT_MODE]]]
+    smallest = sizes[-1 - kernels_of(problem.plain).layout.held[one.segments[0, at.SEGMENT_MODE]]]
     if depth >= least and (depth >= TUNING.piece_halvings or sizes[0] < TUNING.piece_condition * smallest):
         found.append(matrix)
         return

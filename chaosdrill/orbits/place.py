@@ -143,7 +143,7 @@ def drifts_until_guard(run: Run, drift: np.ndarray) -> float:
     """
     kernels, mode = kernels_of(run.system), run.system.mode_names.index(run.mode)
     gradient, nearest = np.zeros(len(drift) + 1), np.inf
-    for j, event in enumerate(kernels.events[mode]):
+    for j, event in enumerate(kernels.layout.events[mode]):
         if all(run.system.transitions[k].marks_only() for k in event.outcomes):
             continue
         value = kernels.functions.guard(mode, j, run.elapsed, run.c, run.x, gradient)

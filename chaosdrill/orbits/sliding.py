@@ -123,7 +123,7 @@ def landings(problem: "Problem", orbit: "Orbit", kind: Special) -> list[tuple[fl
 
     How near is a time, as a part of the orbit's duration.
     """
-    system, events = problem.plain, kernels_of(problem.system).events
+    system, events = problem.plain, kernels_of(problem.system).layout.events
     names, taken = system.mode_names, "cross" if kind == Special.CROSSING_SLIDING else "slide"
     found = []
     for i, (mode, end, outcome) in enumerate(orbit.segments.tolist()):
@@ -146,7 +146,7 @@ def uncrossed(problem: "Problem", orbit: "Orbit") -> Iterator["Orbit"]:
     """A guess of the orbit on the other side of a crossing-sliding point: it crosses where it slid for no time."""
     if orbit.eventless:
         return
-    system, events = problem.plain, kernels_of(problem.system).events
+    system, events = problem.plain, kernels_of(problem.system).layout.events
     slides, short = sliding_modes(system), TUNING.tangential * float(orbit.durations.sum())
     segments, count = orbit.segments.copy(), len(orbit)
     brief = [i for i in range(count) if system.mode_names[segments[i, 0]] in slides and orbit.durations[i] <= short]
@@ -184,7 +184,7 @@ def switched(problem: "Problem", orbit: "Orbit") -> Iterator["Orbit"]:
     They last for a while: a stay of no time satisfies the equations, and Newton's method goes back to it.
     """
     system = problem.plain
-    slides, events = sliding_modes(system), kernels_of(problem.system).events
+    slides, events = sliding_modes(system), kernels_of(problem.system).layout.events
     if not slides or orbit.eventless:
         return
     names, count, stay = system.mode_names, len(orbit), TUNING.ahead * float(orbit.durations.sum())
@@ -225,7 +225,7 @@ def unswitched(problem: "Problem", orbit: "Orbit") -> Iterator["Orbit"]:
     if orbit.eventless:
         return
     brief = _brief_before_sliding(problem, orbit)
-    segments, events = orbit.segments.copy(), kernels_of(problem.system).events
+    segments, events = orbit.segments.copy(), kernels_of(problem.system).layout.events
     for i in brief:
         mode, end, _ = segments[i - 1].tolist()
         sliding = [k for k in events[mode][end].outcomes if problem.plain.transitions[k].kind == "slide"]
@@ -244,7 +244,7 @@ def _leaves(problem: "Problem", orbit: "Orbit", segment: int, other: int) -> boo
     time = orbit.phase + float(orbit.durations[:segment].sum())
     state = np.ascontiguousarray(orbit.starts[segment])
     kernels.functions.field(mode, time, constants, state, rates)
-    for j, event in enumerate(kernels.events[mode]):
+    for j, event in enumerate(kernels.layout.events[mode]):
         if any(system.transitions[k].target == system.mode_names[other] for k in event.outcomes):
             value = float(kernels.functions.guard(mode, j, time, constants, state, gradient))
             pace = abs(float(gradient[:n] @ rates[:n] + gradient[n]))

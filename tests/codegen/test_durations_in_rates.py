@@ -68,11 +68,11 @@ def constants(kernels, lam, n):
 
 
 def expanded(kernels, lam, n):
-    ws, c = np.full((kernels.rows + 6, COLUMNS), np.nan), constants(kernels, lam, n)
+    ws, c = np.full((kernels.layout.rows + 6, COLUMNS), np.nan), constants(kernels, lam, n)
     jet, jacobian_jet, tangent = kernels.functions[:3]
     jet(0, ORDER, 0.0, c, np.array(PLACE), ws)
     jacobian_jet(0, ORDER, c, ws)
-    tangent(0, ORDER, c, *DIRECTIONS, ws, kernels.rows)
+    tangent(0, ORDER, c, *DIRECTIONS, ws, kernels.layout.rows)
     return ws
 
 
@@ -134,7 +134,7 @@ def test_tangents_are_series_of_its_slope(kernels, contact):
     ws, (duration, slope) = expanded(kernels, lam, n), duration_of(lam, n)
     x, y, z = map(polynomial, ws[:3])
     for half in range(2):
-        dx, dy, dz = map(polynomial, ws[kernels.rows + 3 * half :][:3])
+        dx, dy, dz = map(polynomial, ws[kernels.layout.rows + 3 * half :][:3])
         change = times(times(slope(times(x, y)), plus(times(y, dx), times(x, dy))), y)
         expected = plus(plus(change, times(duration(times(x, y)), dy)), times(slope(z), dz))
         agree([float(a) * k for k, a in enumerate(dx)][1:], expected[:-1], 1e-11)
@@ -147,14 +147,14 @@ def test_lanes_have_the_same_bits(kernels, contact):
         filled[:] = np.asarray(numbers)[..., np.newaxis]
         return filled
 
-    ws, c = aligned(kernels.rows + 6, COLUMNS, LANES), lanes(constants(kernels, *CONTACTS[contact]))
+    ws, c = aligned(kernels.layout.rows + 6, COLUMNS, LANES), lanes(constants(kernels, *CONTACTS[contact]))
     ws[:] = 0.0
     jet, jacobian_jet, tangent = kernels.lanes
     jet(0, ORDER, lanes(0.0), c, lanes(PLACE), ws)
     jacobian_jet(0, ORDER, c, ws)
-    tangent(0, ORDER, c, *map(lanes, DIRECTIONS), ws, kernels.rows)
+    tangent(0, ORDER, c, *map(lanes, DIRECTIONS), ws, kernels.layout.rows)
     single = expanded(kernels, *CONTACTS[contact])
-    for rows in (slice(0, 5), slice(kernels.rows, None)):
+    for rows in (slice(0, 5), slice(kernels.layout.rows, None)):
         np.testing.assert_array_equal(ws[rows, : ORDER + 1, 5], single[rows, : ORDER + 1])
 
 
@@ -164,7 +164,7 @@ def test_the_variation_is_that_of_the_series(kernels, contact):
     ws, c, out = expanded(kernels, lam, n), constants(kernels, lam, n), np.empty(3)
     for half, direction in enumerate(DIRECTIONS):
         kernels.functions.variation(0, 0.0, c, np.array(PLACE), direction, out)
-        np.testing.assert_allclose(out, ws[kernels.rows + 3 * half :][:3, 1], rtol=1e-13)
+        np.testing.assert_allclose(out, ws[kernels.layout.rows + 3 * half :][:3, 1], rtol=1e-13)
 
 
 @pytest.mark.parametrize("contact", CONTACTS)

@@ -32,7 +32,7 @@ ORDER = 8
 def test_series_at_zero(power, exponent):
     """x' = 1 + x^m from 0: x = s + s^(m + 1)/(m + 1) + ... (x = e^s - 1 for m = 1, 2 s for m = 0)."""
     system = cd.HybridSystem(name="power", states=(X,), parameters={}, modes={"on": {X: 1 + power(X, exponent)}})
-    ws = np.zeros((kernels_of(system).rows, COLUMNS))
+    ws = np.zeros((kernels_of(system).layout.rows, COLUMNS))
     kernels_of(system).functions.jet(0, ORDER, 0.0, np.zeros(1), np.array([0.0]), ws)
     m = int(exponent)
     found = ws[0, : m + 2]

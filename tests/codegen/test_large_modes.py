@@ -84,13 +84,13 @@ def test_series_and_tangents_are_those_of_code_in_line(both):
     for system, kernels in both:
         n = len(system.states)
         x, d = numbers(n)
-        c, ws = kernels.constants(system.parameters), np.zeros((kernels.rows + 2 * n, COLUMNS))
+        c, ws = kernels.constants(system.parameters), np.zeros((kernels.layout.rows + 2 * n, COLUMNS))
         jet, jacobian_jet, tangent = kernels.functions[:3]
         jet(0, ORDER, 0.4, c, x, ws)
         jacobian_jet(0, ORDER, c, ws)
-        tangent(0, ORDER, c, *d, ws, kernels.rows)
-        guards = sum(len(events) for events in kernels.events)
-        result.append((ws[: n + guards, : ORDER + 1], ws[kernels.rows :, : ORDER + 1]))
+        tangent(0, ORDER, c, *d, ws, kernels.layout.rows)
+        guards = sum(len(events) for events in kernels.layout.events)
+        result.append((ws[: n + guards, : ORDER + 1], ws[kernels.layout.rows :, : ORDER + 1]))
     for made, reference in zip(*result, strict=True):
         scale = np.abs(reference).max(axis=0)
         assert np.abs(made - reference).max(axis=1) == pytest.approx(0, abs=1e-12 * scale.max())

@@ -72,14 +72,14 @@ def test_the_series_solves_the_equation(f, g, place, t, numeric, coefficients, p
     kernels = kernels_of(system)
     jet, jacobian_jet, tangent = kernels.functions[:3]
     c = kernels.constants(NUMBERS)
-    ws = np.full((kernels.rows + 4, COLUMNS), np.nan)
+    ws = np.full((kernels.layout.rows + 4, COLUMNS), np.nan)
     jet(0, ORDER, t, c, np.array(place), ws)
     assume(np.abs(ws[:3, : ORDER + 1]).max() < 1e12)
     jacobian_jet(0, ORDER, c, ws)
-    tangent(0, ORDER, c, np.array([1.0, 0.5]), np.array([-0.3, 1.0]), ws, kernels.rows)
+    tangent(0, ORDER, c, np.array([1.0, 0.5]), np.array([-0.3, 1.0]), ws, kernels.layout.rows)
 
     x, y = (polynomial(ws[i, : ORDER + 1]) for i in (0, 1))
-    dx, dy = (polynomial(ws[kernels.rows + i, : ORDER + 1]) for i in (0, 1))
+    dx, dy = (polynomial(ws[kernels.layout.rows + i, : ORDER + 1]) for i in (0, 1))
     rate, guard = (numeric(SYMBOLS, e) for e in (f, stripped(g)[0]))
     p, w = (mpmath.mpf(v) for v in NUMBERS.values())
     tiny = mpmath.mpf("1e-40")
@@ -92,14 +92,14 @@ def test_the_series_solves_the_equation(f, g, place, t, numeric, coefficients, p
     agree(ws[0, : ORDER + 1], [place[0], *(derivative[k] / (k + 1) for k in range(ORDER))], 1e-13, beside=states)
     agree(ws[2, : ORDER + 1], coefficients(lambda s: at(guard, s), ORDER), 1e-12, beside=states)
     along = coefficients(lambda s: (at(rate, s, tiny) - at(rate, s, -tiny)) / (2 * tiny), ORDER)
-    vector = ws[kernels.rows : kernels.rows + 2, : ORDER + 1]
+    vector = ws[kernels.layout.rows : kernels.layout.rows + 2, : ORDER + 1]
     agree(vector[0], [1.0, *(along[k] / (k + 1) for k in range(ORDER))], 1e-12, beside=[*states, *vector])
 
 
 def test_the_property_can_fail(numeric, coefficients, polynomial, agree):
     """A series with one coefficient off by a part in 1e10 does not pass."""
     kernels = kernels_of(cd.HybridSystem(name="e", states=(X,), parameters={}, modes={"on": {X: X}}))
-    ws = np.zeros((kernels.rows, COLUMNS))
+    ws = np.zeros((kernels.layout.rows, COLUMNS))
     kernels.functions.jet(0, ORDER, 0.0, np.zeros(1), np.array([1.0]), ws)
     row = ws[0, : ORDER + 1]
     solution = coefficients(mpmath.exp, ORDER)

@@ -116,7 +116,7 @@ def side_by_side(kernels, mode):
         filled[:] = np.asarray(numbers)[..., np.newaxis] * (1 - spread * np.array([0, 1, 2, 3, 4, 5, 0, 7]))
         return filled
 
-    c, rows = kernels.constants(NUMBERS), kernels.rows
+    c, rows = kernels.constants(NUMBERS), kernels.layout.rows
     ws = aligned(rows + 4, COLUMNS, LANES)
     ws[:] = np.nan
     jet, jacobian_jet, tangent = kernels.lanes

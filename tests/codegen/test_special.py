@@ -42,11 +42,11 @@ def kernels(request):
 
 @pytest.fixture
 def workspace(kernels):
-    ws, c = np.zeros((kernels.rows + 4, COLUMNS)), kernels.constants({"q": DAMPING})
+    ws, c = np.zeros((kernels.layout.rows + 4, COLUMNS)), kernels.constants({"q": DAMPING})
     jet, jacobian_jet, tangent = kernels.functions[:3]
     jet(0, ORDER, 0.0, c, np.array(PLACE), ws)
     jacobian_jet(0, ORDER, c, ws)
-    tangent(0, ORDER, c, np.array([1.0, -0.4]), np.array([0.3, 2.0]), ws, kernels.rows)
+    tangent(0, ORDER, c, np.array([1.0, -0.4]), np.array([0.3, 2.0]), ws, kernels.layout.rows)
     return ws
 
 
@@ -74,7 +74,7 @@ def test_series_of_the_exit_speed(workspace):
 def test_tangents_of_the_exit_speed(workspace, kernels):
     x, y = map(polynomial, workspace[:2])
     for half in range(2):
-        first, second = workspace[kernels.rows + 2 * half :][:2]
+        first, second = workspace[kernels.layout.rows + 2 * half :][:2]
         dx, dy = polynomial(first), polynomial(second)
 
         def along(s, dx=dx, dy=dy):
@@ -93,7 +93,7 @@ def test_lanes_have_the_same_series(workspace, kernels):
         filled[:] = np.asarray(numbers)[..., np.newaxis]
         return filled
 
-    ws = aligned(kernels.rows + 4, COLUMNS, LANES)
+    ws = aligned(kernels.layout.rows + 4, COLUMNS, LANES)
     ws[:] = 0.0
     kernels.lanes[0](0, ORDER, lanes(0.0), lanes(kernels.constants({"q": DAMPING})), lanes(PLACE), ws)
     np.testing.assert_allclose(ws[:3, : ORDER + 1, 3], workspace[:3, : ORDER + 1], rtol=1e-12, atol=1e-12)

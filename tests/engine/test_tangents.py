@@ -206,7 +206,7 @@ def candidates(system, source, event):
     kernels = kernels_of(system)
     mode = system.mode_names.index(source)
     index = [t.name for t in system.transitions].index(event)
-    j = next(k for k, e in enumerate(kernels.events[mode]) if index in e.outcomes)
+    j = next(k for k, e in enumerate(kernels.layout.events[mode]) if index in e.outcomes)
     c, n = kernels.constants(system.parameters), len(system.states)
     gradient, rate = np.empty(n + 1), np.empty(n + len(system.quadratures))
     for _ in range(4000):
@@ -294,7 +294,7 @@ def passage(system, mode, j, x):
     if not put_on_guard(kernels.functions.guard, mode, j, c, x, np.empty(n + 1)):
         return None
     taken = kernels.functions.event_map(mode, j, 0.0, c, x, 1, np.ones(n), 0.0, event)
-    assert taken < 0 or taken in kernels.events[mode][j].outcomes
+    assert taken < 0 or taken in kernels.layout.events[mode][j].outcomes
     if taken < 0 or system.transitions[taken].marks_only() or not np.isfinite(event).all():
         return None
     speed = normal_speed(event, n)
@@ -306,7 +306,8 @@ def test_the_flow_goes_over_into_the_flow(name):
     system = systems.build(name, DIRECTION_CHANGES.get(name)).augmented(time=True)
     n = len(system.states)
     places = event_places(n)
-    for mode, j in ((mode, j) for mode, guards in enumerate(kernels_of(system).events) for j in range(len(guards))):
+    watched = kernels_of(system).layout.events
+    for mode, j in ((mode, j) for mode, guards in enumerate(watched) for j in range(len(guards))):
         rng, met = np.random.default_rng([mode, j]), 0
         for size in 25 * [1e-3, 0.1, 1.0, 3.0]:
             if met == 10 or not (found := passage(system, mode, j, rng.normal(size=n) * size)):

@@ -160,7 +160,7 @@ def test_whatever_names_and_order(names, reverse):
         modes=dict(list(modes.items())[::order]),
         transitions=transitions[::order],
     )
-    counts = dict(zip(system.mode_names, kernels_of(system).held, strict=True))
+    counts = dict(zip(system.mode_names, kernels_of(system).layout.held, strict=True))
     assert counts == {"off": 0, "on": 1, "out": 0}
 
 
@@ -168,7 +168,7 @@ def test_whatever_names_and_order(names, reverse):
 def test_parameters_among_the_states_add_none(free):
     system = systems.build("percussive-drill")
     wide = system.augmented(parameters=free)
-    assert kernels_of(wide).held == kernels_of(system).held
+    assert kernels_of(wide).layout.held == kernels_of(system).layout.held
 
 
 @pytest.mark.parametrize("unit", [2.0**k for k in (-80, -45, -25, 0, 25, 45, 80)])
@@ -186,7 +186,7 @@ def test_in_any_unit_a_held_surface_is_one_and_another_is_none(unit):
             cd.Transition("up", "below", "on", guard=surface, direction=1),
         ],
     )
-    assert kernels_of(belt).held == (0, 0, 1)
+    assert kernels_of(belt).layout.held == (0, 0, 1)
     on, off = {x: 2 / unit - x, v: unit * x - v}, {x: -x, v: unit * x - v}
     thermostat = cd.HybridSystem(
         name="thermostat",
@@ -198,7 +198,7 @@ def test_in_any_unit_a_held_surface_is_one_and_another_is_none(unit):
             cd.Transition("cold", "off", "on", guard=(unit * x - 0.7) ** 3 * (v / 40 - 1), direction=1),
         ],
     )
-    assert kernels_of(thermostat).held == (0, 0)
+    assert kernels_of(thermostat).layout.held == (0, 0)
 
 
 @pytest.mark.parametrize("unit", [2.0**k for k in (-60, -24, 0, 24, 60)])

@@ -207,7 +207,7 @@ class SectionMap:
 
     def _guard(self, state: np.ndarray) -> tuple[float, np.ndarray]:
         mode = self.system.mode_names.index(self.system.transitions[self.transition].source[0])
-        events = kernels_of(self.system).events[mode]
+        events = kernels_of(self.system).layout.events[mode]
         j = next(k for k, event in enumerate(events) if self.transition in event.outcomes)
         gradient = np.empty(self.n + 1)
         value = kernels_of(self.system).functions.guard(

@@ -138,7 +138,7 @@ class Runs:
             return found
         kernels, gradient = kernels_of(self.system), np.empty(starts.shape[1] + 1)
         constants = kernels.constants(self.system.parameters)
-        for mode, events in enumerate(kernels.events):
+        for mode, events in enumerate(kernels.layout.events):
             for j in (j for j, event in enumerate(events) if not set(self.ends).isdisjoint(event.outcomes)):
                 for i in np.flatnonzero(modes == mode).tolist():
                     value = kernels.functions.guard(mode, j, 0.0, constants, starts[i], gradient)
