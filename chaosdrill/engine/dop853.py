@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from chaosdrill.codegen.layout import EPSILON
-from chaosdrill.engine import checked
+from chaosdrill.engine import checked, guard_series
 from chaosdrill.engine import step_control as control
 from chaosdrill.engine.dop853_tables import (
     DEGREE,
@@ -28,7 +28,7 @@ from chaosdrill.engine.dop853_tables import (
     A,
     C,
 )
-from chaosdrill.engine.guard_series import exact_times, guard_polynomials
+from chaosdrill.engine.guard_series import guard_polynomials
 from chaosdrill.engine.jit import inner, series
 from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.scales import SMALLEST, fill, finest
@@ -299,21 +299,7 @@ def expand(place, p, t):
     return h
 
 
-@inner
-def _arrive(functions, tables, settings, t, state, s, scratch, out):
-    """States and quadratures after a step of length s, to ``out``."""
-    stages = scratch.stages
-    attempt(functions, t, state.c, state.x, s, stages, 0, state.run[0], stages, out)
-
-
-_exact_times = exact_times(_arrive)
-
-
-@offered
-def locate(place, p, te, h, t):
-    """Make the times of the events exact by Newton steps on the guards themselves."""
-    _exact_times(machine_at(place), p, te, h, t)
-    return te, -1, 0
+locate = guard_series.locate
 
 
 @offered

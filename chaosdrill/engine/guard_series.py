@@ -5,8 +5,6 @@ these polynomials tell are made exact by methods that can step to any time.
 """
 
 import math
-from collections.abc import Callable
-from typing import Any
 
 from chaosdrill.codegen.kinds import uint64
 from chaosdrill.codegen.layout import ROUNDING
@@ -17,7 +15,8 @@ from chaosdrill.engine.jit import inlined, inner, series
 from chaosdrill.engine.layout import AFFINE, AFTER, STILL, TIMED
 from chaosdrill.engine.polynomial import keeps_side
 from chaosdrill.engine.radau_tables import DEGREE
-from chaosdrill.engine.records import state_of
+from chaosdrill.engine.records import machine_at, state_of
+from chaosdrill.engine.stepper import offered
 from chaosdrill.engine.tuning import GUARDS
 
 
@@ -129,77 +128,68 @@ def _interpolate(functions, mode, j, t, c, h, place, gradient, ws, g):
     return left, largest
 
 
-def exact_times(arrive: Any) -> Callable[..., None]:
-    """Refines the event times of a step, in place: the second half of a method's ``locate``.
+@inner
+def _root(machine, place, p, j, s, h, t, g):
+    """Root near s of a guard along steps of that length; s itself where the two of a near double root merge.
 
-    Parameters
-    ----------
-    arrive : compiled function
-        ``arrive(functions, tables, settings, t, state, s, scratch, out)`` puts states and quadratures after a step of
-        length s into ``out``.
+    Where a step leads no nearer, as at a root of third order, the value is no more than its error. Where it is so
+    at s, what rounding makes of the values around has no part in the root, and guards that share it stay together;
+    but for rebounds, of which each hands its error on, and which the polynomial tells better if they are short.
     """
+    functions, tables, scratch, state = machine.functions, machine.tables, machine.scratch, state_of(machine.states, p)
+    run, c, x, stages, gradient, out = state.run[0], state.c, state.x, scratch.stages, scratch.gradient, scratch.out
+    n = x.size
+    mode = run.mode
+    rate = stages[STAGES]
+    least = math.inf
+    best = start = s
+    key = tables.keys[mode, j]
+    way = tables.active[mode, 1 + j] if tables.active[mode, 1 + j] != 0 else -state.sides[key]
+    trusted = s <= GUARDS.short * h or not _rebounds(run, tables, mode, j)
+    for _ in range(8):
+        machine.stepper.evaluate(place, p, t, s)
+        functions.field(mode, t + s, c, out, rate)
+        run.evaluations += 1
+        value = functions.guard(mode, j, t + s, c, out[:n], gradient)
+        if trusted and abs(value) <= ROUNDING * functions.guard_error(mode, j, t + s, c, out[:n], scratch.none):
+            return s
+        trusted = False
+        if not abs(value) < least:
+            return best
+        least = abs(value)
+        best = s
+        slope = gradient[n]
+        for i in range(n):
+            slope += gradient[i] * rate[i]
+        if slope * way < 0.0:
+            return start
+        bend = 0.0
+        for k in range(GUARD_DEGREE, 1, -1):
+            bend = bend * s + k * (k - 1) * g[k]
+        unit = unit_of(abs(slope))
+        value, slope, bend = value * unit, slope * unit, bend * unit
+        square = slope * slope - 2.0 * bend * value
+        if slope == 0.0 or not square >= 0.0:
+            return s
+        move = -2.0 * value / (slope + math.copysign(math.sqrt(square), slope))
+        if not abs(move) <= 0.01 * h or s + move <= 0.0:
+            return s
+        s += move
+        if abs(bend) * move * move <= 1e-15 * h * abs(slope):
+            return s
+    return s
 
-    @inner
-    def newton(functions, tables, settings, state, j, s, h, t, g, scratch):  # type: ignore[no-untyped-def]
-        """Root near s of a guard along steps of that length; s itself where the two of a near double root merge.
 
-        Where a step leads no nearer, as at a root of third order, the value is no more than its error. Where it is so
-        at s, what rounding makes of the values around has no part in the root, and guards that share it stay together;
-        but for rebounds, of which each hands its error on, and which the polynomial tells better if they are short.
-        """
-        run, c, x, stages, gradient, out = state.run[0], state.c, state.x, scratch.stages, scratch.gradient, scratch.out
-        n = x.size
-        mode = run.mode
-        rate = stages[STAGES]
-        least = math.inf
-        best = start = s
-        key = tables.keys[mode, j]
-        way = tables.active[mode, 1 + j] if tables.active[mode, 1 + j] != 0 else -state.sides[key]
-        trusted = s <= GUARDS.short * h or not _rebounds(run, tables, mode, j)
-        for _ in range(8):
-            arrive(functions, tables, settings, t, state, s, scratch, out)
-            functions.field(mode, t + s, c, out, rate)
-            run.evaluations += 1
-            value = functions.guard(mode, j, t + s, c, out[:n], gradient)
-            if trusted and abs(value) <= ROUNDING * functions.guard_error(mode, j, t + s, c, out[:n], scratch.none):
-                return s
-            trusted = False
-            if not abs(value) < least:
-                return best
-            least = abs(value)
-            best = s
-            slope = gradient[n]
-            for i in range(n):
-                slope += gradient[i] * rate[i]
-            if slope * way < 0.0:
-                return start
-            bend = 0.0
-            for k in range(GUARD_DEGREE, 1, -1):
-                bend = bend * s + k * (k - 1) * g[k]
-            unit = unit_of(abs(slope))
-            value, slope, bend = value * unit, slope * unit, bend * unit
-            square = slope * slope - 2.0 * bend * value
-            if slope == 0.0 or not square >= 0.0:
-                return s
-            move = -2.0 * value / (slope + math.copysign(math.sqrt(square), slope))
-            if not abs(move) <= 0.01 * h or s + move <= 0.0:
-                return s
-            s += move
-            if abs(bend) * move * move <= 1e-15 * h * abs(slope):
-                return s
-        return s
-
-    @inner
-    def locate(machine, p, te, h, t):  # type: ignore[no-untyped-def]
-        functions, settings, tables, scratch = machine.functions, machine.settings[0], machine.tables, machine.scratch
-        state = state_of(machine.states, p)
-        times, mode = scratch.times, state.run[0].mode
-        first = state.x.size + settings.quadratures
-        for j in range(tables.active[mode, 0]):
-            if times[j] > te + GUARDS.near * h:
-                times[j] = -1.0
-            elif times[j] > 0.0 and tables.marks[mode, j] & TIMED == 0:
-                g = scratch.workspace[first + j]
-                times[j] = newton(functions, tables, settings, state, j, times[j], h, t, g, scratch)
-
-    return locate
+@offered
+def locate(place, p, te, h, t):
+    """Make the times of the events exact by Newton steps on the guards, for methods that step to any time."""
+    machine = machine_at(place)
+    tables, state, times = machine.tables, state_of(machine.states, p), machine.scratch.times
+    mode = state.run[0].mode
+    first = state.x.size + machine.settings[0].quadratures
+    for j in range(tables.active[mode, 0]):
+        if times[j] > te + GUARDS.near * h:
+            times[j] = -1.0
+        elif times[j] > 0.0 and tables.marks[mode, j] & TIMED == 0:
+            times[j] = _root(machine, place, p, j, times[j], h, t, machine.scratch.workspace[first + j])
+    return te, -1, 0

@@ -12,10 +12,10 @@ import math
 import numpy as np
 
 from chaosdrill.codegen.layout import EPSILON
-from chaosdrill.engine import checked
+from chaosdrill.engine import checked, guard_series
 from chaosdrill.engine import step_control as control
 from chaosdrill.engine.dop853_tables import END, ROWS_A_VECTOR, VECTORS, WEIGHTS
-from chaosdrill.engine.guard_series import exact_times, guard_polynomials
+from chaosdrill.engine.guard_series import guard_polynomials
 from chaosdrill.engine.jit import inner
 from chaosdrill.engine.layout import ONGOING
 from chaosdrill.engine.radau_step import (
@@ -221,14 +221,7 @@ def _arrive(functions, tables, settings, t, state, s, scratch, out):
         out[:] = math.nan
 
 
-_exact_times = exact_times(_arrive)
-
-
-@offered
-def locate(place, p, te, h, t):
-    """Make the times of the events exact by Newton steps on the guards themselves."""
-    _exact_times(machine_at(place), p, te, h, t)
-    return te, -1, 0
+locate = guard_series.locate
 
 
 @offered
