@@ -316,6 +316,17 @@ def _filter(h, kind, n, room, stages):
 
 
 @series
+def _damp(b, n, room, stages):
+    """Take the stiff part from a vector, in place, by the filter of the step."""
+    weights = stages[WEIGHTS]
+    for i in range(n):
+        b[i] *= weights[i]
+    solve(room.filter, n, room.filter_pivots, b)
+    for i in range(n):
+        b[i] /= weights[i]
+
+
+@series
 def _begun(kind, scale, stages, i, most):
     """Size of what begins, which its rate at the start would move by ``most``."""
     slowest = math.inf
@@ -340,7 +351,7 @@ def errors_of(kind, x, h, scale, least, longest, rounding, room, stages):
     """
     n = x.size
     s = 3 + 2 * kind
-    widths, weights, right = stages[WIDTHS], stages[WEIGHTS], room.right
+    widths = stages[WIDTHS]
     for i in range(stages.shape[1]):
         moved = 0.0
         if is_new(scale[i], x[i] if i < n else 0.0, stages[0, i], least, longest):
@@ -356,11 +367,7 @@ def errors_of(kind, x, h, scale, least, longest, rounding, room, stages):
     for i in range(raw.size):
         raw[i] = PIVOT[kind] * h * excess(kind, h, stages, i)
     plain = size(raw, widths)
-    for i in range(n):
-        right[i] = raw[i] * weights[i]
-    solve(room.filter, n, room.filter_pivots, right)
-    for i in range(n):
-        raw[i] = right[i] / weights[i]
+    _damp(raw, n, room, stages)
     error = size(raw, widths)
     for i in range(n):
         if rounding[i] * widths[i] > 0.5:
@@ -373,14 +380,12 @@ def errors_of(kind, x, h, scale, least, longest, rounding, room, stages):
 def damped(rate, slope, doubt, s, n, room, stages):
     """Length of s times the difference of two rates, but for their doubt, without its stiff part; sizes and filter are
     those of the step."""
-    widths, weights, right = stages[WIDTHS], stages[WEIGHTS], room.right
+    widths, right = stages[WIDTHS], room.right
     for i in range(n):
         off = abs(slope[i] - rate[i])
         off = off if math.isnan(off) else max(off - CHECKS.rounding * abs(rate[i]) - CHECKS.doubt * doubt[i], 0.0)
-        right[i] = math.copysign(off * s, slope[i] - rate[i]) * weights[i]
-    solve(room.filter, n, room.filter_pivots, right)
-    for i in range(n):
-        right[i] /= weights[i]
+        right[i] = math.copysign(off * s, slope[i] - rate[i])
+    _damp(right, n, room, stages)
     return size(right[:n], widths[:n])
 
 
@@ -391,7 +396,7 @@ def tangent_error(kind, v, h, tolerance, room, stages, row):
     The sizes and the filter are those of the step.
     """
     n = v.size
-    widths, weights, right = stages[WIDTHS], stages[WEIGHTS], room.right
+    widths, right = stages[WIDTHS], room.right
     length = size(v, widths)
     if not length > 0.0:
         return 0.0
@@ -399,10 +404,8 @@ def tangent_error(kind, v, h, tolerance, room, stages, row):
         total = 0.0
         for j in range(3 + 2 * kind):
             total += SLOPES[kind, 0, 1 + j] * (stages[row + 1 + j, i] - v[i])
-        right[i] = PIVOT[kind] * (h * stages[row, i] - total) * weights[i]
-    solve(room.filter, n, room.filter_pivots, right)
-    for i in range(n):
-        right[i] /= weights[i]
+        right[i] = PIVOT[kind] * (h * stages[row, i] - total)
+    _damp(right, n, room, stages)
     return size(right[:n], widths) / length * (tolerance / max(STEPS.tangents * tolerance, RADAU.least))
 
 
