@@ -6,12 +6,12 @@ seen for all lanes at once. Whatever is less plain is left to ``engine.guards``,
 
 import math
 
-from chaosdrill.codegen.kinds import uint64
 from chaosdrill.engine import guard_errors, guard_roots, guards
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.jit import inlined, inner, series
 from chaosdrill.engine.lane_step import copy_lane
 from chaosdrill.engine.lanes import LANES, chosen, gathered, larger, magnitude, row_of, smaller, some, spread, table_of
+from chaosdrill.engine.polynomial import value_and_slope
 from chaosdrill.engine.records import state_of
 from chaosdrill.engine.roots import bernstein_weights
 from chaosdrill.engine.tuning import GUARDS, LANE
@@ -241,14 +241,14 @@ def _summit(a, order, sign, noise, block):
         bound = chosen(above, knot, bound)
         highest = chosen(above, value, highest)
     bound = bound * (1.0 / LANE.degree)
-    height, slope = _value_and_slope(a, order, bound)
+    height, slope = value_and_slope(a, order, bound)
     hidden = ~(sign * height > LANE.sure * highest)
     none = highest < -math.inf
     if some(hidden):
         summit = _inside(bound - slope / (LANE.degree * (LANE.degree - 1.0) * (sign * bend)))
-        height, following = _value_and_slope(a, order, summit)
+        height, following = value_and_slope(a, order, summit)
         summit = _inside(summit - following * (summit - bound) / (following - slope))
-        height, slope = _value_and_slope(a, order, summit)
+        height, slope = value_and_slope(a, order, summit)
         margin = LANE.sure * highest + noise
         # in all of the step no point is higher than the tangent there
         top = sign * height + larger(sign * slope * (1.0 - summit), -(sign * slope * summit))
@@ -267,29 +267,12 @@ def _inside(u):
 
 
 @series
-def _value_and_slope(a, order, u):
-    """Values and derivatives of polynomials, even and odd terms apart: two short chains for a long one."""
-    square = u * u
-    nothing = spread(0.0)
-    last = uint64(order // 2)
-    even, odd = a[2 * last], a[2 * last + 1]
-    even_slope, odd_slope = nothing, nothing
-    for m in range(1, last + 1):
-        k = 2 * (last - m)
-        even_slope = even_slope * square + even
-        odd_slope = odd_slope * square + odd
-        even = even * square + a[k]
-        odd = odd * square + a[k + 1]
-    return even + u * odd, odd + (2.0 * u) * (even_slope + u * odd_slope)
-
-
-@series
 def _polish(a, order, searched, u):
     """Newton steps from u in the lanes of a mask: the roots, and where they have not settled."""
     before = spread(0.0)
     active = chosen(searched, 1.0, 0.0)
     for _ in range(LANE.iterations):
-        f, d = _value_and_slope(a, order, u)
+        f, d = value_and_slope(a, order, u)
         step = f / d
         u = chosen(active > 0.0, u - step, u)
         size = magnitude(step)
@@ -326,7 +309,7 @@ def _search(count, order, block):
             searched = searched & (~returns | present)
         if some(searched):
             u, unsettled = _polish(a, order, searched, _first_sign(block))
-            _, slope = _value_and_slope(a, order, u)
+            _, slope = value_and_slope(a, order, u)
             last, before = guard_errors.last_terms(a, order, u)
             told = guard_errors.is_told(last, before, u * slope)
             plain = (u >= 0.0) & (u <= bound) & told

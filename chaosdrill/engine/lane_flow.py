@@ -6,7 +6,7 @@ one by the functions of a single run. No number of a run depends on which others
 """
 
 from chaosdrill.codegen.kinds import int64, uint64, void
-from chaosdrill.codegen.signatures import integers, matrix
+from chaosdrill.codegen.signatures import WIDTH, integers, matrix
 from chaosdrill.engine import lane_events, lane_step, taylor
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.checked import first_row
@@ -14,7 +14,7 @@ from chaosdrill.engine.jit import compiled, in_frame, inlined, rare
 from chaosdrill.engine.lane_events import GUARD, OUTCOME, TIES
 from chaosdrill.engine.lane_runs import at_goal, begin, is_over, keep, note_section
 from chaosdrill.engine.lanes import LANES, chosen, every, row_of
-from chaosdrill.engine.polynomial import value_in_lane
+from chaosdrill.engine.polynomial import lane_value
 from chaosdrill.engine.records import (
     lane_functions_type,
     lane_room_type,
@@ -56,7 +56,7 @@ def _pass_strobes(settings, p, lane, run, results, strobed, te, early, block, ou
         if strobed and progress[at.STAGE] > 0 and progress[at.LAST] - run.strobes < results.window.shape[1]:
             n = block.x.shape[0]
             for i in range(n):
-                out[i] = value_in_lane(block.ws, i, lane, min(s, te))
+                out[i] = lane_value(block.ws[i, :, lane], WIDTH - 1, min(s, te))
             keep(out, 0, n, run.mode, results.window[p], progress[at.TAKEN])
             progress[at.TAKEN] += 1
         strobe = s

@@ -99,7 +99,7 @@ def late_size(rows, i, s, first):
 
 @series
 def lane_value(g, order, s):
-    """Values at s of polynomials up to an order, rounded as if there were more terms that are zero."""
+    """Values of polynomials up to an order, of lanes or of one, rounded as if there were more terms that are zero."""
     fourth = (s * s) * (s * s)
     last = uint64(order // 4)
     a = g[4 * last]
@@ -116,20 +116,19 @@ def lane_value(g, order, s):
 
 
 @series
-def value_in_lane(ws, i, lane, s):
-    """Value at s of the polynomial in row i of one lane, rounded as ``lane_value`` rounds it."""
-    fourth = (s * s) * (s * s)
-    a = ws[i, WIDTH - 4, lane]
-    b = ws[i, WIDTH - 3, lane]
-    c = ws[i, WIDTH - 2, lane]
-    d = ws[i, WIDTH - 1, lane]
-    for m in range(1, WIDTH // 4):
-        k = WIDTH - 4 - 4 * m
-        a = a * fourth + ws[i, k, lane]
-        b = b * fourth + ws[i, k + 1, lane]
-        c = c * fourth + ws[i, k + 2, lane]
-        d = d * fourth + ws[i, k + 3, lane]
-    return (a + b * s) + (c + d * s) * (s * s)
+def value_and_slope(a, order, u):
+    """Value and derivative of a polynomial or of lanes, even and odd terms apart: two short chains for a long one."""
+    square = u * u
+    last = uint64(order // 2)
+    even, odd = a[2 * last], a[2 * last + 1] if order % 2 == 1 else as_wide(0.0, u)
+    even_slope = odd_slope = as_wide(0.0, u)
+    for m in range(1, last + 1):
+        k = 2 * (last - m)
+        even_slope = even_slope * square + even
+        odd_slope = odd_slope * square + odd
+        even = even * square + a[k]
+        odd = odd * square + a[k + 1]
+    return even + u * odd, odd + (2.0 * u) * (even_slope + u * odd_slope)
 
 
 @series

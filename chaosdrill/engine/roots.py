@@ -10,6 +10,7 @@ import numpy as np
 from chaosdrill.codegen.kinds import uint64
 from chaosdrill.engine.jit import rare, series
 from chaosdrill.engine.lanes import part, put, spread
+from chaosdrill.engine.polynomial import value_and_slope
 from chaosdrill.engine.tuning import ROOTS
 
 
@@ -28,38 +29,6 @@ _WEIGHTS = np.ascontiguousarray(bernstein_weights(ROOTS.degree).T)
 
 
 @series
-def _value(a, n, u):
-    """Value, the even and the odd terms apart: two short chains for one long."""
-    square = u * u
-    top = n - n % 2
-    f = a[top]
-    g = a[top + 1] if n % 2 == 1 else 0.0
-    for j in range(top // 2):
-        k = top - 2 - 2 * j
-        f = f * square + a[uint64(k)]
-        g = g * square + a[uint64(k + 1)]
-    return f + u * g
-
-
-@series
-def _value_and_slope(a, n, u):
-    """Value and derivative, in the same way."""
-    square = u * u
-    top = n - n % 2
-    f = a[top]
-    d = 0.0
-    g = a[top + 1] if n % 2 == 1 else 0.0
-    e = 0.0
-    for j in range(top // 2):
-        k = top - 2 - 2 * j
-        d = d * square + f
-        f = f * square + a[uint64(k)]
-        e = e * square + g
-        g = g * square + a[uint64(k + 1)]
-    return f + u * g, 2.0 * u * (d + u * e) + g
-
-
-@series
 def _refine(a, n, low, high, guess):
     """Root in [low, high] of a polynomial that is negative at low and not negative at high.
 
@@ -68,7 +37,7 @@ def _refine(a, n, low, high, guess):
     u = guess if low < guess < high else 0.5 * (low + high)
     before = 0.0
     for _ in range(100):
-        f, d = _value_and_slope(a, n, u)
+        f, d = value_and_slope(a, n, u)
         if f < 0.0:
             low = u
         else:
@@ -98,15 +67,15 @@ def _concave_crossing(a, n, left, right):
     """
     low = left
     high = right
-    f_low, d_low = _value_and_slope(a, n, low)
-    f_high, d_high = _value_and_slope(a, n, high)
+    f_low, d_low = value_and_slope(a, n, low)
+    f_high, d_high = value_and_slope(a, n, high)
     if d_low <= 0.0 or d_high >= 0.0:
         return -1.0
     for _ in range(60):
         u = low + (f_high - f_low - d_high * (high - low)) / (d_low - d_high)
         if f_low + d_low * (u - low) < 0.0 or not low < u < high:
             return -1.0
-        f, d = _value_and_slope(a, n, u)
+        f, d = value_and_slope(a, n, u)
         if f >= 0.0:
             return _refine(a, n, left, u, left)
         if d > 0.0:
@@ -179,7 +148,7 @@ def _search(a, n, degree, budget, stack, ends):
             before = d
         bound = tail_slope * reach * right * width / degree
         if rise > bound:
-            f = _value(a, n, right)
+            f, _ = value_and_slope(a, n, right)
             if f >= 0.0:
                 return _refine(a, n, left, right, left + width * _meeting(b, degree, f))
             continue
@@ -187,7 +156,7 @@ def _search(a, n, degree, budget, stack, ends):
             continue
         bound = tail_bend * reach * width * width / (degree * (degree - 1))
         if bend_high < -bound or bend_low > bound:
-            f = _value(a, n, right)
+            f, _ = value_and_slope(a, n, right)
             # a concave one that falls at the end is back from beyond zero there, whatever the last digit of its value
             back = bend_high < -bound and (f < 0.0 or b[degree] < b[degree - 1])
             if back:
@@ -228,7 +197,7 @@ def _search_whole(a, n, stack, ends):
             b[j] += b[j - 1]
     u = _search(a, n, n, ROOTS.whole_budget, stack, ends)
     if u == -2.0:
-        return _refine(a, n, 0.0, 1.0, 0.5) if _value(a, n, 1.0) >= 0.0 else -1.0
+        return _refine(a, n, 0.0, 1.0, 0.5) if value_and_slope(a, n, 1.0)[0] >= 0.0 else -1.0
     return u
 
 
