@@ -57,19 +57,13 @@ class Standing:
 
 
 class Returns(NamedTuple):
-    """How points of a section are counted.
-
-    Parameters
-    ----------
-    longest : float
-        Longest time in which a point may be missing. A run that meets none in a whole multiple of it, counted from its
-        start, ends with ``Outcome.NO_RETURN``.
-    after : bool
-        Keep the states after the events of the section, not before.
-    """
+    """How points of a section are counted."""
 
     longest: float
+    """Longest time in which a point may be missing. A run that meets none in a whole multiple of it, counted from its
+    start, ends with ``Outcome.NO_RETURN``."""
     after: bool = False
+    """Whether the states after the events of the section are kept, not those before."""
 
 
 class Batch:
@@ -289,15 +283,8 @@ class Batch:
         return x if near else self.x[p].copy()
 
     def run(self, transient: int, ends: np.ndarray) -> None:
-        """Run all points over a transient, forget it, and average over blocks.
-
-        Parameters
-        ----------
-        transient : int
-            Strobes, or points of the section, before the averages.
-        ends : ndarray of int, shape (B + 1,)
-            Ends of the blocks in these, from 0 on.
-        """
+        """Run all points over a transient of strobes, or of points of the section, forget it, and average over blocks;
+        their ``ends``, shape (B + 1,), count the same, from 0 on."""
         self.proceed(np.arange(len(self.x)), transient, ends)
 
     def proceed(self, which: np.ndarray, transient: int, ends: np.ndarray) -> None:

@@ -92,12 +92,8 @@ def time_left(functions, tables, settings, j, transition, hardest, t, state, scr
     1/(1 - q) times that. So q is constant for lengths that fall as a power of their number, however far apart it is
     looked for. By how much such an end moves from one cycle to the next says how exact it is.
 
-    Parameters
-    ----------
-    j, transition : int
-        The guard that has been met, and the outcome of its event, which stands in ``scratch.event``; it is lost.
-    hardest : float
-        Normal speed of the hardest rebound so far.
+    Guard j has been met; the event of its outcome ``transition`` stands in ``scratch.event``, and is lost. ``hardest``
+    is the normal speed of the hardest rebound so far.
     """
     run = state.run[0]
     n = state.x.size

@@ -196,11 +196,8 @@ def _fades(shapes, count, in_series, first, then):
 def looks(agrees: Any) -> Callable[..., float]:
     """What looks at a step from its start on.
 
-    Parameters
-    ----------
-    agrees : compiled function
-        ``agrees(functions, tables, settings, s, t, state, ws, scratch)`` says whether the polynomials in the workspace
-        obey the equations at s.
+    ``agrees(functions, tables, settings, s, t, state, ws, scratch)``, a compiled function, says whether the polynomials
+    in the workspace obey the equations at s.
     """
 
     @rare

@@ -176,17 +176,8 @@ def _linked(top: _Library) -> Any:
 
 
 def lowered(dispatcher: Any, signature: Any) -> tuple[Any, ir.Type, list[ir.Type], Callable[..., Any]]:
-    """LLVM code of a function and of all that it calls, not optimised.
-
-    Returns
-    -------
-    module
-    result : ir.Type
-        LLVM's type of what it returns.
-    arguments : list of ir.Type
-    call : callable
-        What writes a call of it into a module: ``call(module, builder, values)``.
-    """
+    """LLVM code of a function and of all that it calls, not optimised: its module, LLVM's types of the result and of
+    the arguments, and what writes a call of it into a module, ``call(module, builder, values)``."""
     with _own_contexts() as context:
         dispatcher.compile(signature)
         (compiled,) = dispatcher.overloads.values()

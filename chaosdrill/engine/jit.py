@@ -78,15 +78,8 @@ class Compiled:
 
     It is compiled, or its code is read from the disk, on first use. A call releases the interpreter lock.
 
-    Parameters
-    ----------
-    function : callable
-        One that numba can compile.
-    signature : Signature
-    loops : bool
-        Whether loops of independent turns become vector instructions.
-    symbol : str, optional
-        Name of its machine code; default: its own.
+    ``function`` is one that numba can compile, ``loops`` whether loops of independent turns become vector instructions,
+    ``symbol`` the name of its machine code, by default its own.
     """
 
     def __init__(self, function: Callable[..., Any], signature: Signature, loops: bool, symbol: str = "") -> None:
@@ -177,11 +170,6 @@ class Record:
     """A named tuple in memory as compiled functions read it there; its arrays stay where they are.
 
     It is given to a function that takes an address, and has to live as long as that is used.
-
-    Parameters
-    ----------
-    layout : Layout
-    value : tuple
     """
 
     def __init__(self, layout: Layout, value: Any) -> None:

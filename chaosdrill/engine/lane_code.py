@@ -82,14 +82,8 @@ def _operation(
 ) -> Callable[[Any], Any]:
     """Make an operation that compiled functions call of what writes its code.
 
-    Parameters
-    ----------
-    twin : callable
-        Does the same in Python, to the bit.
-    result : callable
-        Gives the type of the result, or the whole signature, from the types of the arguments.
-    count : int
-        Number of arguments; that of the twin by default.
+    ``twin`` does the same in Python, to the bit. ``result`` gives the type of the result, or the whole signature, from
+    the types of the arguments. There are ``count`` of these, by default as many as the twin has.
     """
     names = ("typingctx", *(f"a{i}" for i in range(count or len(inspect.signature(twin).parameters))))
 

@@ -12,13 +12,8 @@ from chaosdrill.codegen.signatures import LANES
 
 
 def aligned(*shape: int) -> np.ndarray:
-    """Zeros of which every eight stand in one line of the cache, as the loads of lanes ask for.
-
-    Parameters
-    ----------
-    *shape : int
-        The last one a multiple of eight.
-    """
+    """Zeros of which every eight stand in one line of the cache, as the loads of lanes ask for; the last length is a
+    multiple of eight."""
     count = math.prod(shape)
     buffer = np.zeros(count + LANES)
     first = -(buffer.ctypes.data // buffer.itemsize) % LANES

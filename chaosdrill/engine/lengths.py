@@ -25,19 +25,10 @@ def lengths_by_size(vectors: np.ndarray, exponent_of: np.ndarray, sizes: np.ndar
     differ, and a length may fall at certain ends of blocks: that of the flow at the apex of a flight, where nothing but
     the speed changes.
 
-    Parameters
-    ----------
-    vectors : ndarray, shape (..., B, m, n)
-        Tangents at B ends of blocks, in the order in which they were orthonormalised; 0 behind the last.
-    exponent_of : ndarray of int, shape (..., B, m)
-        Their exponents.
-    sizes : ndarray, shape (..., n)
-        Sizes of the states; 0 or infinite where not known.
-
-    Returns
-    -------
-    ndarray, shape (..., B, m)
-        By exponents; 0 of those that have no tangent.
+    ``vectors``, shape (..., B, m, n), are tangents at B ends of blocks, in the order in which they were
+    orthonormalised, 0 behind the last; ``exponent_of``, shape (..., B, m), their exponents; ``sizes``, shape (..., n),
+    those of the states, 0 or infinite where not known. The result, shape (..., B, m), is by exponents, 0 of those that
+    have no tangent.
     """
     known = (sizes > 0) & (sizes < math.inf)
     # all by one factor, which differences do not see: states may have decayed to 1e-300

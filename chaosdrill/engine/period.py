@@ -20,16 +20,9 @@ if TYPE_CHECKING:
 
 
 def forcing_periods(system: "HybridSystem", parameters: Mapping[str, np.ndarray], points: int) -> np.ndarray:
-    """Forcing periods of many points, shape (points,); NaN where the period is no positive number.
+    """Forcing periods of many points, shape (points,), of a system that has one; NaN where it is no positive number.
 
-    Parameters
-    ----------
-    system : HybridSystem
-        It must have a forcing period.
-    parameters : mapping of str to ndarray, shape (points,)
-        Values of the parameters that differ from the system's own.
-    points : int
-        Number of points.
+    ``parameters`` holds the values, shape (points,), of those that differ from the system's own.
     """
     values = [np.asarray(parameters.get(name, own), dtype=float) for name, own in system.parameters.items()]
     with np.errstate(all="ignore"):

@@ -280,24 +280,14 @@ class Run:
         *,
         instants: bool = False,
     ) -> tuple[Outcome, bool]:
-        """Go on for a number of periods, or until a buffer is full.
+        """Go on for a number of periods from the strobe last passed, or until a buffer is full.
 
-        Parameters
-        ----------
-        periods : int
-            Periods from the strobe last passed.
-        samples, events : ndarray, optional
-            Buffers of shape (rows, n + q + 1) and (rows, 6 + 2 n); filled from the top in every call.
-        instants : bool
-            Whether the rows of ``samples`` hold the instants, in ascending order, at which they are to be filled: a
-            number of strobes, and the time since that strobe.
+        The buffers ``samples``, shape (rows, n + q + 1), and ``events``, shape (rows, 6 + 2 n), are filled from the top
+        in every call. With ``instants`` the rows of ``samples`` hold those, in ascending order, at which they are to be
+        filled: a number of strobes, and the time since that strobe.
 
-        Returns
-        -------
-        outcome : Outcome
-            ``Outcome.OK``, or what ended the run.
-        full : bool
-            Whether a buffer was filled before the end; ``advance(0, ...)`` goes on to the same target.
+        Returns ``Outcome.OK`` or what ended the run, and whether a buffer was filled before the end: then
+        ``advance(0, ...)`` goes on to the same target.
         """
         if self.refused != Outcome.OK:
             return self.refused, False

@@ -177,14 +177,8 @@ def modes_of_starts(
 ) -> tuple[np.ndarray, np.ndarray]:
     """The modes in which P runs begin, and `Outcome.OK` or why they cannot.
 
-    Parameters
-    ----------
-    system : HybridSystem
-    parameters : mapping of str to ndarray, shape (P,)
-        Those that differ from the system's own.
-    starts : ndarray, shape (P, n)
-    modes : ndarray of int, shape (P,)
-        `UNTOLD` where the region of the state tells it.
+    ``parameters``, shape (P,), are those that differ from the system's own; ``starts`` has shape (P, n), and ``modes``,
+    shape (P,), is `UNTOLD` where the region of the state tells it.
     """
     outcomes = np.full(len(starts), int(Outcome.OK))
     if system.regions:
@@ -208,19 +202,8 @@ def states_of(
 ) -> at.States:
     """The states of P runs that are to begin.
 
-    Parameters
-    ----------
-    system : HybridSystem
-    constants : ndarray, shape (P, constants)
-    starts : ndarray, shape (P, n)
-    modes : ndarray of int, shape (P,)
-    periods : ndarray, shape (P,)
-        Times between strobes.
-    tangents : ndarray, shape (m, n)
-        Initial tangents of each run, one a row.
-    numerics : Numerics
-    with_shares : bool
-        Whether it is kept of which tangents each was made.
+    Shapes are (P, constants), (P, n) of ``starts``, (P,) of ``modes`` and of ``periods``, the times between strobes,
+    and (m, n) of ``tangents``, the initial ones of each run. ``with_shares`` keeps of which tangents each was made.
     """
     kernels = kernels_of(system)
     points, n = starts.shape
@@ -304,16 +287,8 @@ def _implicit(n: int) -> at.Implicit:
 
 
 def _block(system: "HybridSystem", m: int, constants: np.ndarray) -> at.Block:
-    """Arrays of a block of lanes for a system with m tangents.
-
-    Parameters
-    ----------
-    system : HybridSystem
-    m : int
-        Number of tangents.
-    constants : ndarray, shape (constants,)
-        Those of one point; what varies from point to point is filled in later.
-    """
+    """Arrays of a block of lanes for a system with m tangents and the constants of one point; what varies from point
+    to point is filled in later."""
     n, q, guards = len(system.state_names), len(system.quadratures), kernels_of(system).key_table.shape[1]
     in_lanes = aligned(len(constants), LANES)
     in_lanes[:] = constants[:, np.newaxis]

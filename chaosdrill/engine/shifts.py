@@ -147,15 +147,8 @@ class Shifts:
 
 
 def shifts_of(system: "HybridSystem", *, but_of: Collection[str] | None = None) -> Shifts:
-    """The shifts of a system.
-
-    Parameters
-    ----------
-    system : HybridSystem
-        With its parameters.
-    but_of : collection of str, optional
-        Parameters that change: turns that they make longer or shorter are left out; default all of them.
-    """
+    """The shifts of a system with its parameters, without turns whose lengths change with those of ``but_of``; by
+    default with any of them."""
     changing = frozenset(system.parameters if but_of is None else but_of)
     key = ("shifts", changing)
     lengths = tuple(turns_of(system, changing))

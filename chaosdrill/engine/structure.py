@@ -378,17 +378,8 @@ class Structure:
         return min(self.symmetries + self.autonomous, len(self.frame))
 
     def neutral(self, flow: np.ndarray) -> np.ndarray:
-        """Exponents that are zero whatever the attractor: dimensions spanned by the symmetries and the flow.
-
-        Parameters
-        ----------
-        flow : ndarray, shape (..., n)
-            Rates of the states on the attractor.
-
-        Returns
-        -------
-        ndarray of int, shape (...)
-        """
+        """Exponents that are zero whatever the attractor: dimensions spanned by the symmetries and the flow, the rates
+        of the states on the attractor, shape (..., n)."""
         across = np.linalg.norm(self._across(flow), axis=-1)
         return self.symmetries + (self.autonomous & (across > STRUCTURE.along * np.linalg.norm(flow, axis=-1)))
 
@@ -397,14 +388,6 @@ class Structure:
 
         A state that grows steadily while nothing depends on it is the angle of a torus; if all that moves is two of
         them or more, and they never come back together, the motion is quasiperiodic though no exponent tells so.
-
-        Parameters
-        ----------
-        flow : ndarray, shape (..., n)
-
-        Returns
-        -------
-        ndarray of bool, shape (...)
         """
         size = np.abs(flow).max(axis=-1)
         steady = self.autonomous & (np.linalg.norm(self._across(flow), axis=-1) <= STRUCTURE.along * size)

@@ -106,19 +106,10 @@ def length(over, series, n, live, first, settings, period, scale, weights, metri
     The last term is to be a part of the tolerance: for states relative to their scales, which are the sizes that they
     have had of late, for a tangent to its length in these scales.
 
-    Parameters
-    ----------
-    over : compiled function
-        ``over(a, b, size)`` divides the first two by the third; of lanes that is one division and two products.
-    series : array or table of lanes
-        Coefficients of the states; those of the tangents stand from row ``first`` on.
-    n, live, first : int
-    settings : record
-    period : float or lanes
-    scale, weights, metric : array or row of lanes
-        Of each state its size, one over it, and that where all have one.
-    row : array
-        Scratch for one series.
+    ``over(a, b, size)`` divides the first two by the third; of lanes that is one division and two products. ``series``
+    has the coefficients of the states, and from row ``first`` on those of the tangents; ``scale``, ``weights`` and
+    ``metric`` have of each state its size, one over it, and that where all have one; ``row`` is scratch for one series.
+    All are of one run, or of lanes.
     """
     order, reach = settings.order, settings.reach
     least = scales.finest(settings.tolerance)
