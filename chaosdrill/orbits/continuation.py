@@ -98,25 +98,22 @@ def _followed(
     watches = [
         (test.end, test.watch(curve, first)) for test in TESTS if test.end is not None and test.watch is not None
     ]
-    found = Continued(points)
     planar, turned = first.orbit.segments[0, at.SEGMENT_END] == at.PLANE, False
     h = TUNING.first_step * step if first_step is None else first_step
     while len(points) < most:
         if planar and (len(points) - anchor > TUNING.section_points or turned):
             if curve.kind == Special.REGULAR and shrinks(curve, points[anchor], points[-1], 2 * step):
-                found.end = BranchEnd.REST
-                return found
+                return Continued(points, BranchEnd.REST)
             anchor, turned = len(points) - 1, False
             points[-1] = _on_own_section(curve, points[-1])
-        last = points[-1]
+        last, recent = points[-1], points[max(anchor, len(points) - TUNING.predictor_points) :]
         try:
-            point, error = curve.after(points[max(anchor, len(points) - TUNING.predictor_points) :], h)
+            point, error = curve.after(recent, h)
             limit = curve.at_limit(last, point) if curve.outside(point.orbit) else point
             if any(watch.left(point) for _, watch in watches):
                 raise LostError("the orbit is one of half the period")
         except LostError:
             h *= 0.5
-            recent = points[max(anchor, len(points) - TUNING.predictor_points) :]
             if len(recent) > 1 and h < TUNING.straight_on * (last.arclength - recent[-2].arclength):
                 sharp = next((k for k in range(len(recent) - 1) if curve.turns_between(*recent[k : k + 2])), None)
                 if sharp is not None:
@@ -127,42 +124,26 @@ def _followed(
                 # the polynomial through the last points may lead elsewhere than their tangents
                 anchor = len(points) - 1
             if h < TUNING.shortest_step * step:
-                found.end, found.border, found.lost = BranchEnd.NO_CONVERGENCE, _lost(curve, points, step), True
-                return found
+                return Continued(points, BranchEnd.NO_CONVERGENCE, _lost(curve, points, step), lost=True)
             continue
         if limit is None:
-            found.end = BranchEnd.LIMIT
-            return found
+            return Continued(points, BranchEnd.LIMIT)
         if curve.blocked(limit) is not None:
             if len(points) == 1 and h > TUNING.shortest_first * step:
                 # the way to the next change of events may be shorter than any step yet
                 h *= 0.25
                 continue
-            good, border = curve.bisect(last, limit)
-            points += [good] if good is not last else []
-            if curve.kind == Special.REGULAR and collapsed(curve, points, home):
-                found.end = BranchEnd.REST
-                return found
-            if border.bad is None:
-                border = replace(border, error=border.error + _left(points, step) * float(curve.spans[0]))
-            found.end, found.border = BranchEnd.NO_CONVERGENCE, border
-            return found
+            return _up_to_change(curve, points, limit, step, home)
         points.append(limit)
-        end = _closed(curve, points[max(anchor, len(points) - 1 - TUNING.predictor_points) :], home)
+        end = _closed(curve, [*recent, limit], home)
         if end is not None:
-            points[-1] = end
-            found.end = BranchEnd.CLOSED
-            return found
+            return Continued([*points[:-1], end], BranchEnd.CLOSED)
         if curve.kind == Special.REGULAR and collapsed(curve, points, home):
-            found.end = BranchEnd.REST
-            return found
+            return Continued(points, BranchEnd.REST)
         if limit is not point:
-            found.end, found.beyond = BranchEnd.LIMIT, point
-            return found
+            return Continued(points, BranchEnd.LIMIT, beyond=point)
         if _through_rest(curve, points):
-            points.pop()
-            found.end = BranchEnd.REST
-            return found
+            return Continued(points[:-1], BranchEnd.REST)
         if planar and curve.kind == Special.REGULAR and anchor < len(points) - 2 and _turns(points):
             # it may be the plane that an orbit leaves
             points.pop()
@@ -171,17 +152,29 @@ def _followed(
         for ending, watch in watches:
             beyond = watch.passed(point)
             if beyond is not None:
-                del points[beyond + 1 :]
-                found.end = ending
-                return found
-        growth = (
-            (TUNING.prediction_error / error) ** (1.0 / min(len(points) - anchor, TUNING.predictor_points))
-            if error > 0
-            else 2.0
-        )
+                return Continued(points[: beyond + 1], ending)
         longest = step if birth is None else birth.longest(point, step)
-        h = min(h * min(max(growth, 0.3), 2.0), longest)
-    return found
+        h = min(_next_step(h, error, len(points) - anchor), longest)
+    return Continued(points)
+
+
+def _next_step(h: float, error: float, count: int) -> float:
+    """The length of the next step, after one of length h whose prediction from ``count`` points was off by an error."""
+    if not error > 0:
+        return 2.0 * h
+    growth = (TUNING.prediction_error / error) ** (1.0 / min(count, TUNING.predictor_points))
+    return h * min(max(growth, 0.3), 2.0)
+
+
+def _up_to_change(curve: Curve, points: list[Point], beyond: Point, step: float, home: Point) -> Continued:
+    """The curve up to where its events change, before a point that lies beyond."""
+    good, border = curve.bisect(points[-1], beyond)
+    points += [good] if good is not points[-1] else []
+    if curve.kind == Special.REGULAR and collapsed(curve, points, home):
+        return Continued(points, BranchEnd.REST)
+    if border.bad is None:
+        border = replace(border, error=border.error + _left(points, step) * float(curve.spans[0]))
+    return Continued(points, BranchEnd.NO_CONVERGENCE, border)
 
 
 def _stands(curve: Curve, first: Point) -> bool:
