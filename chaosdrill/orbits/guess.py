@@ -316,24 +316,11 @@ def guess_of_autonomous(
         events = within_bounds(system, events)
         if expected is not None and run.elapsed < expected:
             return outcome, None
-    if expected is not None:
-        moved = path[min(round(expected / unit * TUNING.return_samples), len(path) - 1)] - state
+    there = 0 if expected is None else min(round(expected / unit * TUNING.return_samples), len(path) - 1)
+    moved = path[there] - state
     if len(events):
-        times = events[:, layout.EVENT_STROBES] * unit + events[:, layout.EVENT_TIME]
-        if expected is None:
-            states, kinds = events[:, layout.EVENT_COLUMNS + d :], events[:, layout.EVENT_KIND]
-            last = _shortest_return(shifts.across(states - states[0]), states, kinds, problem.sizes)
-            if last is None:
-                return outcome, None
-            durations, events = np.diff(times)[:last], events[1 : last + 1]
-            begun, moved = states[0], states[last] - states[0]
-        else:
-            begun, times = None, times[times < expected]
-            events, durations = events[: len(times)], np.diff(times, prepend=times[-1:] - expected)
-        if not len(events):
-            return outcome, None
-        orbit = orbit_of_events(problem, events, durations, 1, values, 0.0, moved, begun)
-        return (Outcome.OK, orbit) if _connected(problem, orbit) else (outcome, None)
+        orbit = _back_at_event(problem, events, unit, values, expected, moved)
+        return (outcome, None) if orbit is None else (Outcome.OK, orbit)
     segments = np.array([[problem.system.mode_names.index(mode), at.PLANE, -1]], dtype=np.int64)
     starts = np.concatenate([state, values])[np.newaxis]
     resting = shifts.still(path)
@@ -355,6 +342,28 @@ def guess_of_autonomous(
     lasting = np.array([back * unit / TUNING.return_samples])
     guess = Orbit(segments, 1, starts, 0.0, lasting, drift_in(problem, path[back] - state))
     return Outcome.OK, _to_plane(problem, guess, unit / TUNING.return_samples)
+
+
+def _back_at_event(
+    problem: "Problem", events: np.ndarray, unit: float, values: np.ndarray, expected: float | None, moved: np.ndarray
+) -> Orbit | None:
+    """The path from the first event to where it comes back, or all that precedes the expected time, in which the state
+    has moved as given."""
+    begun, times = None, events[:, layout.EVENT_STROBES] * unit + events[:, layout.EVENT_TIME]
+    if expected is None:
+        states, kinds = events[:, layout.EVENT_COLUMNS + problem.states :], events[:, layout.EVENT_KIND]
+        last = _shortest_return(problem.shifts.across(states - states[0]), states, kinds, problem.sizes)
+        if last is None:
+            return None
+        durations, events = np.diff(times)[:last], events[1 : last + 1]
+        begun, moved = states[0], states[last] - states[0]
+    else:
+        times = times[times < expected]
+        events, durations = events[: len(times)], np.diff(times, prepend=times[-1:] - expected)
+    if not len(events):
+        return None
+    orbit = orbit_of_events(problem, events, durations, 1, values, 0.0, moved, begun)
+    return orbit if _connected(problem, orbit) else None
 
 
 def _to_plane(problem: "Problem", guess: Orbit, most: float) -> Orbit:
