@@ -83,7 +83,8 @@ def likely_at(problem: "Problem", guess: "Orbit") -> tuple[np.ndarray, np.ndarra
     in the family: it is kept on a level.
     """
     nothing = np.zeros((0, problem.states))
-    if problem.neutral.conserved.size or problem.forced:
+    # Newton's method makes a motion at rest last no time
+    if problem.neutral.conserved.size or problem.forced or not guess.durations.sum() > 0:
         return nothing, nothing
     shot, weights = problem.shoot(guess, watched=False), problem.weights(guess)
     matrix, scale = _scaled(problem, guess, shot, weights)
