@@ -24,6 +24,7 @@ from chaosdrill.model.surface import surface
 
 if TYPE_CHECKING:
     from chaosdrill.analysis.base import Job
+    from chaosdrill.analysis.measures.saddles import Lives
 
 AT_ONCE = (
     "runs that count leave at one age, or soon after each other, and none is watched for longer, so that no rate is "
@@ -62,13 +63,7 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     lead = min(median, count // 4) if given.transient is None else given.transient
     if not forced and given.transient is not None:
         lead = math.ceil(given.transient / unit * (1 - 1e-12))
-    if forced:
-        left = lives.left & (lives.units < count)
-        rate, changes = escape_rate(lives.units, left, lead), drift(lives.units, left, lead)
-        rate = Rate(rate.value / unit, rate.error / unit, rate.escapes)
-    else:
-        whole = lives.length[lives.left | (lives.outcome == Outcome.OK)]
-        rate, changes = rate_of_flow(whole, lead * unit, count * unit), drift_of_flow(whole, lead * unit, count * unit)
+    rate, changes = _rate_and_drift(lives, lead, count, unit, forced=forced)
     dimension, dimension_error, unknown = math.nan, math.nan, ""
     saddle = _saddle(runs, Walkers(starts, modes, lives.units), lead, count, given, slower=changes < -ESCAPES.slower)
     leaves = rate if math.isnan(saddle.rate[0]) else Rate(*saddle.rate, saddle.staggers)
@@ -110,6 +105,16 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
         },
         attrs={"reason": "; ".join(reasons)} if reasons else None,
     )
+
+
+def _rate_and_drift(lives: "Lives", lead: int, count: int, unit: float, *, forced: bool) -> tuple[Rate, float]:
+    """The escape rate per time of runs of at most ``count`` units that live longer than ``lead``, and its drift."""
+    if not forced:
+        whole = lives.length[lives.left | (lives.outcome == Outcome.OK)]
+        return rate_of_flow(whole, lead * unit, count * unit), drift_of_flow(whole, lead * unit, count * unit)
+    left = lives.left & (lives.units < count)
+    rate = escape_rate(lives.units, left, lead)
+    return Rate(rate.value / unit, rate.error / unit, rate.escapes), drift(lives.units, left, lead)
 
 
 def _saddle(runs: Runs, starts: Walkers, lead: int, count: int, given: Any, *, slower: bool) -> Saddle:
