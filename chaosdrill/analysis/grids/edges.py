@@ -249,14 +249,12 @@ def edges_dataset(system: "HybridSystem", given: Any, job: "Job") -> xr.Dataset:
         told, reason = _judged(plan, track, exponents, told)
     if len(chosen) < 2 and len(set(found["outcome"].tolist())) == 1 and found["outcome"][0] not in MEASURED:
         told = told._replace(outcome=Outcome(int(found["outcome"][0])))
-    n, sides, mode = starts.shape[1], len(chosen), -1
-    edge_state, edge_error = np.full((2, n), np.nan)
+    mode = -1
+    edge_state, edge_error = np.full((2, starts.shape[1]), np.nan)
     if segments:
         edge_state, edge_error, mode = segments[-1].states[0], segments[-1].width, int(segments[-1].modes[0])
         if told.outcome in _COMES_BACK:
             edge_error = edge_error + change(segments, period, plan)
-    blank = np.full((2 - sides, n), np.nan)
-    none = [int(Outcome.UNDECIDED)] * (2 - sides)
     return dataset(
         {
             "edge_state": ("state", edge_state),
@@ -274,10 +272,7 @@ def edges_dataset(system: "HybridSystem", given: Any, job: "Job") -> xr.Dataset:
             "track_mode": ("step", track.modes.astype(np.int8)),
             "track_distance": ("step", track.distance),
             "bisection": ("step", track.segment),
-            "side_start": (("side", "state"), np.concatenate([starts[chosen], blank])),
-            "side_state": (("side", "state"), np.concatenate([found["state"][chosen], blank])),
-            "side_period": ("side", np.concatenate([found["period"][chosen], np.zeros(2 - sides, dtype=np.int16)])),
-            "side_outcome": ("side", np.array([*found["outcome"][chosen].tolist(), *none], dtype=np.int8)),
+            **_sides(starts, found, chosen),
             **({"forcing_period": ((), system.forcing_period())} if system.forced else {}),
             "state": list(system.state_names),
             "exponent": np.arange(1, len(exponents[0]) + 1, dtype=np.int32),
@@ -285,6 +280,19 @@ def edges_dataset(system: "HybridSystem", given: Any, job: "Job") -> xr.Dataset:
         },
         attrs={"reason": reason} if reason else None,
     )
+
+
+def _sides(starts: np.ndarray, found: Mapping[str, np.ndarray], chosen: np.ndarray) -> dict[str, Any]:
+    """Variables of the two sides of an edge, of which fewer may be known: the starts that were chosen."""
+    missing = 2 - len(chosen)
+    blank = np.full((missing, starts.shape[1]), np.nan)
+    none = [int(Outcome.UNDECIDED)] * missing
+    return {
+        "side_start": (("side", "state"), np.concatenate([starts[chosen], blank])),
+        "side_state": (("side", "state"), np.concatenate([found["state"][chosen], blank])),
+        "side_period": ("side", np.concatenate([found["period"][chosen], np.zeros(missing, dtype=np.int16)])),
+        "side_outcome": ("side", np.array([*found["outcome"][chosen].tolist(), *none], dtype=np.int8)),
+    }
 
 
 def _followed(
