@@ -206,7 +206,7 @@ def test_what_does_not_move_needs_no_series():
 
     def rows(rate):
         on = {X: hunt_crossley_duration(Z, LAM, N, K) + X, Z: rate}
-        return kernels_of(cd.HybridSystem(name="r", states=(X, Z), parameters=parameters, modes={"on": on})).rows
+        return kernels_of(cd.HybridSystem(name="r", states=(X, Z), parameters=parameters, modes={"on": on})).layout.rows
 
     assert rows(0) < 8 < 28 < rows(1)
 

@@ -143,8 +143,8 @@ def expand(kernels):
     def run(name):
         plain = name.removesuffix(BESIDE)
         if plain != name:
-            return side_by_side(few, SIDE_BY_SIDE.index(plain)), few.rows
-        return one(NAMES.index(name), whole.constants(NUMBERS), whole.rows), whole.rows
+            return side_by_side(few, SIDE_BY_SIDE.index(plain)), few.layout.rows
+        return one(NAMES.index(name), whole.constants(NUMBERS), whole.layout.rows), whole.layout.rows
 
     return run
 
