@@ -580,7 +580,8 @@ class Problem:
         if len(orbit) == 1:
             states = self.at([orbit], np.array([[0.0, 0.5 * float(orbit.durations[0])]]))[0][0]
             return np.asarray(self.shifts.across(states[0] - states[1]) * weights[:d])
-        if len(orbit) % 2 or (orbit.segments[:half] != orbit.segments[half:]).any():
+        path = orbit.segments[:, [at.SEGMENT_MODE, at.SEGMENT_END]]
+        if len(orbit) % 2 or (path[:half] != path[half:]).any():
             return np.zeros(0)
         moved = self.shifts.across(orbit.starts[:half, :d] - orbit.starts[half:, :d]) * weights[:d]
         return np.concatenate([moved.ravel(), (orbit.durations[:half] - orbit.durations[half:]) * weights[d + 1]])

@@ -29,6 +29,15 @@ def test_a_map_of_pieces_goes_on_through_its_border(side, size, image):
     assert states == pytest.approx(values / np.where(values < 0, 0.6, 1.7), abs=1e-10)
 
 
+def test_a_cycle_of_two_shrinks_to_the_border_where_it_was_born():
+    """x -> x/2 + mu for x <= 0, -3x/2 + mu else: x1 = -mu/3.5 and x2 = 6 mu/7 take turns where mu > 0."""
+    image = sympy.Piecewise((x / 2 + mu, x <= 0), (-3 * x / 2 + mu, True))
+    found = cd.continue_orbit(mapped({x: image}, {"mu": 0.35}, [-0.1]), {"mu": (-1, 1)}, start="guess", period=2)
+    assert "shrank onto the orbit of half its period" in found["branch_end_text"].item()
+    assert found["mu"].values.min() == pytest.approx(0, abs=1e-9)
+    assert not kinds(found)
+
+
 @pytest.mark.parametrize(("size", "start", "step"), [(1.0, -0.8, None), (1e6, -1.2, 0.05)])
 def test_the_flip_of_a_kinked_map_begins_a_family_up_to_its_border(size, start, step):
     """x -> a x + b for x > 0, x/2 + b else: at a = -1 all of (0, b) are in 2-cycles; beyond, one of these is left."""
