@@ -181,13 +181,18 @@ def _to_no_speed(curve: Curve, part: Continued) -> bool:
         return float(tried[share].shot.speeds[event])
 
     tried: dict[float, Point] = {}
-    try:
+    found = None
+    with suppress(LostError):
         h = 2 * curve.gap(before.orbit, last.orbit, last.weights)
         beyond = curve.after(points[-1 - TUNING.predictor_points : -1], h)[0]
-        if speed(0.0) * speed(1.0) >= 0:
-            return jumps
-        found = tried[bracketed(speed, 0.0, 1.0)]
-    except LostError:
+        if speed(0.0) * speed(1.0) < 0:
+            found = tried[bracketed(speed, 0.0, 1.0)]
+    if found is None:
+        # there may be no orbit with that speed, as where the way to a guard takes ever longer
+        earlier, now = (float(p.shot.speeds[event]) for p in (before, last))
+        way = abs(float(curve.values(last.orbit)[-1] - curve.values(before.orbit)[-1]))
+        left = way * now / (earlier - now) if now < earlier else 0.0
+        part.border = replace(part.border, error=part.border.error + left)
         return jumps
     if abs(float(curve.values(found.orbit)[-1] - curve.values(last.orbit)[-1])) > part.border.error:
         points[-1] = replace(found, arclength=before.arclength + curve.gap(before.orbit, found.orbit, last.weights))

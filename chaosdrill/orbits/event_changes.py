@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
+from math import gcd
 from typing import NamedTuple
 
 import numpy as np
@@ -389,9 +390,9 @@ def _branch_from(curve: Curve, guess: Orbit, border: Border, further: list[Orbit
 
 def _repeats(problem: Problem, orbit: Orbit) -> bool:
     """Whether an orbit goes through the same path several times."""
-    count, periods = len(orbit), orbit.periods
-    parts = [times for times in range(2, periods + 1) if count % times == 0 and periods % times == 0]
-    return any(problem.comes_again(orbit, count // times, TUNING.repeated) for times in parts)
+    whole = gcd(len(orbit), orbit.periods) if problem.forced else len(orbit)
+    parts = [times for times in range(2, whole + 1) if whole % times == 0]
+    return any(problem.comes_again(orbit, len(orbit) // times, TUNING.repeated) for times in parts)
 
 
 def _into(problem: Problem, guess: Orbit, shot: Shot, weights: np.ndarray) -> tuple[np.ndarray, Sequence[float]]:
@@ -418,7 +419,8 @@ def distance(problem: Problem, orbit: Orbit, other: Orbit, weights: np.ndarray) 
     d = problem.states
     apart = float(abs(orbit.starts[0, -1] - other.starts[0, -1])) * weights[-1]
     if not problem.forced:
-        apart += abs(float(np.log(orbit.durations.sum() / other.durations.sum())))
+        longer = float(orbit.durations.sum() / other.durations.sum())
+        apart += abs(float(np.log(longer))) if longer > 0 else np.inf
         if apart > TUNING.border_near:
             return apart
         return apart + max(passing(problem, *pair, weights[:d]) for pair in ((orbit, other), (other, orbit)))

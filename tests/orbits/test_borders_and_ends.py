@@ -145,3 +145,14 @@ def test_a_canard_that_a_run_does_not_follow_is_no_escape(bound):
     branch = cd.continue_orbit(bounded, {"c": (-70.0, -40.0)}, step=0.5, transient=200)
     assert branch["branch_end"].item() == BranchEnd.NO_CONVERGENCE
     assert "as along a canard" in branch["branch_end_text"].item()
+
+
+@pytest.mark.parametrize(("size", "step"), [(1.0, None), (1e6, 0.5)])
+def test_a_neuron_stops_where_its_drive_is_the_threshold(size, step):
+    """It fires after ln(drive / (drive - threshold)), which has no bound, while the speed at the spike vanishes."""
+    neuron = cd.build("integrate-and-fire", {"threshold": size, "drive": 1.5 * size})
+    step = None if step is None else step * size
+    found = cd.continue_orbit(neuron, {"drive": (0.5 * size, 3 * size)}, at="spike", step=step)
+    assert found["special_text"].item() == "spike vanishes; the branch ends"
+    assert found["special_error"].item() < 1e-7 * size
+    assert abs(found["special_value"].item() - size) <= found["special_error"].item()
