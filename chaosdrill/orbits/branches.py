@@ -67,12 +67,10 @@ def met(curve: Curve, first: Point, known: Sequence[BranchSegment], step: float)
         if curve.gap(first.orbit, there, weights) <= TUNING.meeting:
             return True
         way = float(curve.apart(first.orbit, there, weights) @ first.tangent.course)
-        try:
+        with suppress(LostError):
             beside = curve.correct(curve.predicted([first], way), first, first.tangent.row)
-        except LostError:
-            continue
-        if curve.gap(beside.orbit, there, weights) <= TUNING.meeting:
-            return True
+            if curve.gap(beside.orbit, there, weights) <= TUNING.meeting:
+                return True
     return False
 
 
@@ -515,8 +513,7 @@ def _longest_cascade(found: list[Branch]) -> Cascade | None:
 
 def _to_follow(branch: Branch, first_only: bool) -> list[Mark]:
     """Period doublings at which to switch branches: those where stability is lost, else the first one."""
-    marks = [m for m in branch.marks if m.kind == Special.PERIOD_DOUBLING]
-    marks.sort(key=lambda m: (m.segment, m.point))
+    marks = sorted((m for m in branch.marks if m.kind == Special.PERIOD_DOUBLING), key=lambda m: (m.segment, m.point))
     if first_only:
         return marks[:1]
     return [m for m in marks if _beside_stable(branch.segments[m.segment], m)] or marks
@@ -557,13 +554,12 @@ def _born_of(
 def _doubled_branch(
     curve: Curve, found: list[Branch], parent: int, mark: Mark, step: float, most: int, turn: int
 ) -> Branch | None:
-    born, scale, longest = found[parent].value(mark), 1.0, step
+    born, longest = found[parent].value(mark), step
     if turn > 0:
         longest = min(step, abs(born - found[parent].born) / TUNING.steps_between_doublings)
-        scale = longest / step
     others, span = [s for one in found for s in one.segments], float(curve.spans[0])
     best: Branch | None = None
-    for orbit, shot, ahead, distance in doubled(curve, found[parent].orbit(mark), scale, longest):
+    for orbit, shot, ahead, distance in doubled(curve, found[parent].orbit(mark), longest / step, longest):
         point = curve.first(orbit, shot, ahead)
         branch = trace_branch(
             curve, point, longest / span, most, others=others, birth=Birth(point.arclength, step / span)

@@ -135,11 +135,8 @@ def branch_behind(curve: Curve, border: Border) -> Continuation | None:
         if found is not None:
             return found
     # these are tried though the same events were, nearer to the border
-    for guess in _own_ahead(curve, border):
-        found = _branch_from(curve, guess, border, further)
-        if found is not None:
-            return found
-    return None
+    beyond = (_branch_from(curve, guess, border, further) for guess in _own_ahead(curve, border))
+    return next((found for found in beyond if found is not None), None)
 
 
 def recounted(problem: Problem, before: Orbit, after: Orbit) -> bool:
@@ -337,12 +334,11 @@ def left_out(problem: Problem, border: Border) -> Iterator[Orbit]:
                 begin = (first - shift) % count
                 turned = orbit.rotated(begin, None)
                 if turned.segments[0, at.SEGMENT_MODE] == turned.segments[dropped % count, at.SEGMENT_MODE]:
-                    segments = np.vstack([turned.segments[dropped], turned.segments[dropped + 1 :]])
                     durations = np.concatenate(
                         [[turned.durations[: dropped + 1].sum()], turned.durations[dropped + 1 :]]
                     )
                     starts = np.vstack([turned.starts[0], turned.starts[dropped + 1 :]])
-                    yield replace(turned, segments=segments, durations=durations, starts=starts)
+                    yield replace(turned, segments=turned.segments[dropped:], durations=durations, starts=starts)
 
 
 def _same_cycle(one: Orbit, other: Orbit) -> bool:
