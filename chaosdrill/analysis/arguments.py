@@ -71,8 +71,8 @@ class At(Text):
         return write_text(value) if getattr(value, "is_Relational", False) else value
 
 
-def section_fault(system: "HybridSystem", at: str) -> str | None:
-    """Why a system has no such section; None if it has."""
+def section_fault(system: "HybridSystem", at: str, *, ends: bool = False) -> str | None:
+    """Why a system has no such section, or no such ends of lives; None if it has."""
     events = event_words(system.transitions)
     if at == "strobe":
         if system.forced:
@@ -80,7 +80,7 @@ def section_fault(system: "HybridSystem", at: str) -> str | None:
         return f"{system.name} has no forcing period for a strobe; give an event, as in {example_of_section(system)}"
     if at in events:
         return None
-    if system.discrete:
+    if system.discrete and not ends:
         crossed = "<" in at or ">" in at
         what = "iterates jump across a surface, and none is on it" if crossed else "it has no such event"
         return f"{system.name} is a map: {what}; leave it out, the section is every iterate"

@@ -1,6 +1,10 @@
-"""A surface in state space, marked by transitions that change nothing."""
+"""A surface in state space, marked by transitions that change nothing, or by those of a map that lead beyond it."""
 
+from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
+
+import sympy
 
 from chaosdrill.errors import ModelError
 from chaosdrill.model.crossings import crossings
@@ -18,16 +22,16 @@ from chaosdrill.model.transition import REFLECTION, Transition
 def surface(system: HybridSystem, at: str) -> tuple[HybridSystem, frozenset[int]]:
     """The system with transitions that mark where a comparison becomes true, and their indices.
 
-    Raises `ExpressionError` if that is no comparison of what moves, if an event of the system has that surface, or if a
+    Those of a map are its iterates for which it is true, and its starts are those for which it is not. Raises
+    `ExpressionError` if that is no comparison of what moves, if an event of the system has that surface, or if a
     reflection, which is no motion, would cross it.
     """
+    if system.discrete:
+        return _iterates(system, at)
     known = system.shared.get(("surface", at))
     if known is None:
         moving = {*system.states, *(() if system.time is None else (system.time,))}
-        names = {symbol.name: symbol for symbol in moving} | {name: parameter(name) for name in system.parameters}
-        found = read_text(at, names, condition=True)
-        if not hasattr(found, "gts") or not found.free_symbols & set(system.states):
-            raise ExpressionError("a section is one comparison of states by < or >, such as x > 0")
+        found = _comparison(system, at, moving)
         value = found.gts - found.lts
         if told := refused(value, moving, FLOW) or folded(value, moving, system.parameters):
             raise ExpressionError(told)
@@ -56,6 +60,31 @@ def surface(system: HybridSystem, at: str) -> tuple[HybridSystem, frozenset[int]
     marked = known.changed(parameters=system.parameters, initial=system.initial, names_mode=system.names_mode)
     count = len(system.transitions)
     return marked, frozenset(range(count, len(marked.transitions)))
+
+
+def _iterates(system: HybridSystem, at: str) -> tuple[HybridSystem, frozenset[int]]:
+    known = system.shared.get(("surface", at))
+    if known is None:
+        whole = system.built
+        found = _comparison(whole, at, set(whole.states))
+        outcomes = []
+        for t in whole.transitions:
+            holds = [*t.conditions.values(), found.xreplace(image_of(whole, t))]
+            outcomes += [replace(t, name=f"{t.name} to {at}", condition=sympy.And(*holds)), t]
+        known = system.shared["surface", at] = whole.changed(
+            transitions=tuple(outcomes), regions=dict.fromkeys(whole.modes, sympy.Not(found))
+        )
+    marked = known.changed(parameters=system.parameters, initial=system.initial)
+    return marked, frozenset(range(0, len(marked.transitions), 2))
+
+
+def _comparison(system: HybridSystem, at: str, moving: Iterable[Any]) -> Any:
+    """The comparison of a text."""
+    names = {symbol.name: symbol for symbol in moving} | {name: parameter(name) for name in system.parameters}
+    found = read_text(at, names, condition=True)
+    if not hasattr(found, "gts") or not found.free_symbols & set(system.states):
+        raise ExpressionError("a section is one comparison of states by < or >, such as x > 0")
+    return found
 
 
 def _kept(system: HybridSystem, transition: Transition, value: Any) -> bool:

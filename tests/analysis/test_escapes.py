@@ -180,6 +180,41 @@ def test_a_comparison_may_end_a_life_under_a_drive():
     assert found.cd.outcome.values.tolist() == ["escaped", "escaped", "invalid_start", "ok"]
 
 
+def test_a_comparison_may_end_a_life_of_a_map():
+    """The doubling map that two binary digits 1 in a row end: of n digits as many as a Fibonacci number have none.
+
+    A clock that applies it, halfway to its first iterate, has the same lives and half an iterate more. A life ends at
+    the first iterate that is beyond, whether or not one before it was on the surface itself.
+    """
+    image, until = "piecewise(2*x, x < 1/2, 2*x - 1)", "x >= 3/4"
+    doubling = cd.Map("x", {}, {"x": image}, name="doubling", initial={"x": 0.3})
+    found = cd.transient_chaos(doubling, periods=40, random=STARTS, until=until)
+    golden = (1 + np.sqrt(5)) / 2
+    assert abs(found["escape_rate"] - np.log(2 / golden)) <= 3 * found["escape_rate_error"] < 0.02
+    np.testing.assert_allclose(found["lyapunov_exponent"], np.log(2), rtol=1e-12)
+    x, lives = found["initial_state"].values[:, 0], found["lifetime"].values
+    digits = [f"{int(value * 2**53):053b}".find("11") for value in x]
+    np.testing.assert_array_equal(found["outcome"] == cd.Outcome.INVALID_START, np.array(digits) == 0)
+    np.testing.assert_array_equal(lives, [min(max(first - 1, 0), 40) if first >= 0 else 40 for first in digits])
+
+    step = cd.Transition("step", "wait", "wait", "clock - 1", 1, {"x": "Mod(2*x, 1)", "clock": "0"})
+    clocked = cd.HybridSystem(
+        name="clocked", states="x clock", modes={"wait": {"x": "0", "clock": "1"}}, transitions=[step],
+        initial={"clock": 0.5},
+    )  # fmt: skip
+    some = {"x": x[:50]}
+    timed = cd.transient_chaos(clocked, duration=40.5, initial={**some, "clock": np.full(50, 0.5)}, until=until)
+    gone = timed["outcome"].values == cd.Outcome.ESCAPED
+    np.testing.assert_array_equal(timed["outcome"], found["outcome"][:50])
+    np.testing.assert_array_equal(timed["lifetime"].values[gone], lives[:50][gone] + 0.5)
+
+    count = cd.Map("x", {}, {"x": "x + 1"}, name="count")
+    for strict, lives in (("x > 3", [2, 0, 0]), ("3 <= x", [1, 0, 0])):
+        found = cd.transient_chaos(count, periods=9, initial={"x": [1.0, 3.0, 3.5]}, until=strict)
+        np.testing.assert_array_equal(found["lifetime"], lives)
+        np.testing.assert_array_equal(found["outcome"] == cd.Outcome.INVALID_START, [False, strict[0] == "3", True])
+
+
 def test_where_nothing_leaves_the_rate_is_zero_within_its_error():
     closed = open_tent(np.array([0.4, 0.35])).with_initial(x=0.0)
     found = cd.transient_chaos(closed, periods=50, initial=[{"clock": 0.4}, {"clock": 0.6}])
@@ -416,5 +451,5 @@ def test_arguments_that_do_not_fit():
     with pytest.raises(cd.SettingsError, match="the surface does not repeat after the forcing period; compare"):
         cd.transient_chaos(forced, periods=5, random=STARTS, until="x > 9 - t")
     logistic = cd.Map("x", {}, {"x": "3.9*x*(1 - x)"}, initial={"x": 0.3})
-    with pytest.raises(cd.SettingsError, match="leave by bounds alone; give it those in place of until"):
-        cd.transient_chaos(logistic, periods=5, random=STARTS, until="x > 0.9")
+    with pytest.raises(cd.SettingsError, match="unknown event 'hit'"):
+        cd.transient_chaos(logistic, periods=5, random=STARTS, until="hit")

@@ -73,8 +73,9 @@ class TransientChaos(AnalysisSettings):
     until: str | None = setting(
         At(),
         None,
-        doc="What ends a lifetime of a flow besides an escape from the bounds: the name or kind of an event, or a "
-        'comparison such as ``"x > 2"``, met where it becomes true; starts beyond it are invalid.',
+        doc="What ends a lifetime besides an escape from the bounds: the name or kind of an event, or a comparison "
+        'such as ``"x > 2"``, met where it becomes true, in a map at the first iterate for which it is; starts beyond '
+        "it are invalid.",
     )
     saddle: str | None = setting(
         Choice(("sprinkler", "stagger")),
@@ -102,10 +103,7 @@ class TransientChaos(AnalysisSettings):
         until = table.get("until")
         if until == "strobe":
             yield ("until",), told("expected an event, or a comparison of states", until)
-        elif until is not None and system.discrete:
-            words = f"{system.name} is a map, whose iterates leave by bounds alone; give it those in place of until"
-            yield ("until",), told(f"{words}, as in bounds={{{system.state_names[0]!r}: (-5, 5)}}", until)
-        elif until is not None and (fault := section_fault(system, until)):
+        elif until is not None and (fault := section_fault(system, until, ends=True)):
             yield ("until",), told(fault, until)
         if table.get("saddle") == "stagger" and system.noise:
             yield ("saddle",), told("under noise the time to stay is one of chance; leave it out", "stagger")
@@ -165,7 +163,8 @@ def transient_chaos(system: HybridSystem, given: TransientChaos, job: Job) -> Da
     Returns
     -------
     xarray.Dataset
-        ``lifetime``, of a map the number of iterates before the one that leaves, and ``outcome`` (start), ``escaped``
+        ``lifetime``, of a map the number of iterates before the one that leaves (a clock that applies it shows 3.5 or
+        so where this is 3), and ``outcome`` (start), ``escaped``
         where a run has left and ``ok`` where it has not, with ``initial_state`` (start, state); ``surviving`` (age);
         ``escape_rate`` and ``escape_rate_error``, per unit of time, ``escapes``, ``least_age`` and ``drift``, NaN with
         fewer than 40 escapes; ``saddle_state`` (point, state), ``lyapunov_exponent`` and ``lyapunov_error`` (exponent),

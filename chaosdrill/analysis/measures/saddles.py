@@ -19,6 +19,7 @@ from chaosdrill.engine.batch import Batch, Returns
 from chaosdrill.engine.structure import examine
 from chaosdrill.model import HybridSystem
 from chaosdrill.model.noise import seeds_of_starts
+from chaosdrill.model.regions import UNTOLD, modes_at
 
 if TYPE_CHECKING:
     from chaosdrill.engine.numerics import Numerics
@@ -136,6 +137,8 @@ class Runs:
         found = np.zeros(len(starts), dtype=bool)
         if not self.surface:
             return found
+        if self.system.discrete:
+            return modes_at(self.system, {}, starts)[0] == UNTOLD
         kernels, gradient = kernels_of(self.system), np.empty(starts.shape[1] + 1)
         constants = kernels.constants(self.system.parameters)
         for mode, events in enumerate(kernels.layout.events):
