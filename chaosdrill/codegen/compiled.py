@@ -13,6 +13,7 @@ from chaosdrill.codegen.code import kept_functions
 from chaosdrill.codegen.layout import Layout
 from chaosdrill.codegen.machine import processor
 from chaosdrill.codegen.signatures import CONSTANTS, LANE_SIGNATURES, SIGNATURES, Functions, LaneFunctions
+from chaosdrill.errors import ModelError
 
 if TYPE_CHECKING:
     from chaosdrill.codegen.kernels import Written
@@ -76,7 +77,7 @@ def kernels_of(system: "HybridSystem") -> Kernels:
     """The compiled functions of a system, compiled on first use.
 
     Copies with other numbers share them, unless a number is a whole exponent here and another one there. Raises
-    `ModelError` if an expression has no numerical code.
+    `ModelError` if an expression has no numerical code, or a guard nothing that moves.
     """
     own = system.parameters
     key = tuple((name, int(own[name])) for name in system.exponent_parameters if own[name].is_integer())
@@ -95,12 +96,16 @@ def kernels_of(system: "HybridSystem") -> Kernels:
 def _write(system: "HybridSystem", key: tuple[tuple[str, int], ...]) -> "Written":
     """The code of a system with these whole numbers in its exponents."""
     from chaosdrill.codegen.kernels import write
+    from chaosdrill.model.drives import unmoved
     from chaosdrill.model.exponents import specialise
     from chaosdrill.model.places import parameter, places_of
 
+    whole = system.built
+    for k, told in unmoved(whole):
+        raise ModelError(f"{system.name}: transitions.{whole.transitions[k].name}.guard: {told}")
     places = places_of(system)
-    whole = {places[parameter(name)].name: value for name, value in key}
-    return write(specialise(system.placed, whole) if whole else system.placed)
+    numbers = {places[parameter(name)].name: value for name, value in key}
+    return write(specialise(system.placed, numbers) if numbers else system.placed)
 
 
 def _loaded(held: record.Held | None, write: "Callable[[], Written]") -> Kernels | None:

@@ -15,7 +15,8 @@ from chaosdrill.model.parts import read_expression, read_symbol
 from chaosdrill.model.period import value_of
 from chaosdrill.model.places import parameter, rewritten
 from chaosdrill.model.system import SYSTEM, HybridSystem
-from chaosdrill.model.transition import Transition
+from chaosdrill.model.transition import CORNER, Transition
+from chaosdrill.model.values import Definition
 from chaosdrill.names import remedy, shown
 from chaosdrill.settings import real
 from chaosdrill.typed import TEXT, expecting
@@ -125,7 +126,7 @@ def driven(
         }
         turns = {
             mode: Transition(f"corner-{drive}-{mode}-{k}", f"{mode}-{k}", f"{mode}-{following}", guard, +1, reset,
-                             kind="corner")
+                             kind=CORNER)
             for mode, reset in resets.items()
         }  # fmt: skip
         pieces_of = [_in_piece(t, k) for t in one.transitions]
@@ -158,6 +159,15 @@ def driven(
         labels={key: label for key, label in system.labels.items() if key != drive},
     )
     return made.limited(system.limits)
+
+
+def unmoved(system: Definition) -> Iterator[tuple[int, str]]:
+    """Numbers of the guards that hold neither a state nor time, each with what is said of it; none beside a drive."""
+    moving = {*system.states, system.time}
+    if all(t.kind != CORNER for t in system.transitions):
+        for k, t in enumerate(system.transitions):
+            if not t.guard.free_symbols & moving:
+                yield k, f"{t.guard} depends on no state and not on time; name one, or let a drive move a parameter"
 
 
 def _check_modes(system: "HybridSystem", drive: Any) -> None:

@@ -67,6 +67,8 @@ class PartReader:
         self._letters = 0
         self._modes: tuple[str, ...] = ()
         self._transitions: list[str | None] = []
+        # a guard of the drive alone may be a number in one of its pieces
+        self._driven = False
         self._names: dict[str, Any] = {}
         # names with a rate that are no states, and whether that has been said: what else holds them is no other fault
         self._lacking: dict[str, bool | None] = {}
@@ -218,7 +220,7 @@ class PartReader:
                 read["direction"] = int(direction)
         if "guard" in given:
             read["guard"] = guard = self._guard((*path, "guard"), given["guard"])
-            if guard is not None and not guard.free_symbols & self._moving and not self.open:
+            if guard is not None and not (guard.free_symbols or self._driven or self.open):
                 self._fault((*path, "guard"), "depends on no state and not on time")
         resets = given.get("reset", {})
         if is_python(resets):

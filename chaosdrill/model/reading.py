@@ -20,7 +20,7 @@ from chaosdrill.model.period import wrong_period
 from chaosdrill.model.python import is_python
 from chaosdrill.model.special import FLOW
 from chaosdrill.model.tables import DEFAULT_BOUND, OF_NOISE, UNNAMED, finite
-from chaosdrill.model.transition import Transition
+from chaosdrill.model.transition import CORNER, Transition
 from chaosdrill.model.values import Definition
 from chaosdrill.names import brief, remedy, shown
 from chaosdrill.settings import real
@@ -242,6 +242,7 @@ class Reader(PartReader):
             return ()
         listed = list(value)
         self._transitions = [_name_of(entry) for entry in listed]
+        self._driven = any(_name_of(entry, "kind") == CORNER for entry in listed)
         self._count("transitions", len(listed))
         read = []
         for place, entry in enumerate(listed):
@@ -290,8 +291,9 @@ def _rated(modes: Any) -> Iterator[str]:
             yield from (one for one in keys if isinstance(one, str) and is_name(one))
 
 
-def _name_of(entry: Any) -> str | None:
-    name = entry.name if isinstance(entry, Transition) else entry.get("name") if isinstance(entry, Mapping) else None
+def _name_of(entry: Any, key: str = "name") -> str | None:
+    given = entry.given if isinstance(entry, Transition) else entry
+    name = given.get(key) if isinstance(given, Mapping) else None
     return name if isinstance(name, str) else None
 
 

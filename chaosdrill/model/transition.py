@@ -14,6 +14,9 @@ EXPRESSIONS = ("guard", "reset", "condition", "given")
 
 _MAY_BE_NONE = ("condition", "completes", "kind")
 
+CORNER = "corner"
+"""Kind of the events between two pieces of a drive."""
+
 REFLECTION = "half"
 """Kind of the events that put the image of the state, by a symmetry of the system, in its place: nothing happens there.
 

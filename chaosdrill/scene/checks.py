@@ -213,7 +213,7 @@ def _check_written(checked: CheckedSystem, raw: Mapping[str, Any], key: str) -> 
         checked.states = found.state_names
     else:
         _check_drives(checked, drives if key == "definition" else {})
-        _check_definition(checked, key)
+        _check_definition(checked, key, driven=bool(drives))
     if drives and key == "map":
         from chaosdrill.model.drives import UNDRIVEN
 
@@ -319,12 +319,14 @@ def _check_drives(checked: CheckedSystem, drives: Mapping[str, Any]) -> None:
             checked.problems += problems_of(check_made.drive_faults(drive, names, checked.used), place)
 
 
-def _check_definition(checked: CheckedSystem, key: str = "definition") -> None:
+def _check_definition(checked: CheckedSystem, key: str = "definition", *, driven: bool = True) -> None:
     """Check a definition, in the table of this name, with the parameters that stand beside it.
 
-    The rules are those of Python; in addition, a parameter on which nothing depends is likely misspelt.
+    Where none of these is ``driven``, guards hold a state or time. The rules are those of Python; in addition, a
+    parameter on which nothing depends is likely misspelt.
     """
     from chaosdrill.model.definition import operations, reader_of
+    from chaosdrill.model.drives import unmoved
 
     definition, parameters = checked.definition or {}, checked.known or {}
     reader = reader_of(definition, parameters)
@@ -355,6 +357,7 @@ def _check_definition(checked: CheckedSystem, key: str = "definition") -> None:
             for name in found.quadratures
             if (reason := unfit(name))
         ]
+        faults += [Problem((key, "transitions", k, "guard"), told) for k, told in unmoved(found) if not driven]
         faults += [
             Problem(
                 (key, "modes", mode),

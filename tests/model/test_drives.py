@@ -341,6 +341,23 @@ def test_work_of_a_drive_is_the_energy_that_it_leaves_and_what_is_lost():
     np.testing.assert_allclose(run["work"] - run["loss"], energy - energy[0], atol=1e-11)
 
 
+def test_a_guard_may_hold_the_drive_alone():
+    """A brake is let go where the drive has risen to 1, in the middle of a piece, and set where it jumps below 1/2."""
+    ways = [("let go", "held", "free", "f - 1", +1), ("set", "free", "held", "f - 1/2", -1)]
+    brake = cd.HybridSystem(
+        states="x", parameters={"f": 0.0}, modes={"held": {"x": "0"}, "free": {"x": "1"}},
+        transitions=[cd.Transition(*way) for way in ways],
+    )  # fmt: skip
+    with pytest.raises(cd.ModelError, match=r"transitions.let go.guard: f - 1 depends on no state and not on time"):
+        cd.trajectory(brake, duration=1.0)
+    pieces = {0: "0", "1/4": "8*phase - 2", "1/2": "2", "3/4": "0"}
+    run = cd.trajectory(cd.driven(brake, "f", pieces, period=4), periods=2)
+    moves = ~np.char.startswith(run.cd.words("event_kind").values.astype(str), "corner")
+    np.testing.assert_allclose(run["event_time"][moves], [1.5, 3.0, 5.5, 7.0], rtol=1e-14)
+    np.testing.assert_allclose(run["states"][-1], 3.0, rtol=1e-14)
+    assert cd.system(run).transitions
+
+
 def test_what_cannot_be_driven_is_refused():
     with pytest.raises(cd.ModelError, match="give period="):
         cd.driven(oscillator(period=None), "f", "square")

@@ -76,10 +76,6 @@ FAULTS = {
     "no mode": ({"modes": {}, "transitions": []}, ["modes: missing"]),
     "source": ({"transitions": hit(source=("free", "stuck"))}, ["transitions.hit.", "unknown mode 'stuck'", "free"]),
     "target": ({"transitions": hit(target="stuck")}, ["transitions.hit.", "unknown mode 'stuck'", "free"]),
-    "guard on parameters only": (
-        {"transitions": hit(guard=K - 1)},
-        ["transitions.hit.guard", "no state and not on time"],
-    ),
     "guard that is a number": ({"transitions": hit(guard=sympy.Integer(1))}, ["transitions.hit.guard", "no state"]),
     "reset of a stranger": ({"transitions": hit(reset={K: V})}, ["transitions.hit.reset.k: unknown state", "x, v"]),
     "two transitions of one name": (

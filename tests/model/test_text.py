@@ -89,7 +89,7 @@ def test_the_time_is_t_unless_something_is_called_so(rate):
 
 def test_every_fault_is_told_with_its_place():
     modes = {"free": {"x": "v", "v": "-k*x", "w": 0}, "held": {"x": 0}}
-    hit = [cd.Transition("hit", "fre", "free", guard="zeta", direction=1, reset={"v": "Max(v, 0)"}), {"name": "hot"}]
+    hit = [cd.Transition("hit", "fre", "free", guard="0.3", direction=1, reset={"v": "Max(v, 0)"}), {"name": "hot"}]
     with pytest.raises(cd.ModelError) as caught:
         by_text(modes=modes, transitions=hit, bounds={"y": (0, 1)}, labels={"omga": "frequency"}, period="v")
     assert str(caught.value).splitlines() == [

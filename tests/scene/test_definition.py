@@ -210,6 +210,7 @@ DEFINITION_FAULTS = {
     'v = "-x': ('v = "-x^2', "modes.free.v: '^' cannot stand at letter 3"),
     'x = "v"': ('x = "__import__(`os`).system(`ls`)"', "modes.free.x: '.' cannot stand"),
     'guard = "x - 0.3"': ('guard = "0.3"', "transitions[0].guard: depends on no state"),
+    '"x - 0.3"': ('"zeta - 0.3"', "transitions[0].guard: zeta - 0.3 depends on no state"),
     "guard = ": ("gard = ", "transitions[0].gard: unknown key; did you mean 'guard'?"),
     "direction = +1": ("direction = 2", "transitions[0].direction: must be 1 (rises)"),
     'source = "free"': ('source = "fre"', "transitions[0].source: unknown mode 'fre'; did you mean 'free'?"),
