@@ -508,6 +508,7 @@ class Analysis:
         if "outcome" in found and (told := told_of_starts(system, found["outcome"].values)):
             # of whoever calls the function
             warn(f"{self.function}: {told}", StartWarning, stacklevel=4)
+            found.attrs.setdefault("message", told)
         kept = {name: getattr(settings, name) for name in self.settings.values()} | numerics
         labelled = label(found, self.kind, system=system, settings=kept)
         labelled.attrs |= found.attrs

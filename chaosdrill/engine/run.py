@@ -26,6 +26,13 @@ STANDING = ("mode", "fresh", "fired", "held", "surface", "way", "moved_by", "res
 BESIDE = ("scale", "sides", "hardest", "extent", "doubt", "normal")
 """Where a run keeps the sides of its guards: fields of its record, and arrays."""
 
+_ENDLESS = {
+    Outcome.STALLED: "events follow each other while no time passes",
+    Outcome.EVENT_LIMIT: "events follow each other without end within one period",
+    Outcome.STEP_UNDERFLOW: "steps become too small, or too many, to go on",
+}
+"""What is said of a run that gets nowhere."""
+
 
 class Run:
     """State of a run, continued by ``advance``.
@@ -306,7 +313,7 @@ class Run:
         k, system, mode = int(self.standing["blocked"]), self.system, int(self.standing["mode"])
         if outcome == Outcome.ESCAPED:
             return self._beyond()
-        if k < 0 and outcome not in (Outcome.NONFINITE, Outcome.STALLED, Outcome.STEP_UNDERFLOW):
+        if k < 0 and outcome != Outcome.NONFINITE and outcome not in _ENDLESS:
             return ""
         state = ", ".join(f"{name} = {x:.6g}" for name, x in zip(system.state_names, self.x.tolist(), strict=True))
         where = f"in mode {system.mode_names[mode]!r}, time {self.elapsed:.10g}, at {state}"
@@ -332,7 +339,7 @@ class Run:
                 f"{both} lead to each other across {surface} = 0 and {back} = 0, infinitely often before both are "
                 f"reached; what follows there is part of the model: add a mode for it: {where}"
             )
-        return ""
+        return f"{_ENDLESS[outcome]}: {where}"
 
     def _beyond(self) -> str:
         """Which states have left their bounds."""

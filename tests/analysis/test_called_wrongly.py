@@ -201,8 +201,9 @@ HIT = cd.Transition("hit", "free", "free", guard="x - 1", direction=1, reset={"v
 def test_a_start_beyond_a_wall_is_told_where_it_was_asked_for(call):
     system = cd.HybridSystem(**WALL, transitions=[HIT], initial={"x": 2.0})
     with pytest.warns(cd.StartWarning, match=r"At x = 2, v = 0 the guard x - 1 of 'hit' is 1, .*negative") as told:
-        call(system)
+        found = call(system)
     assert [one.filename for one in told] == [__file__]
+    assert found.attrs["message"] in str(told[0].message)
 
 
 def test_a_grid_with_a_start_on_this_side_is_a_result():

@@ -87,12 +87,14 @@ def test_chatter_ends_by_name(system, method):
     """Bounces of half the speed end at time 4 from unit speed."""
     run, outcome = end(system, method, mode="fall", x=0.0, y=1.0)
     assert outcome in (cd.Outcome.STALLED, cd.Outcome.EVENT_LIMIT)
+    assert "events follow each other" in run.stopped(outcome)
     assert run.elapsed == pytest.approx(4.0, abs=1e-6)
 
 
 def test_too_many_events_in_a_period_reach_the_limit(system):
     run, outcome = end(system, mode="clock")
     assert outcome == cd.Outcome.EVENT_LIMIT
+    assert "without end within one period: in mode 'clock', time 0.1" in run.stopped(outcome)
     assert run.elapsed == pytest.approx(run.counts.sum() * 1e-5, rel=1e-9)
     assert run.counts.sum() == 10_001
 
