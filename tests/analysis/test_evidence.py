@@ -178,6 +178,15 @@ def test_in_chaos_averages_have_few_digits_and_an_error_that_says_so(logistic):
     assert "nothing moves" in still.attrs["reason"]
 
 
+def test_a_winner_rests_where_the_loser_still_decays():
+    """Steps of hundreds of times grow towards a node, and from such samples a motion has no time of its own."""
+    rates = {"x": "x*(1 - x - 2*y)", "y": "y*(1 - 2*x - y)"}
+    rivals = cd.HybridSystem(states="x y", modes={"on": rates}, initial={"x": 0.6, "y": 0.3})
+    found = cd.lyapunov_spectrum(rivals, duration=384, transient=20, method="radau", tolerance=1e-12)
+    assert abs(found["lyapunov_exponent"].sum() + 2) < 1e-5
+    assert found.cd.outcome == "equilibrium"
+
+
 def orbits(image, starts, count):
     """Orbits of a map from many starts, shape (starts, count)."""
     found = np.empty((len(starts), count + 200))

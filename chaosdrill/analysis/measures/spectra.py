@@ -113,7 +113,11 @@ def _evidence(
         # what moves by more than its size in a record, if it goes on, does not rest; the time of a motion takes a run
         slow = (np.abs(flow_of(run)) * plan.length <= run.sizes).all()
         if slow or e.sinks[0] or e.shrinks[0]:
-            e.rests = rests(run.x[np.newaxis], known, flow_of(run), time_of_motion(system, job.numerics))
+            time = time_of_motion(system, job.numerics)
+            if e.sinks[0] or e.shrinks[0]:
+                # what comes to rest within the record has crossed its extent in it
+                time = min(time, plan.length)
+            e.rests = rests(run.x[np.newaxis], known, flow_of(run), time)
     begin = np.array([float(system.initial[name]) for name in system.state_names])
     left = partial(is_left, partial(flow_of, run), run.x, run.sizes, begin)
     add_rests(e, e.rests, np.array([not path.moved]), lambda _: left())
