@@ -203,6 +203,17 @@ def test_what_ends_on_a_line_of_rests_is_on_no_cycle(name, duration):
     assert words(cd.lyapunov_spectrum(system, **lengths)) == words(chart) == {word}
 
 
+def test_a_cycle_that_is_seen_after_whole_periods_moves():
+    """Its instants stand still; its rates do not."""
+    field = {"x": "a*x*(1 - x**2 - y**2) - b*y", "y": "a*y*(1 - x**2 - y**2) + b*x"}
+    hopf = cd.HybridSystem(
+        name="hopf", states="x y", parameters={"a": 1.0, "b": 1.0}, modes={"on": field}, initial={"x": 0.3, "y": 0.4}
+    )
+    for turns in (512, 512.5, 1024):
+        chart = cd.parameter_chart(hopf, {"a": [1.0], "b": [1.0]}, duration=turns * 2 * np.pi, transient=50)
+        assert words(chart) == {"periodic"}, turns
+
+
 def test_chaos_whose_stays_have_no_mean_length_has_no_word():
     """Boole's map leaves length as it is, which is infinite: its exponent is zero, that of any record positive."""
     boole = cd.Map("x", {}, {"x": "x - 1/x"}, name="boole")

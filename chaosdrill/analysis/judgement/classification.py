@@ -237,10 +237,10 @@ def evidence_of_records(
         open_ = np.flatnonzero(np.isin(words(e), (*OPEN_ANSWERS, Outcome.CHAOTIC)))
         add_passages(e, open_, undrawn(system, passages[open_]), known[open_], shifts)
     if flow is not None:
-        add_turns(e, late)
+        add_turns(e, late, lambda _, *at: flow(*at))
     add_later(e, late, flow)
     if flow is not None:
-        add_turns(e, late)
+        add_turns(e, late, lambda _, *at: flow(*at))
     return e
 
 
@@ -375,19 +375,28 @@ def add_ends(e: Evidence, averages: Averages, paths: np.ndarray, known: np.ndarr
         e.arrives[left] = closes_for_good(paths[left, -count:], known[left], e.rounding[left])
 
 
-def add_turns(e: Evidence, records: Records, seen: np.ndarray | bool = True) -> None:
+def add_turns(
+    e: Evidence, records: Records, rates: Callable[[int, np.ndarray, int], np.ndarray], seen: np.ndarray | bool = True
+) -> None:
     """Add whether turns of motions at instants of any kind lengthen, where nothing but that speaks against a cycle.
 
-    What does not move has no turns. It is on a cycle with the forcing, or along a line, or else passes slowly.
+    What does not move has no turns. It is on a cycle with the forcing, or along a line, or else passes slowly, unless
+    its rates tell that it turns between instants. ``rates``: those of a record, by its number, at a state in a mode.
     """
     windows, shifts = records.windows, records.shifts
     asked = np.flatnonzero(words(e) == Outcome.PERIODIC)
     asked = asked[np.isfinite(windows[asked]).all(axis=(1, 2))]
     if len(asked):
         paths = shifts.quotient(windows[asked, :, :-1])
-        still, passes = is_still(paths), not (records.system.forced or len(shifts.lines))
-        seen = np.broadcast_to(seen, len(e.lead))[asked]
-        e.lengthens[asked] |= np.where(still, passes, seen & lengthens(paths))
+        still, found = is_still(paths), np.broadcast_to(seen, len(e.lead))[asked] & lengthens(paths)
+        found[still] = not (records.system.forced or len(shifts.lines))
+        interval = (records.averages.length * records.part)[asked] / windows.shape[1]
+        for k in np.flatnonzero(found & still):
+            *state, mode = windows[asked[k], -1]
+            here = np.array(state)
+            moved = interval[k] * shifts.rates(here, rates(int(asked[k]), here, int(mode)))
+            found[k] = (np.abs(moved) <= CLOSE * np.abs(paths[k]).max(axis=0)).all()
+        e.lengthens[asked] |= found
 
 
 def add_passages(e: Evidence, which: np.ndarray, passages: np.ndarray, known: np.ndarray, shifts: Shifts) -> None:
