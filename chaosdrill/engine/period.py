@@ -13,7 +13,7 @@ from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.errors import SettingsError
 from chaosdrill.model import arithmetic
-from chaosdrill.model.period import is_periodic, strays
+from chaosdrill.model.period import is_periodic, rounding_of, strays
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -73,7 +73,7 @@ def check_period(system: "HybridSystem", period: float) -> None:
                 seen.extend(event[place.image : place.jacobian])
         return seen
 
-    if strays(values, n, lambda: system.period, period):
+    if strays(values, n, lambda: rounding_of(system.period, system.parameters), period):
         raise SettingsError(
             f"{system.name} does not repeat after its period {system.period} = {period:.12g} at "
             f"{system.parameters}; write the period as an expression of the parameters that set it"

@@ -6,6 +6,7 @@ A definition is looked at by its expressions, at a few places; a run by its comp
 import math
 import random
 from collections.abc import Callable, Mapping, Sequence
+from decimal import Decimal
 from typing import Any
 
 from chaosdrill.model.tuning import TUNING
@@ -16,12 +17,11 @@ Values = Callable[[list[float], float], Sequence[float]]
 
 
 def strays(
-    values: Values, states: int, declared: Callable[[], Any], period: float, count: int = TUNING.places_of_runs
+    values: Values, states: int, rounding: Callable[[], float], period: float, count: int = TUNING.places_of_runs
 ) -> bool:
     """Whether a value is another one a period later, at one of a number of places; what is no number tells nothing.
 
-    ``declared``: gives the period as an expression, which is asked for where it matters whether its numbers may be
-    rounded; ``period``: its value.
+    ``rounding``: gives what the ``period`` may be off by, as `rounding_of`, and is asked only where it matters.
     """
     rng = random.Random(20260104)
     for sample in range(count):
@@ -31,8 +31,13 @@ def strays(
         within = [values(x, t + share * period) for share in TUNING.later]
         seen = list(zip(here, later, *within, strict=True))
         off = [_off(TUNING.repeats, *one) for one in seen]
-        if any(one > 0 for one in off) and _may_be_rounded(declared()):
-            off = [_off(TUNING.repeats_rounded, *one) for one in seen]
+        if any(one > 0 for one in off) and (most := rounding()):
+            rounded = [_off(TUNING.repeats_rounded, *one) for one in seen]
+            if most < math.inf:
+                ends = values(x, t + period - most), values(x, t + period + most)
+                moved = [max(abs(a - now), abs(b - now)) for now, a, b in zip(later, *ends, strict=True)]
+                rounded = [max(r, one - by) for r, one, by in zip(rounded, off, moved, strict=True)]
+            off = rounded
         if any(one > 0 for one in off):
             noise = [0.0] * len(off)
             for _ in range(TUNING.nudges):
@@ -45,10 +50,29 @@ def strays(
     return False
 
 
-def _may_be_rounded(period: Any) -> bool:
-    """Whether a period is so many times one number or parameter, or holds a decimal number."""
+def rounding_of(period: Any, parameters: Mapping[str, Any]) -> float:
+    """What a period may be off by: what half a unit of the last digit of its decimal numbers moves it by.
+
+    Infinite for so many times one number or parameter, of which it is not known how it was written.
+    """
+    import sympy
+
     _, of = period.as_coeff_Mul()
-    return of == 1 or of.is_Symbol or any(number.is_Float for number in period.atoms())
+    if of == 1 or of.is_Symbol:
+        return math.inf
+    total = 0.0
+    for number in period.atoms(sympy.Float):
+        free = sympy.Dummy(real=True)
+        slope = value_of(period.xreplace({number: free}).diff(free).xreplace({free: number}), parameters)
+        halves = (_half_unit(float(number) * times) / times for times in TUNING.multiples)
+        # a number of few digits is meant as it stands
+        total += abs(slope) * max((h for h in halves if h <= TUNING.repeats_rounded * abs(number)), default=0.0)
+    return total
+
+
+def _half_unit(number: float) -> float:
+    """Half a unit of the last digit of a number."""
+    return 10.0 ** int(Decimal(f"{number:.15g}").normalize().as_tuple().exponent) / 2
 
 
 def _off(part: float, here: float, later: float, *within: float) -> float:
@@ -120,9 +144,9 @@ def wrong_period(found: Definition, numbers: Mapping[str, Any]) -> str | None:
             seen = double(expression, here, _mix)
             return [math.nan if seen is None else seen]
 
-        if strays(value, len(found.states), lambda: found.period, period, len(TUNING.sizes)) and not is_periodic(
-            found, expression
-        ):
+        if strays(
+            value, len(found.states), lambda: rounding_of(found.period, numbers), period, len(TUNING.sizes)
+        ) and not is_periodic(found, expression):
             declared = f"{found.period} = {period:.12g}" if not found.period.is_Number else f"{period:.12g}"
             return (
                 f"{expression} does not repeat after the declared period {declared}; mend the period, as in "

@@ -110,7 +110,10 @@ class Tuning:
     repeats: float = 1e-10
     """Part of what a value moves within a period by which it may differ after one: phases are rounded."""
     repeats_rounded: float = 1e-6
-    """The same after a period of a number or parameter that is written with fewer digits than a double has."""
+    """The same, at most, after a period of numbers or a parameter written with fewer digits than a double has, and part
+    of a number that half a unit of its last digit is of at most, if it was rounded."""
+    multiples: tuple[float, ...] = (0.125, 0.2, 0.25, 0.5, *range(1, 13))
+    """Multiples of a number that it may have been written as, as 3.1415927 twice: 1 has few digits in all of them."""
     rounded: float = 1e-13
     """Part of a value that is round-off of what does not move."""
     nudges: int = 16

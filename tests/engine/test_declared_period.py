@@ -73,7 +73,9 @@ def test_a_rounded_period_is_one_for_a_definition_as_for_a_run(unit):
     check_period(system, 6.2831853)
 
 
-@pytest.mark.parametrize("period", ["6.2831853/omega", "2*6.2831853", "turn", "2*turn", "turn/2"])
+@pytest.mark.parametrize(
+    "period", ["6.2831853/omega", "2*3.1415927/omega", "43.982297/7/omega", "2*6.2831853", "turn", "2*turn", "turn/2"]
+)
 def test_a_number_of_a_period_may_be_rounded_wherever_it_stands(period):
     rate = 2 if period == "turn/2" else 1
     one = {"parameters": {"omega": 1.0, "turn": 6.2831853}, "modes": {"on": {"x": f"cos({rate}*omega*t) - x"}}}
@@ -81,3 +83,13 @@ def test_a_number_of_a_period_may_be_rounded_wherever_it_stands(period):
     assert cd.trajectory(system, periods=1, samples=2)["time"].values[-1] == pytest.approx(
         6.2831853 * {"2*6.2831853": 2, "2*turn": 2, "turn/2": 0.5}.get(period, 1)
     )
+
+
+@pytest.mark.parametrize(
+    "period",
+    ["2*pi/omega*(1 + 1e-9)", "2*pi/omega*(1 + 1/10**9)", "2*pi/(omega - 1e-7)", "2*pi/omega*(1.5 - 0.4999999)"],
+)
+def test_what_is_added_to_a_period_is_no_rounding_of_its_numbers(period):
+    """However it is written: half a unit of the last digit of a number is less."""
+    with pytest.raises(cd.ModelError, match="does not repeat after the declared period"):
+        cd.HybridSystem(states="x", parameters={"omega": 1.0}, period=period, modes={"on": {"x": "cos(omega*t) - x"}})
