@@ -147,6 +147,31 @@ def test_what_has_no_rotation_number_says_why(logistic):
     assert cd.regularity(logistic, periods=40).attrs["reason"].startswith("39 pairs")
 
 
+def test_angles_that_go_round_apart_are_named():
+    """The standard map turns evenly by its momentum; where it is chaotic, the momentum wanders over many turns."""
+    rules = {"x": "x + p + k*sin(x)", "p": "p + k*sin(x)", "y": "y + 2 + sin(y)/4"}
+    start = {"x": 0.1, "p": 2 * np.pi * 0.6237}
+    even, swapped = (cd.Map(names, {"k": 0.0}, rules, initial=start) for names in ("x y p", "y x p"))
+    for system in (even, swapped):
+        found = cd.regularity(system, periods=500)
+        assert found["rotation_number"].isnull()
+        assert "go round apart" in found.attrs["reason"]
+        assert "goes round by itself" in cd.regularity(system, periods=500, plane=["p", "x"]).attrs["reason"]
+        named = cd.regularity(system, periods=500, plane=["x"])
+        assert float(named["rotation_number"]) == pytest.approx(0.6237, abs=1e-12)
+    wanders = cd.regularity(even.with_parameters(k=5.0), periods=500, plane=["x"])
+    assert wanders["rotation_number"].isnull()
+    assert wanders["rotation_number_error"].isnull()
+    assert "no part of one" in wanders.attrs["reason"]
+
+
+def test_the_error_of_turns_covers_where_a_remainder_cuts_the_circle():
+    """Both halves agreed by chance; 0.62370909347 by 20,000 points of the same map without the remainder."""
+    cut = cd.Map("x", {"g": GOLDEN}, {"x": "Mod(x + g + sin(2*pi*x)/10, 1)"}, initial={"x": 0.1})
+    found = cd.regularity(cut, periods=1000)
+    assert abs(float(found["rotation_number"]) - 0.62370909347) <= 2 * float(found["rotation_number_error"]) < 2e-5
+
+
 def test_the_golden_mean(circle):
     found = cd.regularity(circle.with_parameters(angle=2 * np.pi * GOLDEN), periods=1500)
     assert float(found["rotation_number"]) == pytest.approx(GOLDEN, abs=1e-12)
@@ -215,7 +240,8 @@ def test_errors_of_smooth_averages_on_a_torus_are_still_those_of_the_halves():
     phase = np.random.default_rng(8).random((50, 1)) + GOLDEN * np.arange(512)
     values = np.cos(2 * np.pi * phase) + 0.3 * np.sin(6 * np.pi * phase)
     found, apart, error = smooth_means(values, np.ones(50))
-    assert (error == apart).all()
+    assert (error >= apart).all()
+    assert np.median(error / apart) == 1
     assert (error < 1e-9).all()
     assert (abs(found) <= 2 * error + 1e-15).all()
 

@@ -213,18 +213,23 @@ def _apart(values: np.ndarray, length: int) -> np.ndarray:
 
 def halves_apart(values: np.ndarray) -> np.ndarray:
     """How far the smooth averages over both halves of sequences, shape (P, W, n), are apart; shape (P, n)."""
+    early, late = _of_halves(values)
+    return np.asarray(np.abs(late - early))
+
+
+def _of_halves(values: np.ndarray) -> np.ndarray:
+    """Smooth averages over both halves of sequences, shape (P, W, n); shape (2, P, n)."""
     half = values.shape[1] // 2
     weight = fading(half)
-    early, late = (np.einsum("w,pwi->pi", weight, values[:, k + 1 : k + half]) for k in (0, half))
-    return np.asarray(np.abs(late - early))
+    return np.stack([np.einsum("w,pwi->pi", weight, values[:, k + 1 : k + half]) for k in (0, half)])
 
 
 def smooth_means(sequences: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Smooth averages of sequences, how far those over both halves are apart, and their errors.
 
-    Where averages converge as on a torus that of the whole is closer than those of the halves to each other, and their
-    difference is the error. Elsewhere halves may agree by chance, and the error is at least that of a mean of
-    correlated values, larger by what fading takes off the record.
+    Where averages converge as on a torus that of the whole is closer than those of the halves, and the largest
+    difference of the three is the error: where a jump cuts the torus, halves may agree by chance. Elsewhere it is
+    at least that of a mean of correlated values, larger by what fading takes off the record.
 
     ``sequences``, ``known``, shapes (S, N), (S,): sequences that move, and sizes that they have had on the way.
 
@@ -232,10 +237,11 @@ def smooth_means(sequences: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, 
     """
     columns = sequences[:, :, np.newaxis]
     weight = fading(sequences.shape[1])
-    means, apart = np.einsum("sw,w->s", sequences[:, 1:], weight), halves_apart(columns)[:, 0]
+    means, halves = np.einsum("sw,w->s", sequences[:, 1:], weight), _of_halves(columns)[:, :, 0]
+    apart, beside = np.ptp(halves, axis=0), np.abs(halves - means).max(axis=0)
     smooth, converges, *_ = agreement(columns, known[:, np.newaxis])
     by_chance = standard_error(in_blocks(sequences.T, BLOCKS)) * np.sqrt(sequences.shape[1] * (weight**2).sum())
-    return means, apart, np.where(smooth & converges, apart, np.fmax(apart, by_chance))
+    return means, apart, np.where(smooth & converges, np.fmax(apart, beside), np.fmax(apart, by_chance))
 
 
 @dataclass

@@ -33,10 +33,11 @@ class Regularity(SweptRecord):
     meanings: ClassVar[Mapping[str, str]] = {"periods": "Points of the section to record, at least 40."}
 
     plane: list[str] | None = setting(
-        ListOf(Text(), distinct=True, least=2, most=2),
+        ListOf(Text(), distinct=True, least=1, most=2),
         None,
-        doc="States of the plane in which points turn, from the first towards the second; default: an angle that goes "
-        "round by itself, else the first two that move on the section or, if only one does, it and its next value.",
+        doc="States of the plane in which points turn, from the first towards the second, or one state: an angle that "
+        "goes round by itself, else it and its next value. Default: the only such angle, else the first two that move "
+        "on the section or, if only one does, that one.",
     )
 
     @classmethod
@@ -67,7 +68,9 @@ def regularity(system: HybridSystem, given: Regularity, job: Job) -> Dataset:
     The rotation number is the smooth average of the angle by which a point turns about the average of all, seen in a
     plane of two states, or of an angle among the states that goes round. On a closed curve about that centre it is the
     ratio of two frequencies, up to whole numbers; on a cycle a fraction. On other sets it is the mean of that angle,
-    which depends on the plane; where angles fill the turn, as in most chaos, turns cannot be counted, and it is NaN.
+    which depends on the plane. Where angles fill the turn, as in most chaos, turns cannot be counted, and it is NaN, as
+    it is where the error reaches half a turn, or where several angles go round and ``plane`` names none; the ``reason``
+    of a dataset without a sweep says which.
 
     Returns
     -------

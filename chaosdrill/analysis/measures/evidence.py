@@ -30,6 +30,9 @@ PARTS = 4
 OF_PARTS = 0.6
 """Width of a gap in all steps, of the widest in a part of the record, below which more steps would close it."""
 
+HALF_TURN = 0.5
+"""Error from which on a rotation number, which is known but for whole turns, may be any."""
+
 MEDIAN = 1.2533 / 1.349 / np.sqrt(TURNS)
 """Standard error of a median, as a part of the distance of the quartiles, if the values were independent and normal."""
 
@@ -81,7 +84,10 @@ def _regularity(taken: Taken, given: Any, numerics: Numerics) -> Arrays:
         steps, uncounted = _steps(taken, given.plane, moving)
         if not uncounted:
             (mean,), _, (error,) = smooth_means(steps[np.newaxis], np.ones(1))
-            turned, turned_error = mean % 1, np.hypot(error, numerics.global_error)
+            if error < HALF_TURN:
+                turned, turned_error = mean % 1, np.hypot(error, numerics.global_error)
+            else:
+                uncounted = f"turns from point to point are known to {error:.2g} on average, which tells no part of one"
     return {
         "average": average,
         "average_error": average_error,
@@ -139,10 +145,16 @@ def _too_few(taken: Taken) -> str:
 def _steps(taken: Taken, names: list[str] | None, moving: list[int]) -> tuple[np.ndarray, str]:
     """Turns from point to point, and why they are not counted, if they are not."""
     states, system, none = taken.states, taken.run.system, np.zeros(0)
-    for turn in shifts_of(system, but_of=()).turns if names is None else ():
-        angle = int(np.flatnonzero(turn)[0])
-        if np.ptp(states[:, angle]) > abs(turn[angle]):
-            return np.diff(states[:, angle]) / abs(turn[angle]), ""
+    rounds = _angles(taken)
+    if names is None and rounds:
+        (first, one), *others = rounds.items()
+        if apart := [name for name, other in others if np.ptp(other - one) > 1]:
+            return none, f"{' and '.join([first, *apart])} go round apart: name one of them, as in plane=[{first!r}]"
+        return np.diff(one), ""
+    if names is not None and (named := [name for name in names if name in rounds]):
+        if len(names) > 1:
+            return none, f"{named[0]} goes round by itself, in no plane: name it alone, as in plane=[{named[0]!r}]"
+        return np.diff(rounds[names[0]]), ""
     places = moving[:2] if names is None else [system.state_names.index(name) for name in names]
     if still := [system.state_names[i] for i in places if i not in moving]:
         return none, f"nothing turns in the plane: {' and '.join(still)} did not move on the section"
@@ -152,6 +164,17 @@ def _steps(taken: Taken, names: list[str] | None, moving: list[int]) -> tuple[np
     if len(points) < FEWEST:
         return none, f"{len(points)} pairs of a state and its next value say nothing: record one point more"
     return _counted(points)
+
+
+def _angles(taken: Taken) -> dict[str, np.ndarray]:
+    """Turns that angles have made, of those that go round."""
+    states, names = taken.states, taken.run.system.state_names
+    turned = {
+        names[i]: states[:, i] / abs(turn[i])
+        for turn in shifts_of(taken.run.system, but_of=()).turns
+        for i in np.flatnonzero(turn).tolist()
+    }
+    return {name: turns for name, turns in turned.items() if np.ptp(turns) > 1}
 
 
 def _counted(points: np.ndarray) -> tuple[np.ndarray, str]:
