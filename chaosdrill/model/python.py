@@ -207,12 +207,16 @@ def _content(value: Any, seen: list[Any]) -> Iterator[str]:
     """All that a value is made of, as far as compiled code can depend on it."""
     import numpy as np
 
-    own_module = isinstance(value, types.ModuleType) and value.__name__.partition(".")[0] not in LIBRARIES
-    if (own_module or inspect.isfunction(value)) and value in seen:
-        yield f"{type(value).__name__} {seen.index(value)};"
-    elif own_module:
-        names = (_names(one.__code__, "LOAD_ATTR", "LOAD_METHOD") for one in seen if inspect.isfunction(one))
-        yield from _named(set[str]().union(*names), vars(value), [*seen, value])
+    if isinstance(value, types.ModuleType) and value.__name__.partition(".")[0] not in LIBRARIES:
+        looked_up = (_names(one.__code__, "LOAD_ATTR", "LOAD_METHOD") for one in seen if inspect.isfunction(one))
+        names = set[str]().union(*looked_up)
+        if (value, names) in seen:
+            yield f"module {seen.index((value, names))};"
+        else:
+            seen.append((value, names))
+            yield from _named(names, vars(value), seen)
+    elif inspect.isfunction(value) and value in seen:
+        yield f"function {seen.index(value)};"
     elif inspect.isfunction(value):
         seen.append(value)
         yield from _content((value.__defaults__, value.__code__), seen)

@@ -17,6 +17,7 @@ from numba import carray, cfunc, njit, types
 import chaosdrill as cd
 from chaosdrill import ChaosdrillError
 from chaosdrill.codegen import kernels_of, python
+from chaosdrill.model.python import Source, _content
 from tests.support.closed_autonomous import belt
 
 METHOD = {"method": "dop853"}
@@ -321,6 +322,24 @@ def test_an_attribute_of_a_module_is_that_of_the_definition():
     assert rate_by(module).modes != one.modes
     with pytest.raises(ChaosdrillError, match="have changed since the system was defined"):
         cd.trajectory(one, duration=1.0, **METHOD)
+
+
+def test_what_a_function_of_a_module_reads_in_it_is_content():
+    module = ModuleType("settings_of_a_user")
+    module.itself, module.rate = module, 1.0
+    exec("def speed(x): return itself.rate*x", vars(module))
+    one = Source(lambda t, x, p: module.speed(x.x), ["x"], [], 0)
+    module.rate = 2.0
+    assert not one.is_what_it_was()
+
+
+def test_each_of_modules_that_refer_to_each_other_is_read_once():
+    modules = [ModuleType(f"part_{i}_of_a_user") for i in range(7)]
+    for module in modules:
+        vars(module).update({other.__name__: other for other in modules}, rate=1.0)
+    told = " + ".join(f"part_0_of_a_user.{module.__name__}.rate" for module in modules)
+    function = eval(f"lambda t, x, p: {told}", vars(modules[0]))
+    assert sum("float" in part for part in _content(function, [])) == len(modules)
 
 
 def test_a_name_of_the_module_that_is_a_parameter_too_is_not_read(monkeypatch):
