@@ -97,20 +97,41 @@ def _cancelled(e: Any) -> Any:
 
 
 def _conjugated(e: Any) -> Any:
-    """A product in which the difference of two roots is zero where another factor is, divided by this."""
+    """A product in which a difference of roots that is zero where a divisor is, or divides what is, is that of the
+    squares over a sum.
+    """
     factors = [base_and_power(f) for f in sympy.Mul.make_args(e)]
     for (a, times), (b, by) in permutations(factors, 2):
-        if not (times.is_Integer and by.is_Integer and times * by < 0 and a.is_Add and len(a.args) == 2):
+        if not (times.is_Integer and by.is_Integer and times * by < 0 and (difference := _conjugate(a))):
             continue
-        parts = [term.as_coeff_Mul() for term in exact(a).args]
-        if parts[0][0] * parts[1][0] < 0 and all(r == 1 or (r.is_Pow and r.exp == sympy.S.Half) for _, r in parts):
-            apart = sympy.expand(sympy.Add(*(c * abs(c) * r**2 for c, r in parts)))
-            total = sympy.Add(*(abs(c) * r for c, r in parts))
-            for n in (1, 2):
-                ratio = sympy.cancel(apart / exact(b) ** n)
-                if ratio.is_number:
-                    return _conjugated(e / a**times * (ratio * b**n / total) ** times)
+        apart, total = difference
+        for other, over in filter(None, ((exact(b), 1), _conjugate(b))):
+            if other.has(sympy.Piecewise):
+                continue
+            common, one, rest = sympy.cofactors(apart, other)
+            if common.free_symbols:
+                left = (one / total) ** times * (rest / over) ** by * common ** (times + by)
+                return _conjugated(e / a**times / b**by * left)
     return e
+
+
+def _conjugate(e: Any) -> tuple[Any, Any] | None:
+    """Of a difference of two terms, one of them a root: the difference of their squares, and their sum; or None."""
+    if not (e.is_Add and len(e.args) == 2):
+        return None
+    p, q = sorted(exact(e).args, key=lambda term: term.as_coeff_Mul()[0], reverse=True)
+    shared = sympy.Mul(*set(sympy.Mul.make_args(p)).intersection(sympy.Mul.make_args(q)))
+    p, q = p / shared, q / shared
+    factors = [f for term in (p, q) for f in sympy.Mul.make_args(term.as_coeff_Mul()[1])]
+    roots = [f.is_Pow and f.exp == sympy.S.Half for f in factors]
+    if not any(roots):
+        return None
+    one, other = sympy.expand(p**2), sympy.expand(q**2)
+    apart, total = sympy.expand(one - other), p - q
+    if all(root or f.is_nonnegative for root, f in zip(roots, factors, strict=True)):
+        return (apart * shared, total) if p.as_coeff_Mul()[0] * q.as_coeff_Mul()[0] < 0 else None
+    # where the sign of what is no root makes p - q the difference, this is p - q with all its digits
+    return apart * shared, (apart * (p + q) + total**3) / (2 * (one + other))
 
 
 @lru_cache(maxsize=512)
@@ -228,7 +249,6 @@ def _places(e: Any) -> Iterator[tuple[Any, Any]]:
                 if found not in seen:
                     seen.add(found)
                     yield symbol, distance
-                break
 
 
 def _divided(e: Any, symbol: Any, distance: Any) -> Any:
