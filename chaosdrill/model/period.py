@@ -117,42 +117,53 @@ def wrong_period(found: Definition, numbers: Mapping[str, Any]) -> str | None:
     """
     if found.period is None:
         return None
-    import sympy
-
-    from chaosdrill.model.derive import frozen_states
     from chaosdrill.model.exponents import differences, expressions
-    from chaosdrill.model.text import double
+    from chaosdrill.model.places import parameter
 
-    values = {sympy.Symbol(name, real=True): value for name, value in numbers.items()}
-    period = value_of(found.period, numbers) if found.period.free_symbols <= set(values) else math.nan
+    known = found.period.free_symbols <= set(map(parameter, numbers))
+    period = value_of(found.period, numbers) if known else math.nan
     if not 0 < period < math.inf:
         named = {s.name: numbers[s.name] for s in found.period.free_symbols}
         at = f" at {named}" if named else ""
         return f"the period {found.period} is not a positive number{at}; leave it out if nothing depends on time"
-    if found.time is None:
-        return None
-    frozen = set(frozen_states(found))
     for expression in differences(expressions(found)):
-        if found.time not in expression.free_symbols or frozen & expression.free_symbols:
-            continue
-        fixed = (f for f in expression.atoms(sympy.Function) if f.free_symbols <= set(values))
-        known = {f: sympy.Float(number) for f in fixed if math.isfinite(number := value_of(f, numbers))}
-        plain = expression.xreplace(known)
-
-        def value(x: list[float], instant: float, expression: Any = plain) -> list[float]:
-            here = {**values, **dict(zip(found.states, x, strict=True)), found.time: instant}
-            seen = double(expression, here, _mix)
-            return [math.nan if seen is None else seen]
-
-        if strays(
-            value, len(found.states), lambda: rounding_of(found.period, numbers), period, len(TUNING.sizes)
-        ) and not is_periodic(found, expression):
+        if not repeats(found, expression, numbers):
             declared = f"{found.period} = {period:.12g}" if not found.period.is_Number else f"{period:.12g}"
             return (
                 f"{expression} does not repeat after the declared period {declared}; mend the period, as in "
                 "2*pi/omega, or leave it out"
             )
     return None
+
+
+def repeats(found: Definition, expression: Any, numbers: Mapping[str, Any]) -> bool:
+    """Whether an expression repeats after the period, if there is one; true where a state that never changes is in it.
+
+    ``numbers``: values of the parameters, at which the period is positive.
+    """
+    import sympy
+
+    from chaosdrill.model.derive import frozen_states
+    from chaosdrill.model.places import parameter
+    from chaosdrill.model.text import double
+
+    if found.period is None or found.time not in expression.free_symbols:
+        return True
+    if expression.free_symbols.intersection(frozen_states(found)):
+        return True
+    values = {parameter(name): value for name, value in numbers.items()}
+    fixed = (f for f in expression.atoms(sympy.Function) if f.free_symbols <= set(values))
+    known = {f: sympy.Float(number) for f in fixed if math.isfinite(number := value_of(f, numbers))}
+    plain = expression.xreplace(known)
+
+    def value(x: list[float], instant: float) -> list[float]:
+        here = {**values, **dict(zip(found.states, x, strict=True)), found.time: instant}
+        seen = double(plain, here, _mix)
+        return [math.nan if seen is None else seen]
+
+    period = value_of(found.period, numbers)
+    strayed = strays(value, len(found.states), lambda: rounding_of(found.period, numbers), period, len(TUNING.sizes))
+    return not strayed or is_periodic(found, expression)
 
 
 def _mix(*arguments: float) -> float:

@@ -6,11 +6,11 @@ from typing import Any
 
 import sympy
 
-from chaosdrill.errors import ModelError
 from chaosdrill.model.crossings import crossings
 from chaosdrill.model.derive import image_of
 from chaosdrill.model.grammar import ExpressionError
 from chaosdrill.model.held import Trial, kept_apart
+from chaosdrill.model.period import repeats
 from chaosdrill.model.places import parameter
 from chaosdrill.model.rules import folded, refused
 from chaosdrill.model.special import FLOW
@@ -50,13 +50,10 @@ def surface(system: HybridSystem, at: str) -> tuple[HybridSystem, frozenset[int]
                     f"the reflection {t.name!r} throws states across it, which is no crossing; compare what the "
                     "symmetry keeps, as in x**2 > 1 where x becomes -x, name an event, or take the whole system"
                 )
-        try:
-            known = system.shared["surface", at] = system.remade(transitions=(*system.transitions, *marks))
-        except ModelError as fault:
-            if "does not repeat" not in str(fault):
-                raise
+        if not repeats(system, value, system.parameters):
             words = "the surface does not repeat after the forcing period; compare states, or what repeats"
-            raise ExpressionError(words) from fault
+            raise ExpressionError(words)
+        known = system.shared["surface", at] = system.remade(transitions=(*system.transitions, *marks))
     marked = known.changed(parameters=system.parameters, initial=system.initial, names_mode=system.names_mode)
     count = len(system.transitions)
     return marked, frozenset(range(count, len(marked.transitions)))

@@ -450,6 +450,9 @@ def test_arguments_that_do_not_fit():
     forced = cd.HybridSystem(states="x", time="t", modes={"on": {"x": "cos(t)"}}, period="2*pi", initial={"x": 0.0})
     with pytest.raises(cd.SettingsError, match="the surface does not repeat after the forcing period; compare"):
         cd.transient_chaos(forced, periods=5, random=STARTS, until="x > 9 - t")
+    beats = forced.remade(modes={"on": {"x": "cos(k*t)"}}, parameters={"k": 1.0}).with_parameters(k=1.5)
+    with pytest.raises(cd.ModelError, match=r"cos\(k\*t\) does not repeat after the declared period"):
+        cd.transient_chaos(beats, periods=5, random=STARTS, until="x > 9")
     logistic = cd.Map("x", {}, {"x": "3.9*x*(1 - x)"}, initial={"x": 0.3})
     with pytest.raises(cd.SettingsError, match="unknown event 'hit'"):
         cd.transient_chaos(logistic, periods=5, random=STARTS, until="hit")
