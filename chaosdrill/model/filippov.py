@@ -80,10 +80,10 @@ def filippov(
         Parameters and their values.
     surface : expression, or mapping of str to expression
         The expression h that is zero on the surface. It has to be linear in a state, with a coefficient of parameters
-        alone, or to have the sign of such a one, as ``tanh(x)``. If it names other states too, it becomes a state,
-        under the name given: with ``{"s": "x + tau*v"}`` the system has the state s in the place of v, the last state
-        in which it is linear. Its initial value follows from that of v at the parameters given here, and stays where
-        these are changed.
+        alone, or to have the sign of such a one, which stands for it, as x for ``tanh(x)``. If it names other states
+        too, it becomes a state, under the name given: with ``{"s": "x + tau*v"}`` or ``{"s": "(x + tau*v)**3"}`` the
+        system has the state s = x + tau*v in the place of v, the last state in which it is linear. Its initial value
+        follows from that of v at the parameters given here, and stays where these are changed.
     above, below : mapping of state to expression
         Time derivative of every state where h > 0, and where h < 0.
     time : sympy.Symbol or str, optional
@@ -307,10 +307,10 @@ class TwoSided(Written):
     def beside(written: Written, surface: Any) -> "TwoSided":
         name, states, time, parameters = written.name, written.states, written.time, written.parameters
         own, h = _read_surface(name, surface, written.names)
-        if own is None:
-            h = sympy.Mul(*stripped(h))
-        elif own in (*states, time) or own.name in parameters:
+        if own is not None and (own in (*states, time) or own.name in parameters):
             raise ModelError(f"{name}: the surface is named {own}, which names something else; rename it")
+        if own is None or not _linear(written, h):
+            h = sympy.Mul(*stripped(h))
         given = {field.name: getattr(written, field.name) for field in fields(Written)}
         return TwoSided(**given, surface=h, solved=_solved(written, h, own), own=own)
 
@@ -489,14 +489,19 @@ def _read_control(name: str, control: Any, names: set[str]) -> tuple[Any, list[A
     return read_symbol(f"{name}: control", u), found
 
 
+def _linear(written: Written, h: Any) -> list[Any]:
+    """States in which an expression is linear, with a coefficient of parameters alone."""
+    slopes = {x: sympy.expand(differentiate(h, x)) for x in written.states if x in h.free_symbols}
+    return [x for x, slope in slopes.items() if not slope.free_symbols & {*written.states, written.time}]
+
+
 def _solved(written: Written, h: Any, own: Any) -> Any:
     """The state that a surface determines."""
     name, states = written.name, written.states
     named = [x for x in states if x in h.free_symbols]
     if not named:
         raise ModelError(f"{name}: the surface {h} depends on no state")
-    slopes = {x: sympy.expand(differentiate(h, x)) for x in named}
-    linear = [x for x in named if not slopes[x].free_symbols & {*states, written.time}]
+    linear = _linear(written, h)
     if not linear:
         raise ModelError(
             f"{name}: the surface {h} is linear in no state with a coefficient of parameters alone; write the system "

@@ -316,6 +316,12 @@ def test_fields_that_cross_alike_have_no_sliding_mode(fall):
     assert run["states"].values[-1] == pytest.approx([3.0, -1.0])
 
 
+@pytest.mark.parametrize("writing", ["({})**3", "tanh({})", "exp({}) - 1", "{0} + ({0})**3"])
+def test_a_surface_with_a_name_is_the_same_in_any_writing(writing):
+    other, one = relay(surface={"s": writing.format("x + tau*v")}), relay()
+    assert (other.modes, other.transitions, other.regions) == (one.modes, one.transitions, one.regions)
+
+
 def test_a_start_on_the_surface_but_for_rounding_slides():
     assert 0.3 + 0.1 * -3.0 != 0
     start = relay(initial={"x": 0.3, "v": -3.0}, parameters={**RELAY, "tau": 0.1, "U": 60.0})
