@@ -41,6 +41,13 @@ def _is_table(value: Any) -> bool:
     return isinstance(value, Mapping) and all(isinstance(key, str) for key in value)
 
 
+def _are_plane(value: Any) -> bool:
+    from matplotlib.axes import Axes
+
+    # what polar axes and maps of the globe have, and what axes in space have
+    return isinstance(value, Axes) and not hasattr(value, "transProjection") and not hasattr(value, "zaxis")
+
+
 PATH = Kind("the name of a file, as text or a pathlib.Path", _is_path, _way_to_path)
 FOLDER = Kind(
     "the name of a folder, as text or a pathlib.Path",
@@ -61,7 +68,7 @@ NAMED = Kind(
 )
 AXES = Kind(
     "plane axes of matplotlib, as matplotlib.pyplot.gca() returns",
-    lambda value: hasattr(value, "set_xlabel") and value.name == "rectilinear",
+    _are_plane,
 )
 FUNCTION = Kind("a function", callable)
 COUNT = Kind("a whole number from 1 on", lambda value: isinstance(value, Integral) and int(value) >= 1)

@@ -1,5 +1,7 @@
 """A call that is wrong in one place is refused with that place, not with another, and never read as something else."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -147,6 +149,8 @@ def _with_guard(guard):
         (lambda s: cd.plot([s, s]), "one after the other, on the axes of your own"),
         (lambda s: cd.plot(s, ax=Figure()), "must be plane axes of matplotlib"),
         (lambda s: cd.plot(s, ax=Figure().add_subplot(projection="polar")), "must be plane axes of matplotlib"),
+        (lambda s: cd.plot(s, ax=Figure().add_subplot(projection="3d")), "must be plane axes of matplotlib"),
+        (lambda s: cd.plot(s, ax=SimpleNamespace(set_xlabel=print)), "must be plane axes of matplotlib"),
         (lambda s: cd.lyapunov_spectrum(xr.Dataset()), r"that of a scene or a result \(.*, system\(ds\)\)"),
         (lambda s: s.with_parameters(pd.Series([1, 2])), r"parameters are [^\n]*; give them by name"),
         (lambda s: cd.series_measures(xr.Dataset()), r"values is [^\n]*; it must be a series"),

@@ -12,6 +12,7 @@ import matplotlib as mpl
 import matplotlib.style
 import pytest
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import chaosdrill as cd
@@ -166,7 +167,7 @@ def test_ticks_that_are_made_when_a_figure_is_drawn_have_its_style(ball, tmp_pat
 
 
 def test_axes_of_somebody_else_keep_their_style(ball):
-    axes = Figure().subplots()
+    axes = Figure().add_subplot(axes_class=type("Own", (Axes,), {"name": "own"}))
     cd.plot(ball, ax=axes)
     assert axes.spines["top"].get_visible()
     assert axes.xaxis.label.get_fontsize() == mpl.rcParamsDefault["font.size"]
