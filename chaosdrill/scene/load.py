@@ -236,6 +236,6 @@ def _parse_toml(text: str, name: str) -> dict[str, Any]:
         line = int(place[1]) if place and place[1] else text.count("\n") + 1 if place else 1
         message = _PLACE.sub("", message) + (f" (column {place[2]})" if place and place[2] else "")
         way = "; text stands in quotes" if message.startswith("Invalid value") else ""
-        if message.startswith("Cannot overwrite") and _POINTED.search(text.splitlines()[line - 1]):
+        if message.startswith("Cannot overwrite") and _POINTED.search(text.split("\n")[line - 1]):
             way = "; a number with a point stands in quotes as a key"
         raise SceneError(f"{name}:{line}: invalid TOML: {message}{way}") from None

@@ -92,9 +92,10 @@ def test_invalid_toml_is_told_with_line_and_column(tmp_path):
     )
 
 
-def test_a_number_with_a_point_is_two_keys(tmp_path):
-    told = refusal(written(tmp_path, b"pieces = { 0 = 1, 0.5 = 2 }\n"))
-    assert told.startswith("scene.toml:1: invalid TOML: Cannot overwrite a value (column ")
+@pytest.mark.parametrize("mark", ["", "\u2028", "\u0085"])
+def test_a_number_with_a_point_is_two_keys(tmp_path, mark):
+    told = refusal(written(tmp_path, f"# {mark}\npieces = {{ 0 = 1, 0.5 = 2 }}\n".encode()))
+    assert told.startswith("scene.toml:2: invalid TOML: Cannot overwrite a value (column ")
     assert told.endswith("); a number with a point stands in quotes as a key")
 
 
