@@ -267,7 +267,7 @@ def expand(place, p, t):
             h *= factor
             rejected = True
             continue
-        watching = tables.active[mode, 0] > 0
+        watching = tables.active[mode, 0] > 0 or tables.fences.shape[0] > 0
         steep = tables.steep[mode, 0] > 0
         if watching or steep:
             dense_output(functions, t, state.c, x, h, STAGES, vectors, 0, run, stages, scratch.workspace)

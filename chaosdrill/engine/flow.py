@@ -6,7 +6,7 @@ strobe falls once a period wherever the steps fall; only the last one of a call 
 with a strobe or a sample comes after it.
 """
 
-from chaosdrill.engine import guards
+from chaosdrill.engine import fences, guards
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.jit import compiled, in_frame, inlined
 from chaosdrill.engine.records import FLOW_SIGNATURE, machine_at, state_of, state_outcome, time_of
@@ -89,11 +89,20 @@ def flow(place, p, samples, events):
             ):
                 early = instant - te
         te, happens = up_to_strobe(run, settings.target, te, early, happens)
+        fence = -1
+        if tables.fences.shape[0] > 0:
+            te, fence = fences.up_to_escape(method, tables, settings, t, te, state, scratch)
+            if fence >= 0:
+                happens = False
+                early = late = 0.0
         record_instants(method, settings, t, state, te, late, samples, scratch)
         strobe = record(method, settings, t, state, te, early, samples, scratch)
         advance(method, settings, t, state, te, scratch)
         # integrals whose series overflow are in no step
         outcome = state_outcome(state.x if settings.stepping == at.BY_SERIES else scratch.out, tables.bounds)
+        if fence >= 0 and outcome == at.DONE:
+            fences.put_beyond(tables, state, te, fence)
+            outcome = at.ESCAPED
         j = j if happens else -1
         outcome = end_step(
             functions, tables, settings, te, strobe, j, ties, scratch.backs, outcome, state, events, scratch

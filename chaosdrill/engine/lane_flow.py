@@ -7,7 +7,7 @@ one by the functions of a single run. No number of a run depends on which others
 
 from chaosdrill.codegen.kinds import int64, uint64, void
 from chaosdrill.codegen.signatures import WIDTH, integers, matrix
-from chaosdrill.engine import lane_events, lane_step, taylor
+from chaosdrill.engine import fences, lane_events, lane_step, taylor
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.checked import first_row
 from chaosdrill.engine.jit import compiled, in_frame, inlined, rare
@@ -29,6 +29,8 @@ from chaosdrill.engine.tuning import LANE, STEPS
 
 _STOPPED = -2
 """In the place of a guard: the step of this lane had no length, and what comes of that has been done."""
+_ESCAPED = -3
+"""Likewise: a state leaves its bounds in this lane; beyond which of them stands in the place of the ties."""
 
 
 @rare
@@ -75,6 +77,23 @@ def _move(lane, live, state, block):
             state.vectors[v, i] = block.v[v, i, lane]
     for i in range(n, block.out.shape[0]):
         add_to(state.sums, i - n, block.out[i, lane])
+
+
+@inlined
+def _end_at_bounds(tables, settings, states, places, count, ends, block, scratch):
+    """Let the steps in which a state leaves its bounds end there."""
+    fences.near_in_lanes(tables, block)
+    for lane in range(count):
+        if block.gap[1, lane] == 0.0 or ends[lane, OUTCOME] != at.DONE or ends[lane, GUARD] == _STOPPED:
+            continue
+        state = state_of(states, places[lane])
+        lane_step.copy_lane(block.ws, 0, state.x.size, lane, settings.order, scratch.workspace)
+        s, which = fences.first_escape(tables, settings, state, block.reach[lane], scratch)
+        if which >= 0:
+            block.reach[lane] = s
+            block.gap[0, lane] = 0.0
+            ends[lane, GUARD] = _ESCAPED
+            ends[lane, TIES] = which
 
 
 @inlined
@@ -135,6 +154,8 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
         block.reach[lane] = te
         if not happens:
             ends[lane, GUARD] = -1
+    if tables.fences.shape[0] > 0:
+        _end_at_bounds(tables, settings, states, places, count, ends, block, scratch)
     lane_step.evaluate(first, live, settings.order, block)
     row_of(block.gap)[1] = chosen(within(row_of(block.out), n, tables.bounds), 0.0, 1.0)
     strobed = section.size == 0 and results.window.shape[1] > 0
@@ -152,6 +173,9 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
             for k in range(guard_count):
                 scratch.backs[k] = block.backs[k, lane]
         outcome = state_outcome(state.x, tables.bounds) if block.gap[1, lane] != 0.0 else at.DONE
+        if j == _ESCAPED and outcome == at.DONE:
+            fences.put_beyond(tables, state, te, ends[lane, TIES])
+            outcome = at.ESCAPED
         ends[lane, OUTCOME] = end_step(
             functions, tables, settings, te, strobe, j, ends[lane, TIES], scratch.backs, outcome, state, row, scratch
         )

@@ -83,7 +83,9 @@ class Tables(NamedTuple):
     returns: IntegerMatrix
     """(transitions, 2): guards that what is thrown off a surface meets there again, from above and from below, or -1"""
     bounds: Matrix
-    """(2, n): lower and upper bounds of the states"""
+    """(2, n): lower and upper bounds of the states that are looked at where steps end"""
+    fences: Matrix
+    """(k, 4): number of a state, the doubles next beyond its bounds, and 1 over the size that is within both"""
     symmetries: Matrix
     """(k, n): directions in which nothing ever changes"""
     constrained: IntegerMatrix

@@ -69,13 +69,19 @@ def derivative(rows, i, s):
 
 
 @series
-def size(rows, i, s):
-    """Sum of the sizes of the terms of row i at s > 0."""
+def sizes(rows, i, s):
+    """Sizes of the terms of row i at s > 0, every eighth of them added."""
     eighth = _eighth(s)
     terms = magnitude(_last(rows, i))
     for m in range(2, COLUMNS // LANES + 1):
         terms = terms * eighth + magnitude(part(rows, i, COLUMNS - LANES * m))
-    return total(terms * powers(s))
+    return terms * powers(s)
+
+
+@series
+def size(rows, i, s):
+    """Sum of the sizes of the terms of row i at s > 0."""
+    return total(sizes(rows, i, s))
 
 
 @series

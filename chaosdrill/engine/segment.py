@@ -4,7 +4,7 @@ An orbit that is looked for is cut at its events into such segments. Their ends 
 no event is searched for; on the way the guards are only watched, to say whether it is what the system would do.
 """
 
-from chaosdrill.engine import guards
+from chaosdrill.engine import fences, guards
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.checked import ending
 from chaosdrill.engine.jit import inlined
@@ -101,6 +101,10 @@ def follow(functions, method, settings, tables, asleep, start, duration, end, wa
             elif j != end or te < rest - ORBITS.end * run.period:
                 crossed = j
                 when = done + te
+        if tables.fences.shape[0] > 0 and s > 0.0:
+            _, fence = fences.up_to_escape(here, tables, settings, t, s, state, scratch)
+            if fence >= 0:
+                return at.ESCAPED, crossed, when
         advance(method, settings, t, state, s, scratch)
         run.longest = max(run.longest, abs(s))
         outcome = state_outcome(state.x, tables.bounds)

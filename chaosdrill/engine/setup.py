@@ -20,6 +20,7 @@ from chaosdrill.engine.radau_tables import MOST_STAGES
 from chaosdrill.engine.tuning import LANE, ROOTS, RUNS
 from chaosdrill.errors import SettingsError
 from chaosdrill.model.regions import UNTOLD, modes_at
+from chaosdrill.model.tables import DEFAULT_BOUND
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -88,7 +89,8 @@ def tables_of(
         transitions=transitions,
         moves=kernels.moves_table,
         returns=np.array(kernels.layout.returns, dtype=np.int64).reshape(-1, 2),
-        bounds=bounds_of(system),
+        bounds=bounds_at_ends(system),
+        fences=fences_of(system),
         symmetries=np.array(symmetries, dtype=float),
         constrained=constrained_states(system),
         feeds=np.array(kernels.layout.feeds, dtype=np.int64),
@@ -140,6 +142,26 @@ def bounds_of(system: "HybridSystem") -> np.ndarray:
     return np.array([limits[s] for s in system.state_names]).T.copy()
 
 
+def bounds_at_ends(system: "HybridSystem") -> np.ndarray:
+    """The same of those that are looked at where steps end: infinite for states that have fences."""
+    bounds = bounds_of(system)
+    fenced = fences_of(system)[:, 0].astype(np.int64)
+    bounds[:, fenced] = [[-np.inf], [np.inf]]
+    return bounds
+
+
+def fences_of(system: "HybridSystem") -> np.ndarray:
+    """What lies just beyond the bounds that a system was given, as `engine.layout.Tables` has it; of a map nothing."""
+    found = []
+    for i, name in enumerate(system.state_names):
+        low, high = system.bounds[name]
+        if not system.discrete and (low, high) not in ((-DEFAULT_BOUND, DEFAULT_BOUND), (-np.inf, np.inf)):
+            within = min(-low, high)
+            beyond = np.nextafter(low, -np.inf), np.nextafter(high, np.inf)
+            found.append((i, *beyond, 1 / within if within > 0 else np.inf))
+    return np.array(found, dtype=float).reshape(-1, 4)
+
+
 def constrained_states(system: "HybridSystem") -> np.ndarray:
     """Which states each mode leaves no freedom, shape (modes, n)."""
     if "pins" not in system.shared:
@@ -181,6 +203,8 @@ def modes_of_starts(
     shape (P,), is `UNTOLD` where the region of the state tells it.
     """
     outcomes = np.full(len(starts), int(Outcome.OK))
+    for i, low, high, _ in fences_of(system):
+        outcomes[(starts[:, int(i)] <= low) | (starts[:, int(i)] >= high)] = Outcome.INVALID_START
     if system.regions:
         found, possible = modes_at(system, parameters, starts)
         modes = np.where(modes == UNTOLD, found, modes)

@@ -12,7 +12,7 @@ from chaosdrill.engine.first_event import first_event
 from chaosdrill.engine.jit import Laid
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.sample_orbit import sample_orbit
-from chaosdrill.engine.setup import bounds_of, scratch_of, settings_of, states_of, tables_of
+from chaosdrill.engine.setup import bounds_at_ends, scratch_of, settings_of, states_of, tables_of
 from chaosdrill.engine.stepper import machine
 from chaosdrill.engine.structure import passes
 from chaosdrill.model import HybridSystem
@@ -35,7 +35,7 @@ class Residual:
         settings["target"] = 2**62
         tables = tables_of(self.system, (), np.zeros((0, n)), passes(self.system))
         # bounds go with the start, among which free parameters do not count
-        tables.bounds[:, : n - len(free)] = bounds_of(system)
+        tables.bounds[:, : n - len(free)] = bounds_at_ends(system)
         self._clock = self.system.mode_names.index(CLOCK) if CLOCK in self.system.modes else -1
         self._states = states_of(
             self.system,

@@ -139,7 +139,7 @@ def test_runs_that_are_watched_too_short_count_as_long_as_they_were(skew):
 def test_an_event_may_end_a_life(skew):
     found = cd.transient_chaos(open_tent(WIDTHS, leave=True), periods=60, random=STARTS, until="leave")
     assert abs(found["escape_rate"] - RATE) <= 3 * found["escape_rate_error"]
-    np.testing.assert_array_equal(np.ceil(found["lifetime"]), np.ceil(skew["lifetime"]) - 1)
+    np.testing.assert_array_equal(found["lifetime"], skew["lifetime"] + 1 / 4)
 
 
 def test_without_forcing_the_rate_is_one_of_time():
@@ -308,7 +308,7 @@ def test_lives_that_are_not_exponential_drift():
     ("starts", "transient", "words"),
     [
         ([{"x": 0.5}], None, "at one age, or soon"),
-        ([{"x": 2.0}, {"x": 3.0}], None, "at one age, or soon"),
+        ([{"x": 0.5}, {"x": 0.6}], None, "at one age, or soon"),
         ([{"x": 0.5}], 9, "no run is watched beyond the least age"),
     ],
 )
@@ -430,7 +430,7 @@ def test_staggers_refuse_walkers_that_an_attractor_keeps(monkeypatch):
 
 
 def test_where_no_run_stays_there_is_no_saddle():
-    found = cd.transient_chaos(open_tent(WIDTHS), periods=40, initial=[{"x": 2.0}], saddle="stagger")
+    found = cd.transient_chaos(open_tent(WIDTHS), periods=40, initial=[{"x": 0.5}], saddle="stagger")
     assert np.isnan(found["lyapunov_exponent"]).all()
     assert "too few runs stay" in found.attrs["reason"]
 

@@ -65,12 +65,40 @@ def test_a_run_beyond_its_bounds_has_escaped(system, method):
     assert run.x[0] > 50
 
 
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("period", [5.0, 0.3])
+def test_an_escape_is_the_first_instant_beyond_a_bound(system, method, period):
+    """Of a growth by exp(t), of a throw that is back in the same step, and of a reset."""
+    near = 1e-4 if method == "rk4" else 1e-9
+    height = 0.5 - 1e-5
+    cases = [
+        ({"mode": "grow", "x": 1.0}, 50.0, np.log(50), 50.0),
+        ({"mode": "fall", "x": 0.0, "y": 1.0}, height, 1 - np.sqrt(1 - 2 * height), height),
+        ({"mode": "ping", "x": 0.5}, 1.5, 0.5, 2.0),
+    ]
+    for start, bound, time, last in cases:
+        bounded = system.remade(bounds={**system.bounds, "x": (-50.0, bound)}).with_initial(**start)
+        run = Run(bounded, period, Numerics(method, 1e-10))
+        assert run.advance(20)[0] == cd.Outcome.ESCAPED
+        assert run.elapsed == pytest.approx(time, rel=near)
+        assert run.x[0] == pytest.approx(last, rel=1e-15)
+
+
+def test_lanes_end_at_the_bounds_too(system):
+    thrown = system.remade(bounds={**system.bounds, "x": (-1.0, 0.5)}).with_initial(mode="fall", x=0.0)
+    speeds = np.array([1.01, 1.5, 3.0])
+    found = cd.transient_chaos(thrown, periods=1, initial={"y": speeds})
+    np.testing.assert_allclose(found["lifetime"], speeds - np.sqrt(speeds**2 - 1), rtol=1e-12)
+
+
 def test_a_run_below_its_bounds_has_escaped(system):
     assert end(system, bounds={"x": (-50.0, 50.0)}, mode="grow", x=-1.0)[1] == cd.Outcome.ESCAPED
 
 
-def test_a_start_outside_of_the_bounds_has_escaped(system):
-    assert end(system, mode="clock", y=11.0)[1] == cd.Outcome.ESCAPED
+def test_no_run_starts_outside_of_its_bounds(system):
+    run, outcome = end(system, mode="clock", y=11.0)
+    assert outcome == cd.Outcome.INVALID_START
+    assert "y = 11, whose bounds are -10 and 10" in run.stopped(outcome)
 
 
 @pytest.mark.parametrize("method", METHODS)
