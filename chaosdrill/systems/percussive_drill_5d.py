@@ -63,6 +63,6 @@ def equations() -> dict[str, Any]:
         ],
         "period": 2 * sympy.pi / eta,
         "quadratures": {"penetration": x4},
-        "bounds": {x1: None, x2: BOUNDS["u"], x3: None, x4: BOUNDS["w"], x5: None},
+        "bounds": {x1: None, x3: None, x4: BOUNDS["w"], x5: None},
         "labels": {"penetration": LABELS["penetration"]},
     }

@@ -25,9 +25,8 @@ if TYPE_CHECKING:
 
 NAME = "percussive-drill"
 
-# Beyond w = 25 friction is at its kinetic value to 1e-32 and a static load above it accelerates for ever; the other
-# bounds only catch an overflow on its way.
-BOUNDS = {"y": (-1e3, 1e3), "u": (-1e3, 1e3), "w": (-25.0, 25.0), "timer": None, "depth": (-1e3, 1e3)}
+# Beyond w = 25 friction is at its kinetic value to 1e-32 and a static load above it accelerates for ever.
+BOUNDS = {"w": (-25.0, 25.0), "timer": None}
 
 _THE_SAME = ("n", "lobes")
 """Parameters that have no unit, and are quantities of a drill in SI units as they stand."""
@@ -176,7 +175,7 @@ def _assemble(chosen: dict[str, str], name: str) -> "HybridSystem":
         transitions=transitions,
         period=balance.period,
         quadratures=quadratures,
-        bounds={s.name: BOUNDS[s.name] for s in states},
+        bounds={s.name: BOUNDS[s.name] for s in states if s.name in BOUNDS},
         description="percussive drill: " + ", ".join(f"{effect} {option}" for effect, option in chosen.items()),
         labels={key: label for key, label in LABELS.items() if key in kept},
     )
