@@ -9,6 +9,7 @@ import numpy as np
 from chaosdrill.dataset.label import axes_of
 from chaosdrill.dataset.schema import ORDER
 from chaosdrill.errors import SettingsError
+from chaosdrill.names import brief
 from chaosdrill.plots._types import Dataset, States, Variable
 
 
@@ -77,8 +78,14 @@ def _fixed(dataset: Dataset, apart: set[str]) -> tuple[Any, ...]:
 
 
 def settings(dataset: Dataset) -> dict[str, Any]:
-    """Return the arguments of the analysis."""
-    found: dict[str, Any] = json.loads(str(dataset.attrs.get("settings", "{}")))
+    """Return the arguments of the analysis; SettingsError if somebody altered them beyond reading."""
+    text = str(dataset.attrs.get("settings", "{}"))
+    try:
+        found: dict[str, Any] | None = json.loads(text)
+    except (ValueError, RecursionError):
+        found = None
+    if not isinstance(found, dict):
+        raise SettingsError(f"the attribute settings is {brief(text)}; it must be a JSON object, as the analysis wrote")
     return found
 
 
@@ -91,7 +98,10 @@ _TIMES = ("time", "event_time", "path_time", "forcing_period", "period_time")
 
 def in_order(dataset: Dataset) -> Dataset:
     """Return a dataset with the dimensions of its variables in the order of an analysis; those of others lead."""
-    first = [name for name in axes_of(settings(dataset)) if name in dataset.dims]
+    try:
+        first = [name for name in axes_of(settings(dataset)) if name in dataset.dims]
+    except SettingsError:
+        first = []
     rest = [name for name in ORDER if name in dataset.dims and name not in first]
     return dataset.transpose(*first, ..., *rest)
 

@@ -318,6 +318,12 @@ def test_several_results_in_one_are_refused_with_the_way(request, which):
         cd.plot(xr.concat([one, one], "run", data_vars="all"))
 
 
+@pytest.mark.parametrize("text", ["altered", "[1]"])
+def test_settings_beyond_reading_are_refused(section, text):
+    with pytest.raises(SettingsError, match=rf"^the attribute settings is '{re.escape(text)}'; it must be a JSON"):
+        cd.plot(section.assign_attrs(settings=text))
+
+
 @pytest.mark.parametrize("which", ["ball", "section", "spectrum", "diagram", "chart", "basin"])
 def test_dimensions_in_another_order_are_put_back(request, which):
     one = request.getfixturevalue(which)
