@@ -7,6 +7,7 @@ needs is computed in that outcome's branch.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import sympy
@@ -161,6 +162,10 @@ class Pointwise:
     def event_map(self, name: str, event: "Event") -> Any:
         """Write ``(t, c, x, tangents, scale, tolerance, event)``: one guard's event, whole."""
         return _Transit(self, name, event).write()
+
+
+def _is_short(expression: Any) -> bool:
+    return next(islice(sympy.preorder_traversal(expression), TUNING.told_nodes, None), None) is None
 
 
 class _Transit:
@@ -327,7 +332,10 @@ class _Transit:
         As of a hit that keeps nothing but round-off, the exponent of a superstable cycle is then minus infinity.
         """
         f, n = self.f, self.n
-        bounds = {e: rounding_bound(e) for (_, j), e in self.slopes[index].items() if j < n and cancels(e)}
+        slopes = (e for (_, j), e in self.slopes[index].items() if j < n and _is_short(e) and cancels(e))
+        found = {e: rounding_bound(e) for e in slopes}
+        # of a derivative of a special function no derivative is known, and so no rounding
+        bounds = {e: bound for e, bound in found.items() if not bound.has(sympy.Derivative)}
         known = dict(zip(self.system.states, states, strict=True))
         values = self.mode._expressions(f, self.x, list(bounds.values()), known)
         return {

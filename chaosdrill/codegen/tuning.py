@@ -45,6 +45,9 @@ class Tuning:
     """Tolerances, in scales of the states, within which a state is put onto the guard that it has met."""
     hiding_degree: int = 9
     """Degree from which on a power may hide: the next lower ones show in one of the last eight terms of a series."""
+    told_nodes: int = 200
+    """Nodes of a derivative of a reset or an image, up to which it is told from its rounding. That of the composition
+    of many maps would take longer to derive than anybody waits."""
     unknown_exponent: int = 10
     """The exponent that counts where it is a parameter."""
 

@@ -180,7 +180,7 @@ def test_no_derivative_depends_on_where_another_system_of_these_equations_began(
 def test_what_moves_the_drill(drill_period_one, drill):
     """Against differences between orbits at neighbouring parameters, of fourth order."""
     _, orbit, _ = drill_period_one
-    names = ["b", "a", "eta", "mu", "r"]
+    names = ["b", "a", "eta", "mu", "r", "lam"]
     ds = cd.periodic_orbit(drill, transient=300, derivatives=[*names, "phi", "k"])
     start = Problem(drill, ()), orbit.starts[:, : len(drill.states)].copy()
 
