@@ -326,8 +326,8 @@ class Curves:
     halvings: int = 60
     """Halvings of the first segment."""
     second_order: float = 0.5
-    """What of an error of second order may be left when the first segment is halved, or it is none; a fourth would
-    be."""
+    """Part of an error that may be left when the first segment is halved, for it to count as one of second order: that
+    leaves a fourth."""
     generations: int = 2000
     """Iterates of the first segment, at most."""
     away: int = 8

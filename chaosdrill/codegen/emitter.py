@@ -56,7 +56,7 @@ class Number:
         return Number(self.function, self.function.builder.fneg(self.value))
 
     def compare(self, symbol: str, other: Any) -> "Test":
-        """Whether the relation holds; with a number that is none only ``!=`` does."""
+        """Whether the relation holds; with NaN only ``!=`` does."""
         builder = self.function.builder
         compared = builder.fcmp_unordered if symbol == "!=" else builder.fcmp_ordered
         return Test(self.function, compared(symbol, self.value, self.function.number(other).value))
@@ -365,7 +365,7 @@ class Function:
         return count.value if width == 1 else (count * width).value
 
     def doubles_from(self, first: int, count: int, argument: Any) -> Any:
-        """An argument for a function whose numbers are so many doubles of those here."""
+        """An argument for a function whose numbers are ``count`` doubles of those here."""
         if argument.type == INT:
             return argument
         if argument.type != self.type:

@@ -188,7 +188,7 @@ class Tape:
     def gradient(self, index: int) -> "Gradient":
         """Derivatives of a node by the states that it depends on, and by the kept nodes that it is made of.
 
-        Each is told as weights of nodes; the weight of ``None`` stands alone.
+        Each is given as weights of nodes; the weight of ``None`` stands alone.
         """
         if index not in self._gradients:
             self._gradients[index] = self._gradient(self.nodes[index], index)

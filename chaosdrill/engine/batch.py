@@ -191,7 +191,7 @@ class Batch:
     def sizes(self) -> np.ndarray:
         """Sizes that states have had on the way, shape (P, n).
 
-        What is left of a state that decays, or passes through zero, is told from nothing by them.
+        By them, what is left of a state that decays or passes through zero is distinguished from nothing.
         """
         return np.fmax(self._states.extent, self._states.scale[:, : self.x.shape[1]])
 
@@ -440,7 +440,7 @@ class Batch:
             in_python(bring_in_order)(self.window[p], taken, self._spare)
 
     def _to_the_section(self, machine: "Record", p: int, count: int, taken: int) -> int:
-        """Run on until the section was met so many times; returns how many of its points were kept in all."""
+        """Run on until the section was met ``count`` times; returns how many of its points were kept in all."""
         from chaosdrill.engine.flow import flow
 
         run, n, progress = self._states.run[p], self.x.shape[1], self._progress[p]

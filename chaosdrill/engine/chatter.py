@@ -31,7 +31,7 @@ def _is_small(settings, speed, hardest):
 
 @inner
 def _is_low(functions, tables, settings, j, t, state, scratch):
-    """Whether a rebound is too low or too short to be told from none, and so as negligible as it may become."""
+    """Whether a rebound is too low or too short to be seen above rounding, and so as negligible as it may become."""
     run, event = state.run[0], scratch.event
     place = event_places(state.x.size)
     force = abs(event[place.pull])

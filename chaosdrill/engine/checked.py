@@ -85,7 +85,7 @@ def shows_all(late_size, size, tables, settings, mode, h, series):
 
 @inner
 def read(functions, mode, t, c, x, out):
-    """What steep operations are applied to at a state; what is infinite is as large as a number that is none."""
+    """What steep operations are applied to at a state, cut to the size of the largest that counts."""
     functions.watch(mode, t, c, x, out)
     for k in range(out.size):
         if abs(out[k]) > CHECKS.largest:
@@ -454,7 +454,7 @@ def _runs_away(x, scale, moved, later):
 def ending(functions, tables, settings, h, t, state, scratch):
     """What a run ends with whose step h has no length or is no number: (outcome, guard).
 
-    Where a steep operation ends at the state, the run is told to be blocked by it. A guard that ends there, too, and
+    Where a steep operation ends at the state, the run counts as blocked by it. A guard that ends there, too, and
     is met from its side, fires: then it is its event that comes next, and the outcome is to be left alone.
     """
     run, x = state.run[0], state.x

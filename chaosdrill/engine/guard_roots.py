@@ -241,7 +241,7 @@ def degree_of(settings, marks):
 
 @inlined
 def settled(functions, tables, settings, state, ws, i, j, s, side, h, t, scratch):
-    """A root at s of guard j, approached from a side: (its time, -1 if it is none; when it is clear; where to end).
+    """A root at s of guard j, approached from a side: (its time, -1 if it is no root; when it is clear; where to end).
 
     The step ends before a root of which the polynomial does not tell, and behind one that is only touched.
     """

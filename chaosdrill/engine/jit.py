@@ -159,7 +159,7 @@ class Unit(Compiled, Late):
 
 
 class Layout:
-    """How named tuples of a type stand in memory, told once: to look a type up takes as long as a short run."""
+    """How named tuples of a type stand in memory, looked up once: to look a type up takes as long as a short run."""
 
     def __init__(self, kind: Kind) -> None:
         self.write = _writer(kind)

@@ -179,8 +179,8 @@ def _isolated(block):
     """Which lanes have no root, which may have one and at most one more behind it, and which of these may come back.
 
     The Bernstein coefficients of a lane that is negative at the start, up to what the rest may change of their signs,
-    have to go once up and then at most once down, with no valley between (Descartes' rule). Whether they do is told by
-    extremes, and not by truth values from one to the next: these are packed where registers are shorter than lanes.
+    have to go once up and then at most once down, with no valley between (Descartes' rule). Extremes decide it, and
+    not truth values from one to the next: these are packed where registers are shorter than lanes.
     """
     b = row_of(block.bernstein)
     rest = b[at.REST]

@@ -27,7 +27,7 @@ SETTINGS = np.dtype(
     align=True,
 )
 """What holds for all runs of a batch; ``target`` is the number of strobes at which a call ends, ``recording`` says what
-is recorded: nothing, ``EVENLY`` so many samples a period, or states at ``INSTANTS`` that the buffer's rows hold,
+is recorded: nothing, samples ``EVENLY`` in a period, or states at ``INSTANTS`` that the buffer's rows hold,
 ``dense_noise`` is the rounding units by which the dense output of the method moves the polynomial of a state, ``phase``
 where between two strobes a map takes its iterate, 0 for other systems."""
 

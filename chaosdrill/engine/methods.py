@@ -25,7 +25,7 @@ class Method:
     cites : tuple of str
         Keys of its references.
     fixed_step : bool
-        Whether it is told how many steps a period has, and looks at guards at the ends of steps alone.
+        Whether the user sets how many steps a period has, and it looks at guards at the ends of steps alone.
     implicit : bool
         Whether a step is solved for by Newton's method.
     series : bool

@@ -89,7 +89,7 @@ def expand(place, p, t):
     """Take a step within tolerance and turn the guards into polynomials; returns its length, NaN if there is no rate.
 
     What is stiff need not be followed: a step is longer than its decay where that moves the state by less than the
-    tolerance. The slope at the start then is none of the motion's, and the guards' is that of the polynomial, but for
+    tolerance. The slope at the start is then not that of the motion, and the guards' is that of the polynomial, but for
     the first step after an event, where it says which guards are about to be met.
     """
     machine = machine_at(place)

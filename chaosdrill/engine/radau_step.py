@@ -19,7 +19,7 @@ from chaosdrill.engine.step_control import begun, is_new, size
 from chaosdrill.engine.tuning import CHECKS, RADAU, STEPS
 
 Z, F, WIDTHS = 1, 1 + MOST_STAGES, 1 + 2 * MOST_STAGES
-"""Rows of ``stages``: increments of the stages, their rates, one over the sizes by which errors are told."""
+"""Rows of ``stages``: increments of the stages, their rates, one over the sizes by which errors are measured."""
 
 
 @series
@@ -189,7 +189,7 @@ def _update(kind, x, h, room, stages, count):
 def newton(functions, tables, kind, t, state, h, tolerance, scratch, predicted):
     """Solve for the stages of a step of length h, from increments that are there; returns whether that succeeds.
 
-    Without a prediction they are set to zero, and the Jacobian at the start serves first. Updates are told in parts
+    Without a prediction they are set to zero, and the Jacobian at the start serves first. Updates are measured in parts
     of the tolerance. Where they do not become smaller, what they are has to be within it, or round-off.
     """
     x, scale, room, stages = state.x, state.scale, scratch.implicit, scratch.stages
@@ -341,7 +341,7 @@ def _begun(kind, scale, stages, i, most):
 
 @inner
 def errors_of(kind, x, h, scale, least, longest, rounding, room, stages):
-    """Error of a step: as it counts, and without the damping of what is stiff; the sizes by which it is told are kept.
+    """Error of a step: as it counts, and without the damping of what is stiff; the sizes that measure it are kept.
 
     Tangents count states that have no size, as what has decayed to nothing, by the largest one of the others. No size
     is smaller than ``rounding`` has it, see `checked.coarsest`; a state whose own would be has none for tangents.

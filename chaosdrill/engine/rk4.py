@@ -108,7 +108,7 @@ def expand(place, p, t):
 def locate(place, p, te, h, t):
     """First event of the step by the signs at its ends and bisection: (time or -1, guard, ties).
 
-    The time is no number where a guard is none.
+    The time is NaN where a guard is.
     """
     machine = machine_at(place)
     functions, settings, tables, scratch = machine.functions, machine.settings[0], machine.tables, machine.scratch

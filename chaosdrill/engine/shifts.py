@@ -5,7 +5,7 @@ but nothing tells the difference. Such an orbit is periodic in the quotient by t
 orbit: Cvitanovic, Artuso, Mainieri, Tanner and Vattay, Chaos: Classical and Quantum, chapter "Relativity for
 cyclists"). By how much it is shifted in one period, its drift, follows along directions; of angles it is a whole
 number of turns. Coordinates of the quotient are combinations of states that no shift changes, and the two of a circle
-for every turn, so that no point of it is told from another.
+for every turn, which do not distinguish its points.
 """
 
 import math
@@ -33,7 +33,7 @@ class Shifts:
 
     @classmethod
     def none(cls, states: int) -> "Shifts":
-        """Those of a system of so many states in which every shift makes a difference."""
+        """Those of a system in which every shift makes a difference."""
         return cls(*np.zeros((2, 0, states)))
 
     def __bool__(self) -> bool:

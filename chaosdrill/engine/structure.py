@@ -535,7 +535,7 @@ def _frame(groups: list[list[int]], symmetries: list[list[float]], sizes: np.nda
     for group in groups:
         general = np.zeros((len(group), n))
         general[:, group] = general_position(len(group)) * sizes[group]
-        # sizes may be so different that no more than unit vectors can be told apart
+        # sizes may be so different that only unit vectors can be told apart
         rows += [*(general if len(group) > 1 else ()), *np.eye(n)[group]]
     frame: list[np.ndarray] = []
     for row in rows:

@@ -101,7 +101,7 @@ def _over(a, b, size):
 
 @inlined
 def length(over, series, n, live, first, settings, period, scale, weights, metric, row):
-    """The step that keeps states and tangents within tolerance; no number where the series of a state is none.
+    """The step that keeps states and tangents within tolerance; NaN where the series of a state holds one.
 
     The last term is to be a part of the tolerance: for states relative to their scales, which are the sizes that they
     have had of late, for a tangent to its length in these scales.

@@ -85,7 +85,7 @@ class Radau(NamedTuple):
     failed: float = 0.25
     """Part of a step whose stages are not found that is tried next."""
     noise: float = 16.0
-    """Rounding errors of a state within which the error of an implicit step cannot be told. Where a relaxation of mu =
+    """Rounding errors of a state within which the error of an implicit step is unknown. Where a relaxation of mu =
     1e6 began on its slow part, a size of one rounding error took 800,000 steps to the length of the next; of 16 it
     takes 39."""
     finest: float = 1e-9
@@ -180,7 +180,7 @@ class Guards(NamedTuple):
     """Part of the way to a root by which the last terms of a polynomial may move it: of what decays onto a guard they
     alone make a root, at which they move it by 0.1."""
     short: float = 1e-2
-    """Part of a step below which a rebound is told better by the interpolated polynomial than by values of the guard:
+    """Part of a step below which the interpolated polynomial gives a rebound better than values of the guard do:
     rounding has about 1e7 times as large a part in the fourth order of that as in a value."""
     finer: float = 8.0
     """Factor by which a guard has to round less near roots that its terms at the start of the step do not tell apart,
@@ -235,7 +235,7 @@ class Rebounds(NamedTuple):
     """When rebounds are over."""
 
     low: float = 16.0
-    """Heights of a rebound that may be none, in those of which guards are told no longer to be zero."""
+    """Heights of a rebound that may be rounding alone, in those above which a guard is no longer zero."""
     most: int = 30_000
     """Rebounds that are taken one after the other; a restitution of 1 - 0.5 v**0.2 needs a third of them."""
     first_cycle: int = 8
@@ -331,7 +331,7 @@ class Structures(NamedTuple):
     """What is known of a system before it runs."""
 
     samples: int = 24
-    """Saltation matrices of a transition, and Jacobians of a mode, of which it is told what they do."""
+    """Saltation matrices of a transition, and Jacobians of a mode, of which it is examined what they do."""
     trials: int = 256
     """States at which a guard is looked at: for systems of the library 128 tell what 2,048 do, and 24 miss passages
     that one state in thirty shows."""

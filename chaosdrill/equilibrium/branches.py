@@ -283,7 +283,7 @@ def _events(curve: Curve, first: Point, last: Point) -> list[Place]:
 
 
 def _at_limits(branch: Branch, places: Sequence[Place]) -> list[Place]:
-    """The special points that the limits of the parameter cannot be told from, by steps across these."""
+    """The special points that coincide with the limits of the parameter, by steps across these."""
     curve, points, found = branch.curve, branch.points, list[Place]()
     for end, (last, before), turn in ((branch.ends[1], points[:-3:-1], False), (branch.ends[0], points[:2], True)):
         if end != BranchEnd.LIMIT:

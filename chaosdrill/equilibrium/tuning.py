@@ -47,7 +47,7 @@ class Tuning:
     level: float = 64.0
     """Rounding units of a component of a unit vector that is zero."""
     parts: tuple[float, ...] = (0.5, 0.4142, 0.6180)
-    """Parts at which a stretch is divided, the next one where a point cannot be told there."""
+    """Parts at which a stretch is divided, the next one where no point can be found there."""
     beyond: float = 0.1
     """Part of a chord by which an equilibrium may lie beyond its ends to be looked for on it."""
 

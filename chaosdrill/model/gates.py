@@ -40,7 +40,7 @@ def without_overflow(expression: Any) -> Any:
 
 
 def _once(expression: Any, again: int) -> Any:
-    """An expression rewritten; what comes of a part is rewritten itself, so many times again."""
+    """An expression rewritten; what comes of a part is rewritten itself, ``again`` times."""
     return _rewritten(expression, {}, again) if expression.has(*EXPONENTIAL, sympy.tanh) else expression
 
 

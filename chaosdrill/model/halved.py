@@ -154,7 +154,7 @@ class _Symmetry:
         return sympy.Add(*terms) == 0 or self.trial.zero(kept_apart(terms), ())
 
     def sign(self, a: Any, b: Any) -> int:
-        """Sign of the number by which b is a multiple of a; 0 if it is none."""
+        """Sign of the number by which b is a multiple of a; 0 if b is no multiple."""
         a, b = (sympy.sympify(e).xreplace(self.put) for e in (a, b))
         if (number := ratio(b, a)) is None:
             below, above = (sum(self.trial.rows(term, ())[0] for term in sympy.Add.make_args(e)) for e in (a, b))

@@ -76,7 +76,7 @@ def in_modes(
     Raises
     ------
     ModelError
-        If the field jumps at several surfaces or has kinks at too many, if branches are told by equations, and as for
+        If the field jumps at several surfaces or has kinks at too many, if equations choose the branches, and as for
         `filippov`.
     """
     written = Written.read(name, states, time, parameters, more)
@@ -148,7 +148,7 @@ class _Broken:
         self.surfaces = [g for g in self._may_jump if self._changes(g, lambda one, other: one != other)]
 
     def too_many(self, count: int) -> ModelError:
-        """The message that refuses so many kinks."""
+        """The message that refuses this number of kinks."""
         return ModelError(
             f"{self._written.name}: the field has kinks at {count} surfaces; at most {TUNING.kinks} are taken apart, "
             "since the modes double with each"

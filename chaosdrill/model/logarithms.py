@@ -59,7 +59,7 @@ def _split(term: Any) -> Iterator[tuple[Any, Any]]:
 
 
 def _factors(term: Any) -> Iterator[Any]:
-    """Factors of a term, a whole power of a hyperbolic function as so many of it."""
+    """Factors of a term, a whole power of a hyperbolic function as that number of equal ones."""
     for factor in sympy.Mul.make_args(term):
         base, times = factor.as_base_exp()
         whole = isinstance(base, (sympy.cosh, sympy.sinh)) and times.is_Integer and 0 < times <= TUNING.multiplied_out

@@ -117,7 +117,7 @@ def trace_branch(
         if last.points[-1].arclength - last.points[0].arclength <= TUNING.begins and met(
             curve, first, branch.segments[:-1], step
         ):
-            # it turns back among orbits that are not told apart
+            # it turns back among orbits that cannot be distinguished
             branch.segments[-1] = last
             branch.marks = [mark for mark in branch.marks if mark.segment < len(branch.segments) - 1]
             return branch.ended(BranchEnd.NO_CONVERGENCE, PILED)

@@ -49,7 +49,7 @@ def fold_test(values: np.ndarray, neutral: int) -> np.ndarray:
     """Function that vanishes where a free multiplier is 1: the product of 1 - mu over the free ones.
 
     It is the symmetric function of that degree of all multipliers, which is exact to round-off also where those that
-    are 1 by structure, as many as ``neutral``, cannot be told from one that passes them.
+    are 1 by structure, as many as ``neutral``, cannot be distinguished from one that passes them.
     """
     n = values.shape[-1]
     symmetric = np.zeros((*values.shape[:-1], n + 1), dtype=complex)
@@ -348,8 +348,8 @@ class _Step:
     def whole(self, one: Located) -> Located:
         """A point with all multipliers that are at the critical value there, also those that come back from it.
 
-        So many coefficients of the characteristic polynomial about that value vanish; they are as smooth as the tangent
-        map. Where areas are preserved a multiplier and its inverse are there together, and the count sees one.
+        The lowest coefficients of the characteristic polynomial about that value vanish; they are as smooth as the
+        tangent map. Where areas are preserved a multiplier and its inverse are there together, and the count sees one.
         """
         place = {Special.FOLD: 1.0, Special.PERIOD_DOUBLING: -1.0}.get(one.point.special)
         if place is None or self.held:

@@ -76,7 +76,7 @@ def multipliers(problem: "Problem", orbit: "Orbit", monodromy: np.ndarray, rank:
     """Eigenvalues of tangent maps around orbits of the same segments, by falling modulus.
 
     ``orbit``: one of them: from the mode of its first segment follows which states are pinned. ``monodromy``, shape
-    (..., d, d). ``rank``: so many are not zero.
+    (..., d, d). ``rank``: how many are not zero.
 
     Returns, complex, shape (..., d): NaN where a map has no derivative, as at grazing.
     """
@@ -115,7 +115,7 @@ def pair_near(values: np.ndarray, neutral: int, half: float) -> tuple[float, flo
     sums, products = free[first] + free[second], free[first] * free[second]
     best = int((np.abs(sums / 2 - half) + np.abs(products - 1)).argmin())
     rest = np.delete(free, [first[best], second[best]])
-    # without the rest, so that what is 1 by structure need not be told from the pair
+    # without the rest, so that what is 1 by structure need not be separated from the pair
     order = np.ones(len(values), dtype=bool)
     for value in rest:
         order[np.flatnonzero(order)[np.abs(values[order] - value).argmin()]] = False
@@ -141,7 +141,7 @@ def spectra(problem: "Problem", orbit: "Orbit", monodromies: np.ndarray, factors
     """Multipliers of orbits, each to its own precision where the tangent map as a whole hides the smallest.
 
     ``orbit``: one of them. ``monodromies``, shape (P, d, d). ``factors``, shape (P, N, d, d): of each map, in the order
-    in which they act. ``rank``: so many multipliers are not zero.
+    in which they act. ``rank``: how many multipliers are not zero.
     """
     values = multipliers(problem, orbit, monodromies, rank)
     noise = TUNING.tangent_error * len(orbit)
@@ -180,7 +180,7 @@ def _simultaneous(factors: np.ndarray, rank: int, together: np.ndarray) -> tuple
     Simultaneous iteration around the orbit makes all factors triangular (periodic QR; Bojanczyk, Golub and Van Dooren
     1992, doi:10.1117/12.130915).
 
-    ``factors``, shape (P, N, d, d): in the order in which they act. ``rank``: so many eigenvalues are not zero.
+    ``factors``, shape (P, N, d, d): in the order in which they act. ``rank``: how many eigenvalues are not zero.
     ``together``, bool, shape (P, rank - 1): eigenvalues that need not be parted from the next.
 
     Returns: ``values``, complex, shape (P, d). ``spread``, shape (P,).

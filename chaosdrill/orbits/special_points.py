@@ -30,7 +30,7 @@ def marked(segment: BranchSegment, begin: int, count: int) -> tuple[BranchSegmen
 def marked_at_limit(
     segment: BranchSegment, marks: list[Mark], across: BranchSegment
 ) -> tuple[BranchSegment, list[Mark]]:
-    """The same with a special point that the limit cannot be told from, if there is one in the step across it."""
+    """The same with a special point that coincides with the limit, if there is one in the step across it."""
     limit = float(segment.values[-1, 0])
     for one in _between(across, 1, 0) if steps_with(across) else []:
         away = abs(float(segment.curve.values(one.point.orbit)[0]) - limit)

@@ -425,7 +425,7 @@ class Tuning:
     doubling_distances: tuple[float, ...] = (1e-3, 3e-3, 3e-4, 1e-2, 1e-4, 3e-2)
     """Distances from the doubling at which the doubled orbit is tried, in the norm of the weights."""
     doubling_shorter: int = 4
-    """So many times a distance is tried shorter, where the parameter changes too much over it."""
+    """How often a distance is shortened over which the parameter changes too much."""
     repeated: float = 1e-6
     """Difference relative to the size of the states below which two turns of an orbit are one."""
     doubling_apart: float = 0.01

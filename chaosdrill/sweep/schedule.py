@@ -88,7 +88,7 @@ def connect(address: str) -> "Client":
             "pip install 'chaosdrill[dask]'"
         ) from fault
     try:
-        # a client of an address that is none prints a traceback when it is collected
+        # a client of something that is no address prints a traceback when it is collected
         resolve_address(address)
         return Client(address, timeout=TUNING.answer_s, set_as_default=False, name="chaosdrill")
     except (ValueError, TypeError) as fault:

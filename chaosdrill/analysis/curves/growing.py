@@ -128,7 +128,7 @@ class Segment:
         )
 
     def _onward(self, track: Track, times: int) -> Track:
-        """So many more iterates of a track, by runs side by side."""
+        """The next iterates of a track, ``times`` of them, by runs side by side."""
         count, n, kinds = len(track.sigma), self.map.n, len(self.map.system.transitions)
         alive = np.flatnonzero(track.ok[:, -1])
         for found in self.map.images(track.states[alive, -1], track.modes[alive, -1], times):

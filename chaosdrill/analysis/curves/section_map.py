@@ -65,7 +65,7 @@ def _length(vector: np.ndarray) -> float:
 
 
 class SectionMap:
-    """So many strobes, iterates or points of a section, as a map of the states.
+    """A number of strobes, iterates or points of a section, as a map of the states.
 
     ``steps``: strobes or points that one application of the map takes. ``mode``: mode in which motions begin, unless
     regions tell it. ``scale``, shape (n,): what distances between states are relative to. ``transition``: of a section

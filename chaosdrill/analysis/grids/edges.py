@@ -123,7 +123,7 @@ class _Edge:
         return pair
 
     def _ascertain(self, given: _Pair, pair: _Pair) -> None:
-        """Tell once more the fates of those of a given pair that no bisection has replaced: they were told long ago."""
+        """Find once more the fates of those of a given pair that no bisection has replaced: they are from long ago."""
         kept = np.flatnonzero((given.states == pair.states).all(axis=1))
         while len(kept) and (self.fates(given, given.states[kept]) != kept + 1).any():
             if self.longer >= self.plan.max_extension:
@@ -314,7 +314,7 @@ def _followed(
 def _judged(
     plan: Plan, track: "_Track", exponents: tuple[np.ndarray, np.ndarray], told: "_Returns"
 ) -> tuple["_Returns", str]:
-    """What the edge state is, by how the track returns and by its exponents, and why that is not told, if it is not."""
+    """What the edge state is, by how the track returns and by its exponents; or why that is not known."""
     if told.outcome in _COMES_BACK and _ways(exponents, track) > 1:
         # motions beside the track, on the same edge, leave it: only a symmetry holds it there
         return told._replace(outcome=Outcome.UNDECIDED, period=0), (
@@ -383,7 +383,7 @@ class _Returns(NamedTuple):
 
     outcome: Outcome
     period: int  # in steps
-    distance: float  # largest between states so many steps apart
+    distance: float  # largest between states a period apart
 
 
 def _returns(plan: Plan, track: _Track, scale: np.ndarray, parted: float) -> _Returns:

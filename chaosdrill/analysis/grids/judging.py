@@ -164,7 +164,7 @@ def averages_of(
     begin: np.ndarray | int = 0,
     known: np.ndarray | float = np.nan,
 ) -> Averages:
-    """Exponents from the beginning of a block to the end, with their ``errors``, of records of so many points.
+    """Exponents from the beginning of a block to the end, with their ``errors``, of records of equal length.
 
     They are of lengths that no unit changes, by which words are told, but for those that are ``known``, NaN for none:
     over whole cycles units change no length.
@@ -185,7 +185,7 @@ def averages_of(
 
 
 def _rounding_of_point(plan: "Plan", batch: Batch, which: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Part of the sizes of states that errors may add up to from one of so many points of records to the next."""
+    """Part of the sizes of states that errors may add up to from one of the ``points`` of a record to the next."""
     of = plan.numerics, plan.system.discrete
     return np.asarray(rounding_of_point(*of, batch.steps[which], batch.ends[-1], points))
 
@@ -206,7 +206,7 @@ def errors_of(plan: "Plan", batch: Batch, which: np.ndarray, sums: np.ndarray) -
 def _look_closer(plan: "Plan", e: Evidence, which: np.ndarray, full: np.ndarray, records: Records, points: int) -> None:
     """Look at section points as spectra do: at their ends, and at all of them where records are not extended.
 
-    ``full`` are the last ones of those of ``which``, all of a number, of so many ``points`` at most.
+    ``full`` are the last ones of those of ``which``, the same number of each. ``points``: the most a record has.
     """
     some, windows = e.at(which), full[:, -LENGTH:]
     part = min(1.0, windows.shape[1] / max(points, 1))

@@ -181,7 +181,7 @@ def make_plan(
 ) -> Plan:
     """What is done at every point of an analysis; ``swept`` are the parameters that differ between the points.
 
-    So many ``rows`` of the section are kept at every point.
+    ``rows``: how many rows of the section are kept at every point.
     """
     where = find_section(system, given, numerics, timed=True)
     system, part = where.system, 1.0

@@ -67,7 +67,7 @@ def merge(
 
 
 def _follow(plan: Plan, which: np.ndarray, runs: Batch, told: dict[str, np.ndarray]) -> tuple[Followed, list[int]]:
-    """Records of some attractors; those whose records end on a cycle or at rest, of which ``told`` then says so."""
+    """Records of some attractors; those whose records end on a cycle or at rest, which ``told`` then records."""
     runs.run(plan.transient, np.array([0, ATTRACTORS.length]))
     there = np.flatnonzero(runs.outcome == Outcome.OK)
     points, known, shifts = undrawn(plan.system, runs.window[there]), runs.sizes[there], plan.shifts

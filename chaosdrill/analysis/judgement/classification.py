@@ -253,7 +253,7 @@ def add_record(
     points: int,
     flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
 ) -> None:
-    """Add what all of so many points of records say by themselves, as in `evidence_of_records`."""
+    """Add what whole records of equal length say by themselves, as in `evidence_of_records`."""
     lengths = [min(LENGTH, windows.shape[1]) if flow is None else windows.shape[1], windows.shape[1]]
     paths, sizes, most = aside(windows[:, -lengths[0] :], shifts), shifts.sizes(known), lengths[0] // REPEATS
     found = recurrence(paths, sizes, most, rounding=e.rounding)
@@ -282,7 +282,7 @@ def _add_regularity_of(
     points: int,
     flow: Callable[[np.ndarray, int], np.ndarray] | None,
 ) -> None:
-    """Add what the last of so many points of some records say, see `examine`, and whether the earlier ones agree."""
+    """Add what the last points of some records say, see `examine`, and whether the earlier ones agree."""
     asked = e.may_be_torus[which], e.settled[which]
     _add_seen(e, which, examine(windows, known, shifts, e.rounding[which], flow, *asked))
     count = windows.shape[1]
@@ -437,7 +437,7 @@ def add_later(e: Evidence, records: Records, flow: Callable[[np.ndarray, int], n
     """
     windows, known, shifts, part = records.windows, records.known, records.shifts, records.part
     half = windows.shape[1] // 2
-    # a part of an exchange of intervals seems a torus, more rarely the longer it is; no tangent tells that it is none
+    # a part of an exchange of intervals seems a torus, more rarely the longer it is; tangents do not tell the two apart
     for begin, some in ((half, e.moved_before), (half // 2, (part == 1.0) & e.drawn_in & ~e.moved_before)):
         which = np.flatnonzero(np.isin(words(e), OPEN_ANSWERS) & (some | (begin == half)))
         paths, sizes = aside(windows[which, begin:], shifts), shifts.sizes(known[which])

@@ -77,8 +77,8 @@ how far the turn that brings them there may be off, in parts of one over the squ
 points are in one order at many turns."""
 
 SEVERAL = 2
-"""Other states that points repeat at least. An angle comes back to round-off within so many points once in a million
-times."""
+"""Other states that points repeat at least. Within the points of a record an angle comes back to round-off once in
+a million times."""
 
 PARTS = 4
 """Parts of a turn in which a state may repeat itself, at most: the strongest line is then that of the parts."""
@@ -141,7 +141,7 @@ def _repeat(points: np.ndarray, others: np.ndarray, steps: np.ndarray) -> bool:
 
 
 def _beside(points: np.ndarray, turn: float, others: np.ndarray, later: np.ndarray) -> np.ndarray:
-    """Which other states, shape (K, n), so many points later, lie between the points beside them by angle."""
+    """Which other states, shape (K, n), ``later`` by that many points, lie between the points beside them by angle."""
     angle, extent = _angles(len(points), turn), np.ptp(points, axis=0)
     order = np.argsort(angle, kind="stable")
     place = np.searchsorted(angle[order], later * turn - np.floor(later * turn))
@@ -278,7 +278,7 @@ def comes_back(points: np.ndarray, stays: float = STAYS) -> bool:
 
 
 def _returns(points: np.ndarray, most: int, stays: float, close: float) -> bool:
-    """The same for the nearest return after so many points at most, to such a part ``close`` of the extent."""
+    """The same for the nearest return after ``most`` points or fewer, to a part ``close`` of the extent."""
     windows = np.lib.stride_tricks.sliding_window_view(points, LAST, axis=0)
     earlier = windows[:-1][-most:]
     # no window is nearer than its last point, so that few have to be looked at

@@ -104,7 +104,7 @@ def _moves_on(points: np.ndarray, turns: np.ndarray, degree: int) -> bool:
 
 
 def _comes_back(points: np.ndarray) -> bool:
-    """Whether points come back as closely as they are known: so many terms fit any cycle of fewer points."""
+    """Whether points come back as closely as they are known: enough terms fit any cycle of fewer points."""
     lags = range(1, len(points) // 2 + 1)
     return any(np.median(np.abs(points[lag:] - points[:-lag]).max(axis=1)) <= MISSED for lag in lags)
 
@@ -135,7 +135,7 @@ def _terms(angles: int, degree: int) -> np.ndarray:
 
 
 def _degree(angles: int, most: int) -> int:
-    """The largest degree of a polynomial with so many coefficients at most."""
+    """The largest degree of a polynomial with ``most`` coefficients or fewer."""
     degree = 1
     while 2 * len(_terms(angles, degree + 1)) + 1 <= most:
         degree += 1
@@ -143,7 +143,7 @@ def _degree(angles: int, most: int) -> int:
 
 
 def _columns(count: int, turns: np.ndarray, terms: np.ndarray) -> np.ndarray:
-    """Cosines and sines of multiples of angles at so many points, and a constant; shape (count, 2 K + 1)."""
+    """Cosines and sines of multiples of angles at ``count`` points, and a constant; shape (count, 2 K + 1)."""
     most = np.abs(terms).max()
     once = np.exp(2j * np.pi * (np.outer(turns, np.arange(count)) % 1.0))
     # products take a tenth of the time of as many exponentials

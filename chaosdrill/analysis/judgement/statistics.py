@@ -211,7 +211,7 @@ def kaplan_yorke_error(exponents: np.ndarray, rates: np.ndarray, of_method: floa
 
     Exponents of one record are correlated: in a flow of constant divergence their sum has no error at all. So each
     block's rates are put into the dimension's linear form, k + (L1 + ... + Lk) / |Lk+1|, and the error is that of the
-    mean of the results, by `standard_error`. Where a sum of exponents that decides k is not told from zero, the
+    mean of the results, by `standard_error`. Where a sum of exponents that decides k may be zero, the
     dimension has a kink there, and the larger error of the two sides is taken. At an exponent -inf the dimension is the
     whole number k on one side and the error of that side is 0.
 
@@ -221,7 +221,7 @@ def kaplan_yorke_error(exponents: np.ndarray, rates: np.ndarray, of_method: floa
     blocks of equal length, in the same order; what stands in the columns of lost ones is not read. ``of_method``: error
     of one exponent that the tolerance lets steps make. ``length``: time over which the exponents were averaged.
 
-    Returns: 0 where the first exponent is surely negative. NaN where the first exponent is not told from zero, as there
+    Returns: 0 where the first exponent is surely negative. NaN where the first exponent may be zero, as there
     the dimension jumps between 0 and 1 or more, where the dimension itself is NaN, and with fewer than two blocks.
     """
     if len(rates) < 2 or np.isnan(kaplan_yorke(exponents, states)):
@@ -264,8 +264,8 @@ def free_exponents(
     """Exponents that are free to have any sign, the largest first, -inf in the place of the others.
 
     Of those that are zero whatever the attractor only such are left out as were computed. All were if all exponents
-    were, or if some are negative, for then whatever is zero lies above them. Else an exponent is left out only if it is
-    not told from zero.
+    were, or if some are negative, for then whatever is zero lies above them. Else an exponent is left out only if it
+    may be zero.
 
     ``exponents``, shape (P, m): descending spectra. ``neutral``, int, shape (P,), or int: how many are zero whatever
     the attractor, see `chaosdrill.engine.structure.Structure.neutral`. ``margins``, shape (P, m): distance from zero

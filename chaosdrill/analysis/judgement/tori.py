@@ -347,7 +347,7 @@ def closes_for_good(paths: np.ndarray, known: np.ndarray, rounding: np.ndarray |
 
 
 def stays(paths: np.ndarray, known: np.ndarray, periods: np.ndarray, rounding: np.ndarray | float) -> np.ndarray:
-    """Whether what comes back after so many points, if any, does not move on, as in a channel, or comes ever closer."""
+    """Whether what comes back after a period, if any, does not move on, as in a channel, or comes ever closer."""
     moves_on, closer, _ = drift(paths, known, periods, rounding)
     return np.asarray((periods > 0) & (~moves_on | closer))
 

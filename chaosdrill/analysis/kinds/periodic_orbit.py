@@ -47,7 +47,7 @@ VARIABLES = table(
     need("event_count", ORBIT, "i4", "events in one period", "The entries of event beyond it are empty."),
     need("event_time", f"{ORBIT} event", "f8", "time of the event", "Since the orbit's state, within one period."),
     need("event_kind", f"{ORBIT} event", "i1", "transition taken", "-1: no event.", flags="transition", lacking=True),
-    need("event_speed", f"{ORBIT} event", "f8", "normal speed", "Rate of the guard at the event; small: grazing."),
+    need("event_speed", f"{ORBIT} event", "f8", "normal speed", "Rate of the guard at the event, as in `trajectory`."),
     need("event_state_before", f"{ORBIT} event state", "f8", "state before the event", "Projected onto the guard."),
     need("event_state_after", f"{ORBIT} event state", "f8", "state after the event", "After the reset."),
     may("path_time", f"{ORBIT} path_point", "f8", "time on the path", "The same on both sides of an event."),

@@ -40,7 +40,11 @@ VARIABLES = table(
     need("event_time", "event", "f8", "time of the event", "Times do not decrease; equal times are ties."),
     may("event_time_error", "event", "f8", "error of the time", "Of completed rebounds; zero of other events."),
     need("event_kind", "event", "i1", "transition taken", "Which transition it was.", flags="transition"),
-    need("event_speed", "event", "f8", "normal speed", "Rate of the guard at the crossing; small means grazing."),
+    need(
+        *("event_speed", "event", "f8", "normal speed"),
+        "Rate at the crossing of the guard, or of a simpler expression with its zeros: `x - 1` for `exp(x) - exp(1)`. "
+        "Small means grazing.",
+    ),
     may("event_mode_before", "event", "i1", "mode before the event", "Mode left.", flags="mode"),
     may("event_mode_after", "event", "i1", "mode after the event", "Mode entered.", flags="mode"),
     need("event_state_before", "event state", "f8", "state before the event", "Projected onto the guard."),

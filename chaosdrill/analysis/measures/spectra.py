@@ -48,7 +48,7 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
     count = tangent_count(system, exponents)
     structure = examine(system)
     m = computed_exponents(structure, count)
-    # one more than it takes, so that instants of so many turns are not at a few phases of them only
+    # one more than it takes, so that instants do not fall on a few phases of the turns only
     samples = 1 if plan.periodic else -(-LENGTH // plan.count) + plan.measured
     run = run_with_tangents(system, structure, m, plan.unit, job.numerics, samples)
     outcome = plan.settle(run)
