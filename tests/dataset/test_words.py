@@ -29,7 +29,9 @@ def test_advice_tells_each_outcome_once_with_its_number(system, run):
     assert run.cd.advice == f"ok: {cd.Outcome.OK.advice}"
     start = system.with_parameters(wall=-0.5, amplitude=0.1).with_initial(x=-0.6)
     ended = cd.trajectory(start, periods=30)
-    assert ended.cd.advice == f"stalled: {cd.Outcome.STALLED.advice}"
+    advice, where = ended.cd.advice.split("\n")
+    assert advice == f"stalled: {cd.Outcome.STALLED.advice}"
+    assert where.startswith("events follow each other while no time passes: in mode 'free', time ")
     many = xr.concat([run["outcome"], ended["outcome"], ended["outcome"]], "run").to_dataset()
     first, second = many.cd.advice.split("\n")
     assert first.startswith("stalled (2 of 3): Events continued")
