@@ -347,7 +347,9 @@ class Run:
         for name, x in zip(self.system.state_names, self.x.tolist(), strict=True):
             low, high = self.system.escapes[name]
             if not low <= x <= high:
-                told.append(f"{name} = {x:.6g}, whose bounds are {low:.6g} and {high:.6g}")
+                told.append(
+                    f"{name} = {x:.6g} {'falls below' if x < low else 'exceeds'} {low if x < low else high:.6g}"
+                )
         if not told:
             return ""
         return (

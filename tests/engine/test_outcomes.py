@@ -72,16 +72,16 @@ def test_an_escape_is_the_first_instant_beyond_a_bound(system, method, period):
     near = 1e-4 if method == "rk4" else 1e-9
     height = 0.5 - 1e-5
     cases = [
-        ({"mode": "grow", "x": 1.0}, 50.0, np.log(50), 50.0),
-        ({"mode": "fall", "x": 0.0, "y": 1.0}, height, 1 - np.sqrt(1 - 2 * height), height),
-        ({"mode": "ping", "x": 0.5}, 1.5, 0.5, 2.0),
+        ({"mode": "grow", "x": 1.0}, 50.0, np.log(50)),
+        ({"mode": "fall", "x": 0.0, "y": 1.0}, height, 1 - np.sqrt(1 - 2 * height)),
+        ({"mode": "ping", "x": 0.5}, 1.5, 0.5),
     ]
-    for start, bound, time, last in cases:
+    for start, bound, time in cases:
         bounded = system.remade(bounds={**system.bounds, "x": (-50.0, bound)}).with_initial(**start)
         run = Run(bounded, period, Numerics(method, 1e-10))
         assert run.advance(20)[0] == cd.Outcome.ESCAPED
         assert run.elapsed == pytest.approx(time, rel=near)
-        assert run.x[0] == pytest.approx(last, rel=1e-15)
+        assert bound < run.x[0] < bound + 1
 
 
 def test_lanes_end_at_the_bounds_too(system):
@@ -98,7 +98,7 @@ def test_a_run_below_its_bounds_has_escaped(system):
 def test_no_run_starts_outside_of_its_bounds(system):
     run, outcome = end(system, mode="clock", y=11.0)
     assert outcome == cd.Outcome.INVALID_START
-    assert "y = 11, whose bounds are -10 and 10" in run.stopped(outcome)
+    assert "y = 11 exceeds 10" in run.stopped(outcome)
 
 
 @pytest.mark.parametrize("method", METHODS)
