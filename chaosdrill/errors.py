@@ -30,7 +30,7 @@ class SceneError(ChaosdrillError):
 
 
 class StartWarning(UserWarning):
-    """No run could begin: every start is beyond its bounds, or a guard of its mode."""
+    """No run could begin: every start is beyond a guard of its mode."""
 
 
 class ArchiveError(ChaosdrillError):

@@ -192,7 +192,7 @@ def any_ran(outcomes: "np.ndarray") -> "np.ndarray":
 
 
 def told_of_starts(system: "HybridSystem", outcomes: "np.ndarray") -> str:
-    """Why no run of an analysis could begin, with what the system's own start is beyond; else empty."""
+    """Why no run of an analysis could begin, with the guard if the system's own start is beyond one; else empty."""
     from chaosdrill.dataset import Outcome
 
     if not outcomes.size or (outcomes != Outcome.INVALID_START).any():
@@ -202,13 +202,7 @@ def told_of_starts(system: "HybridSystem", outcomes: "np.ndarray") -> str:
 
 
 def _passed(system: "HybridSystem") -> str:
-    """The bound or guard beyond which the system starts, with the value there; empty if it cannot be told."""
-    for name, (low, high) in system.escapes.items():
-        if not low <= system.initial[name] <= high:
-            return (
-                f"{name} = {system.initial[name]:g} is beyond its bounds, {low:g} and {high:g}; start within them, or "
-                "give the system wider ones."
-            )
+    """The guard beyond which the system starts, with its value there; empty if it cannot be told."""
     mode = system.initial["mode"]
     there = {**system.parameters, **system.initial}
     for t in system.transitions:

@@ -57,10 +57,7 @@ class Outcome(Code):
         "loosen the tolerance, or look for a singularity, also in a guard, and for what is far quicker than the motion "
         'that you want to see. If a mode is stiff, choose method "radau".',
     )
-    INVALID_START = (
-        9,
-        "The initial state lies beyond its bounds, or a guard of its mode; move it inside, or choose another mode.",
-    )
+    INVALID_START = 9, "The initial state lies beyond a guard of its mode; move it inside or choose another mode."
     FAILED = 10, "The point could not be computed; run it alone as a trajectory to see where it stops."
     NO_ORBIT = (
         11,

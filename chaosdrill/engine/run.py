@@ -311,7 +311,7 @@ class Run:
     def stopped(self, outcome: Outcome) -> str:
         """What ended the run, and where: a term of the equations, a bound, endless switching; else empty."""
         k, system, mode = int(self.standing["blocked"]), self.system, int(self.standing["mode"])
-        if outcome in (Outcome.ESCAPED, Outcome.INVALID_START):
+        if outcome == Outcome.ESCAPED:
             return self._beyond()
         if k < 0 and outcome != Outcome.NONFINITE and outcome not in _ENDLESS:
             return ""

@@ -17,7 +17,7 @@ from chaosdrill.engine.lanes import LANES, aligned
 from chaosdrill.engine.methods import METHODS, Method
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.radau_tables import MOST_STAGES
-from chaosdrill.engine.tuning import LANE, ROOTS, RUNS, STEPS
+from chaosdrill.engine.tuning import LANE, ROOTS, RUNS
 from chaosdrill.errors import SettingsError
 from chaosdrill.model.regions import UNTOLD, modes_at
 from chaosdrill.model.tables import DEFAULT_BOUND
@@ -203,10 +203,6 @@ def modes_of_starts(
     shape (P,), is `UNTOLD` where the region of the state tells it.
     """
     outcomes = np.full(len(starts), int(Outcome.OK))
-    for i, low, high, _ in fences_of(system):
-        # a state that a run has put on a wall there may be a digit beyond
-        one, room = starts[:, int(i)], STEPS.on_bound * np.spacing(np.abs([low, high]))
-        outcomes[(one < low - room[0]) | (one > high + room[1])] = Outcome.INVALID_START
     if system.regions:
         found, possible = modes_at(system, parameters, starts)
         modes = np.where(modes == UNTOLD, found, modes)

@@ -95,9 +95,9 @@ def test_a_run_below_its_bounds_has_escaped(system):
     assert end(system, bounds={"x": (-50.0, 50.0)}, mode="grow", x=-1.0)[1] == cd.Outcome.ESCAPED
 
 
-def test_no_run_starts_outside_of_its_bounds(system):
+def test_a_start_outside_of_the_bounds_has_escaped(system):
     run, outcome = end(system, mode="clock", y=11.0)
-    assert outcome == cd.Outcome.INVALID_START
+    assert (outcome, run.elapsed) == (cd.Outcome.ESCAPED, 0.0)
     assert "y = 11 exceeds 10" in run.stopped(outcome)
 
 
