@@ -85,8 +85,9 @@ def _followed(beside: Run | None, length: float, outcome: Outcome) -> tuple[np.n
             beside.change_period(float(rest))
             outcome, _ = beside.advance(1)
         told = beside.stopped(outcome)
-        if not told and (outcome != Outcome.OK or not np.isfinite(beside.vectors).all()):
-            told = f"the tangents are lost at time {beside.elapsed:.10g}; another method may follow them"
+        if outcome == Outcome.STEP_UNDERFLOW or (not told and not np.isfinite(beside.vectors).all()):
+            lost = f"the tangents are lost at time {beside.elapsed:.10g}; another method may follow them"
+            told = f"{lost}; {told}" if told else lost
     tangents = beside.vectors.copy() if outcome == Outcome.OK else np.full(beside.vectors.shape, np.nan)
     return tangents, outcome, told
 
