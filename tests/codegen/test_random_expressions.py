@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import chaosdrill as cd
 from chaosdrill.codegen import kernels_of
 from chaosdrill.engine.layout import COLUMNS
-from chaosdrill.model.crossings import stripped
+from chaosdrill.model.crossings import crossings, stripped
 
 X, Y, T, P, W = SYMBOLS = sympy.symbols("x y t p w", real=True)
 NUMBERS = {"p": 0.8, "w": 1.9}
@@ -69,6 +69,8 @@ def test_the_series_solves_the_equation(f, g, place, t, numeric, coefficients, p
         modes={"on": {X: f, Y: X * Y - f}},
         transitions=[cd.Transition("event", "on", "on", guard=g, direction=+1)],
     )
+    # a guard that is read in another writing may have another surface, with the same zeros
+    assume(crossings(system.transitions)[0].surface == stripped(g)[0])
     kernels = kernels_of(system)
     jet, jacobian_jet, tangent = kernels.functions[:3]
     c = kernels.constants(NUMBERS)
