@@ -654,4 +654,5 @@ def test_names_that_contain_the_given_one_are_meant():
 def test_a_message_shows_the_beginning_of_what_is_long_or_has_several_lines():
     assert brief("a" * 58) == repr("a" * 58)
     assert brief("a" * 59) == f"'{'a' * 56}..."
-    assert brief(np.eye(2)) == "array([[1., 0.],..."
+    assert brief(np.eye(2)) == "array([[1., 0.], [0., 1.]])"
+    assert brief(np.eye(9)) == "array([[1., 0., 0., 0., 0., 0., 0., 0., 0.], [0., 1., 0.,..."
