@@ -263,13 +263,17 @@ def write_text(expression: Any) -> str:
     return str(_Printer().doprint(expression))
 
 
-class _Printer(StrPrinter):
-    def _print_Symbol(self, expr: Any) -> str:
-        name = str(expr.name)
-        return name if PLAIN_NAME.fullmatch(name) and name not in WORDS else f"`{name}`"
+class Digits(StrPrinter):
+    """Writes expressions as sympy does, with all digits of their numbers."""
 
     def _print_Float(self, expr: Any) -> str:
         return repr(float(expr))
+
+
+class _Printer(Digits):
+    def _print_Symbol(self, expr: Any) -> str:
+        name = str(expr.name)
+        return name if PLAIN_NAME.fullmatch(name) and name not in WORDS else f"`{name}`"
 
     def _print_exp(self, expr: Any) -> str:
         terms = sympy.Add.make_args(expr.args[0])

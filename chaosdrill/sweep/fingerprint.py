@@ -33,13 +33,9 @@ def of_system(system: "HybridSystem") -> dict[str, Any]:
 
 def _texts(system: "HybridSystem") -> dict[str, Any]:
     """The equations, with all digits of their numbers."""
-    from sympy.printing.str import StrPrinter
+    from chaosdrill.model.text import Digits
 
-    class Printer(StrPrinter):
-        def _print_Float(self, number: Any) -> str:
-            return repr(float(number))
-
-    text = Printer().doprint
+    text = Digits().doprint
     return {
         "regions": {mode: text(region) for mode, region in system.regions.items()},
         "modes": {mode: {str(s): text(rate) for s, rate in field.items()} for mode, field in system.modes.items()},
