@@ -302,7 +302,7 @@ class _Transit:
                 slopes[i * (n + 2)] = 1.0
             known = self._told_from_rounding(index, shared, states)
             for (i, j), entry in self.slopes[index].items():
-                slopes[i * (n + 1) + j] = known.get(entry) or shared[entry]
+                slopes[i * (n + 1) + j] = known[entry] if entry in known else shared[entry]
             shared.known.update(zip(self.images, images, strict=True))
             target = self.system.transitions[index].target
             self._store_rates(target, self.places.after, self.after.get(index, []), shared)

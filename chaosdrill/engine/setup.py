@@ -20,7 +20,7 @@ from chaosdrill.engine.radau_tables import MOST_STAGES
 from chaosdrill.engine.tuning import LANE, ROOTS, RUNS
 from chaosdrill.errors import SettingsError
 from chaosdrill.model.regions import UNTOLD, modes_at
-from chaosdrill.model.tables import DEFAULT_BOUND
+from chaosdrill.model.tables import DEFAULT_BOUNDS
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -155,7 +155,7 @@ def fences_of(system: "HybridSystem") -> np.ndarray:
     found = []
     for i, name in enumerate(system.state_names):
         low, high = system.bounds[name]
-        if not system.discrete and (low, high) not in ((-DEFAULT_BOUND, DEFAULT_BOUND), (-np.inf, np.inf)):
+        if not system.discrete and (low, high) not in (DEFAULT_BOUNDS, (-np.inf, np.inf)):
             within = min(-low, high)
             beyond = np.nextafter(low, -np.inf), np.nextafter(high, np.inf)
             found.append((i, *beyond, 1 / within if within > 0 else np.inf))

@@ -11,7 +11,7 @@ import sympy
 
 from chaosdrill.errors import ModelError
 from chaosdrill.model.reading import Reader
-from chaosdrill.model.tables import DEFAULT_BOUND
+from chaosdrill.model.tables import DEFAULT_BOUNDS
 from chaosdrill.model.text import write_text
 from chaosdrill.model.transition import Transition
 from chaosdrill.model.values import Definition
@@ -95,7 +95,7 @@ def _plain(system: "HybridSystem") -> dict[str, Any]:
     bounds = {
         name: [float(end) if abs(end) != float("inf") else str(end) for end in pair]
         for name, pair in system.bounds.items()
-        if pair != (-DEFAULT_BOUND, DEFAULT_BOUND)
+        if pair != DEFAULT_BOUNDS
     }
     found = {
         "name": system.name,

@@ -53,7 +53,7 @@ def strays(
 def rounding_of(period: Any, parameters: Mapping[str, Any]) -> float:
     """What a period may be off by: what half a unit of the last digit of its decimal numbers moves it by.
 
-    Infinite for so many times one number or parameter, of which it is not known how it was written.
+    Infinite for a multiple of one number or parameter, of which it is not known how it was written.
     """
     import sympy
 

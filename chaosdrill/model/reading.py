@@ -19,7 +19,7 @@ from chaosdrill.model.parts import NAMES, TIME, PartReader, Path, TooManyFaults,
 from chaosdrill.model.period import wrong_period
 from chaosdrill.model.python import is_python
 from chaosdrill.model.special import FLOW
-from chaosdrill.model.tables import DEFAULT_BOUND, OF_NOISE, UNNAMED, finite
+from chaosdrill.model.tables import DEFAULT_BOUNDS, OF_NOISE, UNNAMED, finite
 from chaosdrill.model.transition import CORNER, Transition
 from chaosdrill.model.values import Definition
 from chaosdrill.names import brief, remedy, shown
@@ -255,7 +255,7 @@ class Reader(PartReader):
 
     def _bounds(self, value: Any) -> dict[str, tuple[float, float]]:
         states = self.states or ()
-        read = dict.fromkeys(states, (-DEFAULT_BOUND, DEFAULT_BOUND))
+        read = dict.fromkeys(states, DEFAULT_BOUNDS)
         for state, given in self._table(("bounds",), value).items():
             pair = (-float("inf"), float("inf")) if given is None else given
             low, high = map(_end, pair) if isinstance(pair, list | tuple) and len(pair) == 2 else (float("nan"),) * 2

@@ -26,8 +26,8 @@ OF_NOISE = ("draw", "count")
 MOST = sys.float_info.max
 """Largest double: whole numbers of any length may be given."""
 
-DEFAULT_BOUND = 1e9
-"""Size of a state that has escaped, in units of the largest initial state where that is larger than 1."""
+DEFAULT_BOUNDS = (-1e9, 1e9)
+"""Bounds that nobody gave, in units of the largest initial state where that is larger than 1."""
 
 
 class _ReadOnly:

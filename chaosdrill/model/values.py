@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 from chaosdrill.declared import DISPLAYS
 from chaosdrill.errors import SettingsError
 from chaosdrill.limits import Limit
-from chaosdrill.model.tables import ANOTHER, DEFAULT_BOUND, read_only
+from chaosdrill.model.tables import ANOTHER, DEFAULT_BOUNDS, read_only
 from chaosdrill.model.transition import Transition
 from chaosdrill.names import remedy
 
@@ -235,9 +235,9 @@ class System(Definition):
     def escapes(self) -> dict[str, tuple[float, float]]:
         """Bounds beyond which each state has escaped; those that nobody gave stand in units of the initial state."""
         unit = max(1.0, *(abs(self.initial[name]) for name in self.state_names))
-        default = (-DEFAULT_BOUND, DEFAULT_BOUND)
-        wide = (-DEFAULT_BOUND * unit, DEFAULT_BOUND * unit)
-        return {name: wide if pair == default else pair for name, pair in self.bounds.items()}
+        low, high = DEFAULT_BOUNDS
+        wide = (low * unit, high * unit)
+        return {name: wide if pair == DEFAULT_BOUNDS else pair for name, pair in self.bounds.items()}
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise SettingsError(f"{self.name}: a system is not changed, {name!r} stays as it is; {ANOTHER}")
