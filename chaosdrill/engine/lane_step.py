@@ -10,6 +10,7 @@ from chaosdrill.engine.checked import first_row
 from chaosdrill.engine.jit import inlined
 from chaosdrill.engine.lanes import LANES, gathered, row_of, table_of
 from chaosdrill.engine.polynomial import lane_late_size, lane_size, lane_value
+from chaosdrill.engine.records import time_of
 
 
 @inlined
@@ -18,7 +19,7 @@ def gather(places, live, states, varying, block):
     n = block.x.shape[0]
     for lane in range(LANES):
         run = states.run[uint64(places[lane])]
-        block.t[lane] = run.time
+        block.t[lane] = time_of(run)
         block.period[lane] = run.period
     x, scale, c = row_of(block.x), row_of(block.scale), row_of(block.c)
     for i in range(n):

@@ -153,6 +153,20 @@ def test_a_period_that_does_not_follow_the_parameters_fails_alone():
     assert b.outcome.tolist() == [Outcome.OK, Outcome.FAILED, Outcome.OK]
 
 
+@pytest.mark.parametrize("method", ["taylor", "dop853"])
+def test_a_clock_without_a_period_goes_on_from_part_to_part(method):
+    """x' = a t - x from 0 is at a (t - 1 + exp(-t)), however time is divided, and taken up again."""
+    system = cd.HybridSystem(name="ramp", states="x", time="t", parameters={"a": 1.0}, modes={"on": {"x": "a*t - x"}})
+    a, begin = np.array([1.0, -3.0, 0.5]), (np.zeros((3, 1)), np.zeros(3, dtype=int), Numerics(method, 1e-12))
+    exact = a * (12 - 1 + np.exp(-12.0))
+    for parts in (1, 5, 48):
+        runs = Batch(system, {"a": a}, *begin, unit=12.0 / parts, window=4)
+        runs.run(parts // 2, np.array([0]))
+        runs.proceed(np.arange(3), 0, np.array([0, parts - parts // 2]))
+        np.testing.assert_allclose(runs.x[:, 0], exact, rtol=1e-10)
+        np.testing.assert_array_equal(runs.window[:, min(parts - parts // 2, 4) - 1, 0], runs.x[:, 0])
+
+
 def test_an_attractor_is_followed_along_a_parameter(drill):
     """At eta = 0.63 two cycles of period 4 coexist; the state that is taken over stays on its own."""
     there = batch(drill, [0.63, 0.48])
