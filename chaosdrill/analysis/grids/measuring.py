@@ -156,9 +156,11 @@ def _settle(group: _Group) -> None:
     """Run a group until every point is decided or has been extended as far as it may be."""
     plan = group.plan
     timed = plan.where.counts == "time" and plan.exponents > 0 and not plan.system.draws
-    begun = stands(group.batch, group.parameters) if timed and not plan.max_extension else None
+    # a longer record of equations that change is one of other motions
+    extended = plan.max_extension > 0 and not (timed and not plan.system.autonomous)
+    begun = stands(group.batch, group.parameters) if timed and not extended else None
     known, left = _first(group)
-    if not plan.max_extension:
+    if not extended:
         if begun is not None:
             _look_at_instants(group, begun, known.evidence, left)
         return

@@ -153,6 +153,7 @@ def evidence_of(records: Records, ended: np.ndarray, before: np.ndarray | None =
             shrinks = averages.course[:, quarter] - averages.course[:, 0] < -2 * FOLDS
         found.drawn_in = shrinks.any(axis=1) & ~found.steady
     found.noisy[:] = system.draws
+    found.lasts[:] = system.forced or system.autonomous
     if averages.complete and exponents.shape[1] and not system.forced and structure.autonomous:
         _add_flow(found, records)
     with np.errstate(invalid="ignore"):
@@ -162,7 +163,7 @@ def evidence_of(records: Records, ended: np.ndarray, before: np.ndarray | None =
     found.chaos_possible[:] = not _smooth(system) or n > (2 if system.autonomous else 1)
     found.stirs = (ended == Outcome.OK) & stirs(shifts.quotient(windows[:, :, :-1]), shifts.sizes(known), part)
     untold = unseen | (averages.neutral >= exponents.shape[1])
-    open_ = np.flatnonzero((ended == Outcome.OK) & (untold | ~found.negative))
+    open_ = np.flatnonzero((ended == Outcome.OK) & (untold | ~found.negative | ~found.lasts))
     states, known = aside(windows[open_], shifts)[:, :, :-1], shifts.sizes(known[open_])
     found.leaving[open_], found.settling[open_] = stationarity(states, known, found.even[open_])
     drifts = only_grows(states, known, None if before is None else shifts.quotient(before[open_]), shifts.bounded)
@@ -264,7 +265,7 @@ def add_record(
     if lengths[0] < points:
         earlier = stationarity(shifts.quotient(coarse), shifts.sizes(known))
         e.leaving, e.settling = e.leaving | earlier[0], e.settling | earlier[1]
-    drifts, open_ = e.drifts.copy(), np.flatnonzero(~e.positive & ~e.negative)
+    drifts, open_ = e.drifts.copy(), np.flatnonzero(~e.positive & ~(e.negative & e.lasts))
     for count in sorted(set(lengths)):
         _add_regularity_of(e, open_, windows[open_, -count:], known[open_], coarse[open_], shifts, points, flow)
         # the whole record tells more of growth than its last points
@@ -283,7 +284,7 @@ def _add_regularity_of(
     flow: Callable[[np.ndarray, int], np.ndarray] | None,
 ) -> None:
     """Add what the last points of some records say, see `examine`, and whether the earlier ones agree."""
-    asked = e.may_be_torus[which], e.settled[which]
+    asked = e.may_be_torus[which], e.settled[which], e.lasts[which]
     _add_seen(e, which, examine(windows, known, shifts, e.rounding[which], flow, *asked))
     count = windows.shape[1]
     if count < points and flow is None:
@@ -444,7 +445,7 @@ def add_later(e: Evidence, records: Records, flow: Callable[[np.ndarray, int], n
         if flow is None:
             e.cycle_reached[which] |= closes_for_good(paths, sizes, e.rounding[which])
         of = which[~e.cycle_reached[which] & ~np.any(stationarity(paths[:, :, :-1], sizes), axis=0)]
-        asked = e.may_have_reached_torus[of] & some[of], False
+        asked = e.may_have_reached_torus[of] & some[of], False, e.lasts[of]
         seen = examine(windows[of, begin:], known[of], shifts, e.rounding[of], flow, *asked)
         seems = seen.ordered & ~(seen.cut & e.unmoved[of]) | seen.torus & seen.converges
         e.torus_reached[of] = some[of] & seems
@@ -462,7 +463,9 @@ def contracts(system: HybridSystem) -> bool:
     A closed curve that it maps to itself encloses an area that it maps to itself, so that there is no torus where it
     shrinks them; one that goes round with an angle encloses none.
     """
-    if system.autonomous or len(system.state_names) != 2 or len(shifts_of(system, but_of=()).turns):
+    if not system.forced or system.autonomous or len(system.state_names) != 2:
+        return False
+    if len(shifts_of(system, but_of=()).turns):
         return False
     if "contracts" not in system.shared:
         free = {*system.states, system.time}
@@ -481,7 +484,7 @@ def add_regularity(
     flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
 ) -> None:
     """Add what longer records of some points say, see `examine`."""
-    _add_seen(e, which, examine(windows, known, shifts, e.rounding[which], flow))
+    _add_seen(e, which, examine(windows, known, shifts, e.rounding[which], flow, lasts=e.lasts[which]))
     e.leaving[which], e.settling[which] = stationarity(aside(windows, shifts)[:, :, :-1], shifts.sizes(known))
 
 

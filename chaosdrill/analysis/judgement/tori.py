@@ -268,6 +268,7 @@ def examine(
     flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
     asked: np.ndarray | bool = True,
     slow: np.ndarray | bool = True,
+    lasts: np.ndarray | bool = True,
 ) -> Regularity:
     """What motions are by their section points alone.
 
@@ -290,6 +291,9 @@ def examine(
     asked, slow : ndarray of bool, shape (P,), optional
         Of which it is asked whether they are on a torus by order or prediction, which takes most of the time, and of
         which of them even if averages do not converge; default all.
+    lasts : ndarray of bool, shape (P,), optional
+        Of which the equations come back to what they were, so that ``flow`` tells rates at all instants; default all.
+        Of others the order of instants tells a closed curve that they go round evenly.
     """
     paths, known = aside(windows, shifts), shifts.sizes(known)
     states = paths[:, :, :-1]
@@ -301,13 +305,15 @@ def examine(
     if windows.shape[1] >= LEAST:
         smooth, converges, agrees, parting = agreement(states, known)
     weight = _one_over_extent(states, known)
-    asked, told = np.broadcast_to(asked, len(windows)), slow | converges
+    asked, lasts, told = np.broadcast_to(asked, len(windows)), np.broadcast_to(lasts, len(windows)), slow | converges
     for k in np.flatnonzero(~drifts & ~cycle & (True if flow is not None else asked)):
         moving = states[k][:, weight[k] > 0] * weight[k, weight[k] > 0]
         if flow is None:
             in_order[k], winds_up, cut[k] = ordered(moving)
             # what is in order does not come back
             returns[k] = winds_up or (not in_order[k] and moving.size > 0 and comes_back(moving, 0.0))
+        elif not lasts[k]:
+            curve[k], returns[k], _ = ordered(moving)
         elif smooth[k] and not parting[k]:
             curve[k], line[k], torus[k] = _by_neighbours(windows[k], paths[k], known[k], flow, shifts)
             # instants of a short laminar phase may look like those of a torus

@@ -103,6 +103,7 @@ class Evidence(Selectable):
     torus_reached: np.ndarray  # bool: the later half is that of a torus by all opinions but that of the exponent
     drawn_in: np.ndarray  # bool: some tangent shrinks in the first quarter of a record that is not ``steady``
     noisy: np.ndarray  # bool: what the motion is of is drawn at events, so that nothing ever repeats
+    lasts: np.ndarray  # bool: False where the equations change with time and never come back to what they were
 
     @classmethod
     def of(cls, points: int, **known: np.ndarray) -> "Evidence":
@@ -111,7 +112,10 @@ class Evidence(Selectable):
             "ended": np.full(points, int(Outcome.OK)),
             **{name: np.zeros(points) for name in ("lead", "margin", "late", "quarter", "rounding")},
             "length": np.ones(points),
-            **{name: np.ones(points, bool) for name in ("measured", "flows", "chaos_possible", "torus_possible")},
+            **{
+                name: np.ones(points, bool)
+                for name in ("measured", "flows", "chaos_possible", "torus_possible", "lasts")
+            },
         } | known
         rest = {field.name: np.zeros(points, bool) for field in fields(cls) if field.name not in given}
         return cls(**given, **rest)
@@ -179,7 +183,8 @@ class Evidence(Selectable):
     @property
     def may_be_torus(self) -> np.ndarray:
         """Whether tangents grow so little that it may count as a torus, or as one that was reached, by its points."""
-        return (self.torus_possible & (self.bounded | self.sheared)) | self.may_have_reached_torus
+        of_itself = self.torus_possible & (self.bounded | self.sheared)
+        return of_itself | self.may_have_reached_torus | self.may_follow
 
     @property
     def falls_on(self) -> np.ndarray:
@@ -191,6 +196,22 @@ class Evidence(Selectable):
         """Whether it is a torus by all opinions: tangents do not grow, in themselves, not only against their error."""
         still = self.settled | (self.converges & self.bounded)
         return self.torus & self.torus_possible & self.apart & ~self.steady & still
+
+    @property
+    def follows(self) -> np.ndarray:
+        """Whether it is a torus of drives without a common period, to which nearby motions come closer."""
+        stationary = ~self.settling & ~self.leaving & ~self.drifts
+        return self.may_follow & self.torus & self.converges & self.apart & stationary
+
+    @property
+    def goes_round(self) -> np.ndarray:
+        """Whether instants lie on a closed curve, along which tangents do not grow, or which follows a drive."""
+        return self.curve & (self.bounded | self.may_follow)
+
+    @property
+    def may_follow(self) -> np.ndarray:
+        """Whether that is so by the growth of tangents."""
+        return ~self.lasts & self.negative & self.falls_on
 
     @property
     def settled(self) -> np.ndarray:
@@ -293,7 +314,7 @@ RULES = (
     ),
     Rule(
         Outcome.PERIODIC,
-        lambda e: e.negative & e.falls_on & ~e.leaving & ~e.drifts & ~e.lengthens,
+        lambda e: e.negative & e.falls_on & ~e.leaving & ~e.drifts & ~e.lengthens & e.lasts,
         "nearby motions come closer to the end",
     ),
     Rule(
@@ -306,7 +327,7 @@ RULES = (
     ),
     Rule(
         Outcome.QUASIPERIODIC,
-        lambda e: ~e.positive & e.regular,
+        lambda e: ~e.positive & (e.regular | e.follows),
         "a part of it tells the rest as that of a torus, or smooth averages agree, and tangents do not grow",
     ),
     Rule(
@@ -316,7 +337,7 @@ RULES = (
     ),
     Rule(
         Outcome.PERIODIC,
-        lambda e: ~e.positive & e.curve & e.bounded & (e.falls_on | e.line & (e.agrees | e.unmoved)),
+        lambda e: ~e.positive & e.goes_round & (e.falls_on | e.line & (e.agrees | e.unmoved)),
         "its instants lie on a closed curve, and nearby motions come closer, or stay, or averages agree to round-off",
     ),
     Rule(Outcome.TRANSIENT, lambda e: e.leaving, "it grows evenly away from where it began"),
