@@ -20,7 +20,7 @@ os.register_at_fork(before=_completing.acquire, after_in_parent=_completing.rele
 
 
 class Declared(Mapping[str, Any]):
-    """Entries by name; a function that imports all of them is called before the first look, and returns their order."""
+    """Entries by name; a function imports all of them and returns their order, once one is sought that is not there."""
 
     def __init__(self) -> None:
         self._entries: dict[str, Any] = {}
@@ -42,7 +42,8 @@ class Declared(Mapping[str, Any]):
         return self._entries
 
     def __getitem__(self, name: str) -> Any:
-        return self._all()[name]
+        known = self._entries
+        return known[name] if name in known else self._all()[name]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._all())

@@ -335,21 +335,21 @@ def table_of(kind: str, names: Iterable[str]) -> dict[str, Variable]:
 
 
 @cache
-def _tables() -> dict[str, dict[str, Variable]]:
-    return {kind: {variable.name: variable for variable in entry.variables} for kind, entry in ANALYSES.items()}
+def _table_of(kind: str) -> dict[str, Variable]:
+    return {variable.name: variable for variable in ANALYSES[kind].variables}
 
 
 class _Schema(Mapping[str, dict[str, Variable]]):
     """The tables of all analyses: kind -> name -> variable; looked up on first use."""
 
     def __getitem__(self, kind: str) -> dict[str, Variable]:
-        return _tables()[kind]
+        return _table_of(kind)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(_tables())
+        return iter(ANALYSES)
 
     def __len__(self) -> int:
-        return len(_tables())
+        return len(ANALYSES)
 
 
 SCHEMA = _Schema()

@@ -46,7 +46,7 @@ class FittedLayout(ConstrainedLayoutEngine):
             super().execute(fig)
 
     def _fit(self, fig: Figure) -> None:
-        for text, _ in _rooms(fig):
+        for text in _texts(fig):
             whole, broken = self._whole.get(text, ("", None))
             shown = text.get_text()
             self._whole[text] = (whole, broken) if shown == broken else (shown, shown)
@@ -72,13 +72,28 @@ class FittedLayout(ConstrainedLayoutEngine):
         self._done = self._state(fig)
 
     def _state(self, fig: Figure) -> tuple[object, ...]:
-        texts = tuple(text.get_text() for text, _ in _rooms(fig))
+        texts = tuple(text.get_text() for text in _texts(fig))
         return (fig.dpi, *fig.get_size_inches().tolist(), texts, tuple(entries[one].title for one in _legends(fig)))
 
 
 def _legends(fig: Figure) -> list[Legend]:
     every = [*fig.legends, *(ax.get_legend() for ax in fig.axes)]
     return [legend for legend in every if legend is not None and legend in entries]
+
+
+def _shown(fig: Figure) -> Iterator[Axes]:
+    return (ax for ax in fig.axes if ax.axison and ax.get_visible())
+
+
+def _titles(ax: Axes) -> list[Text]:
+    return [child for child in ax.get_children() if isinstance(child, Text) and child not in ax.texts]
+
+
+def _texts(fig: Figure) -> Iterator[Text]:
+    """Texts beside the axes."""
+    yield from fig.texts
+    for ax in _shown(fig):
+        yield from (*_titles(ax), ax.xaxis.label, ax.yaxis.label)
 
 
 def _rooms(fig: Figure) -> Iterator[tuple[Text, float]]:
@@ -89,13 +104,10 @@ def _rooms(fig: Figure) -> Iterator[tuple[Text, float]]:
     bottom = max([box.y1 for box in boxes if box.y1 < middle], default=page.y0)
     for text in fig.texts:
         yield text, (page.height if text.get_rotation() == 90 else page.width) - 2 * edge
-    for ax in fig.axes:
-        if not (ax.axison and ax.get_visible()):
-            continue
+    for ax in _shown(fig):
         ax.apply_aspect()
         box, first, last, high, low = ax.bbox, *_outermost(ax)
-        titles = [child for child in ax.get_children() if isinstance(child, Text) and child not in ax.texts]
-        for title in titles:
+        for title in _titles(ax):
             # that of a round picture in a wide place begins further to the right
             begins = title.get_window_extent().x0 if title.get_text() else box.x0
             yield title, (page.x1 - edge if last else max(box.x1, begins)) - begins

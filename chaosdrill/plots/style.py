@@ -165,7 +165,9 @@ def _letters() -> dict[str, Any]:
     """Fonts that complement each other; TeX would fail at the letters, indices and signs of our labels."""
     family = _settings["font.family"]
     family = [family] if isinstance(family, str) else list(family)
-    return {"font.family": [*family, *[_COMPLETE_FONT] * (_COMPLETE_FONT not in family)], "text.usetex": False}
+    # a font that is named twice is looked up twice for each text; a generic name stands for its first font
+    first = {name: _settings.get(f"font.{name}", [name])[0] for name in family}
+    return {"font.family": [*family, *[_COMPLETE_FONT] * (_COMPLETE_FONT not in first.values())], "text.usetex": False}
 
 
 def keep_ticks(figure: Figure) -> None:

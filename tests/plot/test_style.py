@@ -14,6 +14,7 @@ import pytest
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties, findfont
 
 import chaosdrill as cd
 from chaosdrill.plots import tuning
@@ -113,6 +114,16 @@ def test_a_backend_that_the_first_picture_calls_for_stays_interactive(ball, tmp_
         [sys.executable, "-c", textwrap.dedent(program)], cwd=tmp_path, env=environment, capture_output=True, text=True
     )
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(
+    "family", ["sans-serif", "serif", "DejaVu Sans", ["cmr10", "sans-serif"], ["serif", "DejaVu Sans"]]
+)
+def test_a_font_is_looked_up_once_and_the_complete_one_always(family):
+    with mpl.rc_context({"font.family": family}), style():
+        files = [findfont(FontProperties(family=[name])) for name in mpl.rcParams["font.family"]]
+    assert len(set(files)) == len(files)
+    assert any(file.endswith("DejaVuSans.ttf") for file in files)
 
 
 # Sizes and fonts that a user has set are those of the picture; its colours are those of white paper.

@@ -25,6 +25,8 @@ found = cd.lyapunov_spectrum(cd.build("lorenz"), duration=2.0)
 unasked = {"dask", "scipy.fft", "scipy.special", "scipy.optimize", "scipy.linalg", "matplotlib", "netCDF4"}
 unasked |= {"chaosdrill.orbits", "chaosdrill.plots", "chaosdrill.archive", "chaosdrill.analysis.sections"}
 loaded = sorted(unasked & {name for name, module in sys.modules.items() if module is not None})
+kinds = "chaosdrill.analysis.kinds."
+loaded += [name for name in sys.modules if name.startswith(kinds) and name != kinds + "lyapunov_spectrum"]
 sys.exit(f"loaded: {loaded}" if loaded else 0)
 """
 
