@@ -88,25 +88,39 @@ def _near(columns: np.ndarray, among: np.ndarray) -> np.ndarray:
     few, some = columns.take(picked(count, SCALING.looked_at), axis=1), columns.take(among, axis=1)
     counts = np.zeros((few.shape[1], len(SCALES) + 1), dtype=np.int64)
     begin = np.zeros((1, len(counts)), dtype=np.int64)
-    _tally(few, some, begin, begin + len(among), 0, 1, counts, np.zeros(len(among)))
+    _count(few, some, begin, begin + len(among), 0, 1, counts)
     return np.asarray((counts[:, :-1].cumsum(axis=1).mean(axis=0) - 1) * count / len(among))
 
 
 def _counted(columns: np.ndarray, which: np.ndarray, among: np.ndarray, window: int, first: int, last: int) -> Counted:
     """Neighbours of some points among some, within some of the distances; both are places in order."""
-    centres, some, apart = columns.take(which, axis=1), columns.take(among, axis=1), np.zeros(len(among))
+    centres, some = columns.take(which, axis=1), columns.take(among, axis=1)
     boxes = _Boxes(some, SCALES[last])
     rank, begin, end = boxes.about(centres, 1)
     ranked = np.zeros((len(which), max(last - first + 1, 0) + 1), dtype=np.int64)
-    _tally(centres.take(rank, axis=1), boxes.columns, begin, end, first, 1, ranked, apart)
+    _count(centres.take(rank, axis=1), boxes.columns, begin, end, first, 1, ranked)
     within = np.empty_like(ranked)
     within[rank] = ranked
     # those near in time, of which a point itself is one
     begin, end = _near_in_time(among, which, window)
-    _tally(centres, some, begin[np.newaxis], end[np.newaxis], first, -1, within, apart)
+    _count(centres, some, begin[np.newaxis], end[np.newaxis], first, -1, within)
     within = within[:, :-1].cumsum(axis=1)
     told = np.flatnonzero(within.sum(axis=0) >= SCALING.fewest_pairs)
     return Counted(first + told, within[:, told].astype(float), len(among) - (end - begin))
+
+
+def _count(
+    centres: np.ndarray,
+    columns: np.ndarray,
+    first: np.ndarray,
+    last: np.ndarray,
+    lowest: int,
+    each: int,
+    counts: np.ndarray,
+) -> None:
+    """Add points to the counts; see `_tally`."""
+    turns, apart = np.empty((4, counts.shape[1]), dtype=np.int64), np.empty(columns.shape[1])
+    _tally(centres, columns, first, last, lowest, each, counts, turns, apart)
 
 
 def _near_in_time(among: np.ndarray, which: np.ndarray, window: int) -> tuple[np.ndarray, np.ndarray]:
@@ -151,10 +165,13 @@ def _nearest(
     found, times, apart = np.full((len(which), most), np.inf), among[boxes.order], np.zeros(len(among))
     left = np.arange(len(which))
     for widths in (1, 4, _FURTHER, np.inf):
+        if not len(left):
+            break
         rank, begin, end = boxes.about(columns.take(which[left], axis=1), widths)
-        at, near = which[left[rank]], np.full((len(left), most), np.inf)
+        at, near = which[left[rank]], np.full((len(left), most + 1), np.inf)
+        near[:, most] = -np.inf
         _keep_nearest(columns.take(at, axis=1), at, boxes.columns, times, begin, end, window, near, apart)
-        found[left[rank]] = near
+        found[left[rank]] = near[:, most - 1 :: -1]
         left = left[found[left, -1] > widths * reach]
     return found
 
@@ -216,36 +233,41 @@ def _distances(centres, i, columns, first, last, apart):
             apart[j - first] = max(apart[j - first], abs(columns[a, j] - centres[a, i]))
 
 
-@compiled(void(matrix, matrix, integer_matrix, integer_matrix, int64, int64, integer_matrix, vector))
-def _tally(centres, columns, first, last, lowest, each, counts, apart):
-    """Add points to the counts of the smallest of `SCALES` within which they are, or of the last one, of all beyond."""
+@compiled(void(matrix, matrix, integer_matrix, integer_matrix, int64, int64, integer_matrix, integer_matrix, vector))
+def _tally(centres, columns, first, last, lowest, each, counts, turns, apart):
+    """Add points to the counts of the smallest of `SCALES` within which they are, or of the last one, of all beyond.
+
+    Four rows of ``turns`` count in turn: to add to a number that was just added to waits for that.
+    """
     beyond = counts.shape[1] - 1
     for i in range(first.shape[1]):
+        met = 0
         for row in range(first.shape[0]):
-            begin, end = first[row, i], last[row, i]
-            _distances(centres, i, columns, begin, end, apart)
-            for j in range(end - begin):
-                # squares of `SCALES` are the powers of two from 2**-52 on
-                apart[j] = exponent(apart[j] * apart[j] * _BELOW) + (53.0 - lowest)
-            for j in range(end - begin):
-                counts[i, int(min(max(apart[j], 0.0), beyond))] += each
+            _distances(centres, i, columns, first[row, i], last[row, i], apart[met:])
+            met += last[row, i] - first[row, i]
+        for j in range(met):
+            # squares of `SCALES` are the powers of two from 2**-52 on
+            place = exponent(apart[j] * apart[j] * _BELOW) + (53.0 - lowest)
+            apart[j] = min(max(place, 0.0), beyond)
+        turns[:] = 0
+        for j in range(met):
+            turns[j % 4, int(apart[j])] += 1
+        for place in range(beyond + 1):
+            counts[i, place] += each * (turns[0, place] + turns[1, place] + turns[2, place] + turns[3, place])
 
 
 @compiled(void(matrix, integers, matrix, integers, integer_matrix, integer_matrix, int64, matrix, vector))
 def _keep_nearest(centres, times, columns, times_of_points, first, last, window, nearest, apart):
-    """Keep the smallest distances in order."""
-    most = nearest.shape[1]
+    """Keep the smallest distances, the largest of them first, before a last one that is below all."""
+    most = nearest.shape[1] - 1
     for i in range(first.shape[1]):
         for row in range(first.shape[0]):
             begin, end = first[row, i], last[row, i]
             _distances(centres, i, columns, begin, end, apart)
             for j in range(end - begin):
-                if apart[j] < nearest[i, most - 1] and abs(times_of_points[begin + j] - times[i]) > window:
-                    k = most - 1
-                    while k > 0 and nearest[i, k - 1] > apart[j]:
-                        nearest[i, k] = nearest[i, k - 1]
-                        k -= 1
-                    nearest[i, k] = apart[j]
+                if apart[j] < nearest[i, 0] and abs(times_of_points[begin + j] - times[i]) > window:
+                    for k in range(most):
+                        nearest[i, k] = max(min(nearest[i, k], apart[j]), nearest[i, k + 1])
 
 
 def picked(count: int, most: int) -> np.ndarray:
