@@ -69,7 +69,7 @@ def _met_at(problem: Problem, border: Border) -> Change:
             name = system.transitions[came if came >= 0 else first].name
             if shot.crossed[i] == end and shot.met[i] >= (1 - TUNING.end_of_stay) * orbit.durations[i]:
                 # met twice in a row, the second time from behind: between the two it was met at no speed
-                return Change(Special.GRAZING, f"{names[i]} vanishes")
+                return Change(Special.GRAZING, _told(_slow_events(problem, orbit, shot, i), "vanishes", "vanish"))
             if shot.met[i] <= TUNING.end_of_stay * orbit.durations[i]:
                 return Change(Special.EVENT_SWAP, f"{name} coincides with {names[i - 1]}")
             if shot.met[i] >= (1 - TUNING.end_of_stay) * orbit.durations[i]:
@@ -83,11 +83,25 @@ def _met_at(problem: Problem, border: Border) -> Change:
     slow = slowness(problem, orbit, shot)
     short = orbit.durations / orbit.durations.sum()
     if slow.min(initial=np.inf) <= TUNING.tangential:
-        return Change(Special.GRAZING, f"{names[int(slow.argmin())]} vanishes")
+        slowest = _slow_events(problem, orbit, shot, int(slow.argmin()))
+        return Change(Special.GRAZING, _told(slowest, "vanishes", "vanish"))
     if short.min() <= TUNING.tangential:
         i = int(short.argmin())
         return Change(Special.EVENT_SWAP, f"{names[i - 1]} and {names[i]} coincide")
     return Change(Special.REGULAR, "")
+
+
+def _slow_events(problem: Problem, orbit: Orbit, shot: Shot, one: int) -> list[str]:
+    """Names of the event that ends a segment and of all that have lost their speed with it, in order of declaration."""
+    ends = np.flatnonzero(slowness(problem, orbit, shot) <= TUNING.touching)
+    came = np.union1d(orbit.segments[ends, at.SEGMENT_OUTCOME], orbit.segments[one, at.SEGMENT_OUTCOME])
+    return [problem.plain.transitions[k].name for k in came.tolist()]
+
+
+def _told(names: Sequence[str], one: str, many: str) -> str:
+    """Events and what happens to them."""
+    counted = [f"{k} {name}" if k > 1 else name for name, k in Counter(names).items()]
+    return f"{' and '.join(counted)} {one if len(names) == 1 else many}"
 
 
 def _changed(problem: Problem, border: Border, after: Orbit) -> Change:
@@ -106,11 +120,8 @@ def _changed(problem: Problem, border: Border, after: Orbit) -> Change:
         if not appeared and not vanished:
             return Change(Special.EVENT_SWAP, "two events change their order")
         return Change(Special.OUTCOME_SWITCH, f"{' and '.join(vanished)} becomes {' and '.join(appeared)}")
-    parts = []
-    for names, one, many in ((appeared, "appears", "appear"), (vanished, "vanishes", "vanish")):
-        counted = [f"{k} {name}" if k > 1 else name for name, k in Counter(names).items()]
-        if names:
-            parts.append(f"{' and '.join(counted)} {one if len(names) == 1 else many}")
+    told = ((appeared, "appears", "appear"), (vanished, "vanishes", "vanish"))
+    parts = [_told(*one) for one in told if one[0]]
     grazes = slow <= TUNING.tangential or touched
     return Change(Special.GRAZING if grazes else Special.BORDER_COLLISION, ", ".join(parts))
 
@@ -132,7 +143,8 @@ def branch_behind(curve: Curve, border: Border) -> Continuation | None:
             continue
         tried.append(guess)
         found = _branch_from(curve, guess, border, further)
-        if found is not None:
+        # the branch itself comes again, nearer to a border that takes ever longer
+        if found is not None and not _same_cycle(found.orbit, border.good):
             return found
     # these are tried though the same events were, nearer to the border
     beyond = (_branch_from(curve, guess, border, further) for guess in _own_ahead(curve, border))
@@ -342,11 +354,14 @@ def left_out(problem: Problem, border: Border) -> Iterator[Orbit]:
 
 
 def _same_cycle(one: Orbit, other: Orbit) -> bool:
-    """Whether two orbits have the same events, which take about as long: two that trade places leave a cycle of two."""
-    total = float(other.durations.sum())
+    """Whether two orbits have the same events after about the same parts of the whole.
+
+    Two that trade places leave a cycle of two, with other parts.
+    """
+    here, there = (orbit.durations / orbit.durations.sum() for orbit in (one, other))
     return len(one) == len(other) and any(
         np.array_equal(np.roll(one.segments, k, axis=0), other.segments)
-        and np.abs(np.roll(one.durations, k) - other.durations).max() < TUNING.same_cycle * total
+        and np.abs(np.roll(here, k) - there).max() < TUNING.same_cycle
         for k in range(len(one))
     )
 

@@ -156,3 +156,28 @@ def test_a_neuron_stops_where_its_drive_is_the_threshold(size, step):
     assert found["special_text"].item() == "spike vanishes; the branch ends"
     assert found["special_error"].item() < 1e-7 * size
     assert abs(found["special_value"].item() - size) <= found["special_error"].item()
+
+
+@pytest.fixture(scope="module")
+def thermostat():
+    """On from 1 - p to p and off on the way back, half a period of ln(p / (1 - p)) each."""
+    x, p = sympy.symbols("x p", real=True)
+    switches = [
+        cd.Transition("hot", source="on", target="off", guard=x - p, direction=1),
+        cd.Transition("cold", source="off", target="on", guard=x - 1 + p, direction=-1),
+    ]
+    modes, start = {"on": {x: 1 - x}, "off": {x: -x}}, {"mode": "on", x: 0.5}
+    return cd.HybridSystem(
+        name="thermostat", states=(x,), parameters={"p": 0.7}, modes=modes, transitions=switches, initial=start
+    )
+
+
+@pytest.mark.parametrize(
+    ("end", "step"), [(1.2, None), (1.2, 0.1), (1.2, 0.013), (1.0, None), (1.0, 0.04), (1.0, 0.003)]
+)
+def test_both_switches_of_a_thermostat_take_ever_longer(thermostat, end, step):
+    """The orbits with the same switches that are found ever nearer to the end are those of the branch itself."""
+    branch = cd.continue_orbit(thermostat, {"p": (0.55, end)}, step=step)
+    assert branch["branch_end"].item() == BranchEnd.GRAZING
+    assert branch["special_text"].item() == "hot and cold vanish; the branch ends"
+    assert 0 <= 1 - branch["special_value"].item() <= branch["special_error"].item() < 1e-7
