@@ -7,7 +7,7 @@ state. A strobe lies between any two of its events, so that the points of the se
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Unpack
 
-from chaosdrill.model.system import HybridSystem, Words
+from chaosdrill.model.system import HybridSystem, Words, arguments_of
 from chaosdrill.model.tables import UNNAMED_MAP
 from chaosdrill.model.values import LATE
 from chaosdrill.typed import constructor
@@ -89,6 +89,20 @@ class Map(HybridSystem):
         from chaosdrill.model.images import MapReader
 
         return MapReader(parameters)
+
+    def remade(self, **other: Any) -> HybridSystem:
+        """A map made of other arguments, or the flow between its iterates if they are those of a flow."""
+        names = set(arguments_of(Map))
+        if not other.keys() <= names:
+            return super().remade(**other)
+        own = {name: getattr(self, name) for name in names - {"initial"}}
+        made = Map(**{**own, "initial": self.start, **other})
+        return made.changed(noise=self.noise) if self.noise else made
+
+    def _moved_with(self, rates: Mapping[Any, Any], fixed: Mapping[Any, float]) -> dict[str, Any]:
+        if self.time in rates:
+            return super()._moved_with(rates, fixed)
+        return {"images": {**self.images, **{x: x for x in rates}}}
 
     def _content(self) -> tuple[Any, ...]:
         # the branches of different images may be the same

@@ -446,7 +446,8 @@ class HybridSystem(System):
         Returns
         -------
         HybridSystem
-            With n + 1 states, or n + the number of parameters, or both.
+            With n + 1 states, or n + the number of parameters, or both; what noise is made of stays behind them. A map
+            stays one, unless its clock is made a state.
 
         Raises
         ------
@@ -479,15 +480,21 @@ class HybridSystem(System):
             )
         wide = self.remade(
             name=f"{self.name} (augmented)",
-            states=(*self.states, *extra),
-            time=None if time else self.time,
+            states=(*self.states[: self.free], *extra, *self.states[self.free :]),
             parameters={key: value for key, value in self.parameters.items() if key not in names},
-            modes={m: {**field, **{s: rate for s, (rate, _) in extra.items()}} for m, field in self.modes.items()},
-            period=None if self.period is None else self.period.subs(fixed),
             initial={**self.start, **{s.name: value for s, (_, value) in extra.items()}},
             bounds={**self.bounds, **{s.name: None for s in extra}},
+            **self._moved_with({s: rate for s, (rate, _) in extra.items()}, fixed),
         )
         return wide.limited(self.limits)
+
+    def _moved_with(self, rates: Mapping[Any, Any], fixed: Mapping[Any, float]) -> dict[str, Any]:
+        """The arguments that say how states move, beside further ones; ``fixed``: parameters with their values."""
+        return {
+            "time": None if self.time in rates else self.time,
+            "modes": {mode: {**field, **rates} for mode, field in self.modes.items()},
+            "period": None if self.period is None else self.period.subs(fixed),
+        }
 
     def remade(self, **other: Any) -> "HybridSystem":
         """A system made of other arguments, where they are given, and of those that this one is made of."""

@@ -142,6 +142,23 @@ def test_augmented_without_a_word_is_the_same_system(system):
     assert (same.states, same.modes, same.parameters) == (system.states, system.modes, system.parameters)
 
 
+def test_a_map_with_a_parameter_among_its_states_is_a_map():
+    henon = cd.Map("x y", {"a": 1.4, "b": 0.3}, {"x": "1 - a*x**2 + y", "y": "b*x"}, initial={"x": 0.1})
+    wide = henon.augmented(parameters=["a"])
+    assert (type(wide), wide.state_names, wide.parameters) == (cd.Map, ("x", "y", "a"), {"b": 0.3})
+    assert {x.name: str(image) for x, image in wide.images.items()} == {"x": "-a*x**2 + y + 1", "y": "b*x", "a": "a"}
+    assert wide.initial_values == [0.1, 0.0, 1.4]
+
+
+@pytest.mark.parametrize("discrete", [False, True])
+def test_what_noise_is_made_of_stays_behind_a_parameter_among_the_states(system, discrete):
+    narrow = cd.Map("x", {"omega": 1.4, "k": 0.3}, {"x": "omega - k*x**2"}) if discrete else system
+    drawn = narrow.with_noise({"k": cd.Uniform(1.0, 1.4)}, at=None if discrete else "hit")
+    wide = drawn.augmented(parameters=["omega"])
+    assert wide.free == drawn.free + 1
+    assert wide.state_names == (*drawn.state_names[: drawn.free], "omega", *drawn.state_names[drawn.free :])
+
+
 def test_the_representation_tells_states_modes_and_transitions(system):
     assert repr(system) == (
         "HybridSystem('mass', states=('x', 'v'), modes=('free', 'held'), transitions=('hit', 'catch'))"
