@@ -85,7 +85,7 @@ class Tables(NamedTuple):
     bounds: Matrix
     """(2, n): lower and upper bounds of the states that are looked at where steps end"""
     fences: Matrix
-    """(k, 4): number of a state, the doubles next beyond its bounds, and 1 over the size that is within both"""
+    """(k, 3): number of a state, and the doubles next beyond its bounds"""
     symmetries: Matrix
     """(k, n): directions in which nothing ever changes"""
     constrained: IntegerMatrix
@@ -143,6 +143,8 @@ class States(NamedTuple):
     """(P, n): largest values of the states at the start and where steps with a strobe ended"""
     doubt: Matrix
     """(P, n): errors of the states where the run began or after the last event, in units of ``guards.ROUNDING``"""
+    leeway: Matrix
+    """(P, n): how far beyond its bounds a state has been on them, since it was last within"""
     normal: Matrix
     """(P, n + 1): gradient of the guard that has just fired, by states and, last, time"""
 

@@ -70,7 +70,7 @@ def tables_of(
     Rank may be lost at the transitions in ``deficient``; ``symmetries`` are rows (k, n); ``through`` is what
     `chaosdrill.engine.structure.passes` says.
     """
-    kernels = kernels_of(system)
+    kernels, fences = kernels_of(system), fences_of(system)
     transitions = np.zeros((len(kernels.transition_table), 5), dtype=np.int64)
     transitions[:, [at.TO_MODE, at.MARKS_ONLY]] = kernels.transition_table
     transitions[sorted(deficient), at.RANK_DEFICIENT] = 1
@@ -89,8 +89,8 @@ def tables_of(
         transitions=transitions,
         moves=kernels.moves_table,
         returns=np.array(kernels.layout.returns, dtype=np.int64).reshape(-1, 2),
-        bounds=bounds_at_ends(system),
-        fences=fences_of(system),
+        bounds=bounds_at_ends(system, fences),
+        fences=fences,
         symmetries=np.array(symmetries, dtype=float),
         constrained=constrained_states(system),
         feeds=np.array(kernels.layout.feeds, dtype=np.int64),
@@ -142,11 +142,10 @@ def bounds_of(system: "HybridSystem") -> np.ndarray:
     return np.array([limits[s] for s in system.state_names]).T.copy()
 
 
-def bounds_at_ends(system: "HybridSystem") -> np.ndarray:
+def bounds_at_ends(system: "HybridSystem", fences: np.ndarray) -> np.ndarray:
     """The same of those that are looked at where steps end: infinite for states that have fences."""
     bounds = bounds_of(system)
-    fenced = fences_of(system)[:, 0].astype(np.int64)
-    bounds[:, fenced] = [[-np.inf], [np.inf]]
+    bounds[:, fences[:, 0].astype(np.int64)] = [[-np.inf], [np.inf]]
     return bounds
 
 
@@ -156,10 +155,8 @@ def fences_of(system: "HybridSystem") -> np.ndarray:
     for i, name in enumerate(system.state_names):
         low, high = system.bounds[name]
         if not system.discrete and (low, high) not in (DEFAULT_BOUNDS, (-np.inf, np.inf)):
-            within = min(-low, high)
-            beyond = np.nextafter(low, -np.inf), np.nextafter(high, np.inf)
-            found.append((i, *beyond, 1 / within if within > 0 else np.inf))
-    return np.array(found, dtype=float).reshape(-1, 4)
+            found.append((i, np.nextafter(low, -np.inf), np.nextafter(high, np.inf)))
+    return np.array(found, dtype=float).reshape(-1, 3)
 
 
 def constrained_states(system: "HybridSystem") -> np.ndarray:
@@ -257,6 +254,7 @@ def states_of(
         hardest=np.zeros((points, keys)),
         extent=np.abs(starts),
         doubt=np.zeros((points, n)),
+        leeway=np.zeros((points, n)),
         normal=np.zeros((points, n + 1)),
     )
 

@@ -30,10 +30,11 @@ class Steps(NamedTuple):
     """Lengths at which that is looked at, each ``closer`` times the next one."""
     closer: float = 0.1
     """See ``probes``."""
-    on_bound: float = 16.0
-    """Rounding units of a state by which it may lie beyond a bound, as on a wall there."""
     to_bound: int = 3
-    """Newton steps from the root of a dense output to the instant at which a state leaves its bounds."""
+    """Newton steps from the root of a dense output to the instant at which a state leaves its bounds, or is farthest
+    beyond them;"""
+    places: int = 16
+    """places of a step among which that is looked for."""
     underflow: float = 1e-16
     """Part of the longest step below which shortening is given up."""
     blocked: float = 1e-6

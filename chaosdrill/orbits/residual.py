@@ -35,7 +35,7 @@ class Residual:
         settings["target"] = 2**62
         tables = tables_of(self.system, (), np.zeros((0, n)), passes(self.system))
         # bounds go with the start, among which free parameters do not count
-        tables.bounds[:, : n - len(free)] = bounds_at_ends(system)
+        tables.bounds[:, : n - len(free)] = bounds_at_ends(system, tables.fences)
         self._clock = self.system.mode_names.index(CLOCK) if CLOCK in self.system.modes else -1
         self._states = states_of(
             self.system,

@@ -99,7 +99,9 @@ def test_records_equal_the_clock_to_the_bit(with_loss: tuple[cd.Map, cd.HybridSy
         assert outcome == (cd.Outcome.ESCAPED if sum(pieces) > 46 else cd.Outcome.OK)
         assert run.strobes == min(sum(pieces), 46)
         tables.append([np.vstack(rows[first::2]) for first in (0, 1)])
-        states.append([*(one for one in run.states if one.dtype != run.states.run.dtype), np.array(run.live)])
+        # a map has no time between its images at which it could be within its bounds again
+        kept = (one for name, one in run.states._asdict().items() if name not in ("run", "leeway"))
+        states.append([*kept, np.array(run.live)])
     assert states[0][-1] == 1
     for own, other in zip(*states, strict=True):
         assert np.array_equal(own, other)
