@@ -12,6 +12,9 @@ from chaosdrill.engine.records import state_outcome
 from chaosdrill.engine.step import advance, expand, locate
 from chaosdrill.engine.tuning import ORBITS, STEPS
 
+BOUND = -2
+"""In place of the guard that a segment crosses: a state leaves the bounds that its system was given."""
+
 
 @inlined
 def begin(tables, state, mode, live, last_mode, last_end, last_outcome):
@@ -30,6 +33,7 @@ def begin(tables, state, mode, live, last_mode, last_end, last_outcome):
     state.sides[:] = 0
     state.scale[:] = 0.0
     state.normal[:] = 0.0
+    state.leeway[:] = 0.0
     for i in range(state.x.size):
         state.doubt[i] = tables.slack[i] / guards.ROUNDING
     if last_end >= 0:
@@ -46,7 +50,8 @@ def begin(tables, state, mode, live, last_mode, last_end, last_outcome):
 def follow(functions, method, settings, tables, asleep, start, duration, end, watched, state, scratch):
     """Move state and tangents through a segment that has begun.
 
-    Returns what ended it (DONE, or an outcome), the first guard that it crosses before its end, -1 for none, and when.
+    Returns what ended it (DONE, or an outcome), the first guard that it crosses before its end, -1 for none, and when;
+    ``BOUND`` where a state leaves its bounds before any is crossed.
     ``end`` is the guard that is to be met at the end. A duration below zero leads backwards, within one step; nothing
     is watched then, as in the tables ``asleep``.
     """
@@ -65,7 +70,7 @@ def follow(functions, method, settings, tables, asleep, start, duration, end, wa
     if duration == 0.0:
         return at.DONE, crossed, when
     while True:
-        watching = watched and crossed < 0 and duration > 0.0
+        watching = watched and crossed == -1 and duration > 0.0
         rest = duration - done
         # explicit time is counted from the start of the segment
         t = run.origin = start + done
@@ -101,10 +106,13 @@ def follow(functions, method, settings, tables, asleep, start, duration, end, wa
             elif j != end or te < rest - ORBITS.end * run.period:
                 crossed = j
                 when = done + te
-        if tables.fences.shape[0] > 0 and s > 0.0:
-            _, fence = fences.up_to_escape(here, tables, settings, t, s, state, scratch)
+        # what the motion does beyond a guard that it crosses does not count
+        until = te if crossed >= 0 else s
+        if tables.fences.shape[0] > 0 and watching and until > 0.0:
+            te, fence = fences.up_to_escape(here, tables, settings, t, until, state, scratch)
             if fence >= 0:
-                return at.ESCAPED, crossed, when
+                crossed = BOUND
+                when = done + te
         advance(method, settings, t, state, s, scratch)
         run.longest = max(run.longest, abs(s))
         outcome = state_outcome(state.x, tables.bounds)

@@ -18,7 +18,7 @@ from chaosdrill.orbits.continuation import Birth, Continued, continue_curve, fam
 from chaosdrill.orbits.crossings import TESTS, Located, ended, noise_of
 from chaosdrill.orbits.curve import Curve, SpecialCurve
 from chaosdrill.orbits.event_changes import branch_behind, change_at
-from chaosdrill.orbits.find import NoOrbitError, admissible, starting_orbit
+from chaosdrill.orbits.find import NoOrbitError, starting_orbit
 from chaosdrill.orbits.function_points import mark_functions
 from chaosdrill.orbits.grazing import grazing_form
 from chaosdrill.orbits.guards_met import slowness
@@ -27,7 +27,7 @@ from chaosdrill.orbits.marks import NO_COLUMNS, Columns
 from chaosdrill.orbits.multipliers import free_multipliers, is_stable, largest_growth, multipliers, structural_rank
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.points import Border, Point
-from chaosdrill.orbits.problem import CONVERGED, LostError, Shot
+from chaosdrill.orbits.problem import CONVERGED, LostError, Problem, Shot, admissible
 from chaosdrill.orbits.rests import point_behind, rest_behind
 from chaosdrill.orbits.results import NO_GRAZING, BranchResult, Cascade
 from chaosdrill.orbits.roots import bracketed
@@ -323,14 +323,23 @@ def _hidden(segment: BranchSegment) -> str:
 
 
 def _escapes(segment: BranchSegment) -> bool:
-    """Whether a state of the last orbit reaches its bounds, to within a part of the range of the orbits."""
-    orbit, problem = segment.points[-1].orbit, segment.curve.problem
+    """Whether a state of the last orbit reaches its bounds, to within a part of the range of the orbits.
+
+    A bound at which the first orbit is as well, as at a wall, ends no branch.
+    """
+    problem = segment.curve.problem
     low, high = bounds_of(problem.plain)
-    times = np.linspace(0.0, float(orbit.durations.sum()), TUNING.guard_samples)
-    states = np.vstack([problem.at([orbit], times[np.newaxis])[0][0], orbit.starts[:, : problem.states]])
+    first, states = (_path(problem, p.orbit) for p in (segment.points[0], segment.points[-1]))
     starts = np.vstack([p.orbit.starts[:, : problem.states] for p in segment.points])
     near = TUNING.at_bounds * np.ptp(np.vstack([states, starts]), axis=0)
-    return bool(((states < low + near) | (states > high - near)).any())
+    was, reached = (np.stack([one.min(axis=0) < low + near, one.max(axis=0) > high - near]) for one in (first, states))
+    return bool((reached & ~was).any())
+
+
+def _path(problem: Problem, orbit: Orbit) -> np.ndarray:
+    """States along an orbit and at the starts of its segments."""
+    times = np.linspace(0.0, float(orbit.durations.sum()), TUNING.guard_samples)
+    return np.vstack([problem.at([orbit], times[np.newaxis])[0][0], orbit.starts[:, : problem.states]])
 
 
 Progress = Callable[[int, int, None], None]

@@ -15,9 +15,8 @@ import numpy as np
 
 from chaosdrill.dataset.branches import Special
 from chaosdrill.engine import shooting as at
-from chaosdrill.orbits.find import admissible
 from chaosdrill.orbits.points import Border, Candidate, Direction, Plane, Point, Root, Whole, plane_at
-from chaosdrill.orbits.problem import CONVERGED, LostError
+from chaosdrill.orbits.problem import CONVERGED, LostError, admissible
 from chaosdrill.orbits.sliding import Landing
 from chaosdrill.orbits.tuning import TUNING
 

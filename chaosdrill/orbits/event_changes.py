@@ -20,13 +20,13 @@ from chaosdrill.dataset.branches import Special
 from chaosdrill.engine import shooting as at
 from chaosdrill.model.transition import REFLECTION
 from chaosdrill.orbits.curve import Curve
-from chaosdrill.orbits.find import admissible, at_rest
+from chaosdrill.orbits.find import at_rest
 from chaosdrill.orbits.guards_met import nearest_touch, slowness, taken, touches
 from chaosdrill.orbits.guess import eventless, own_path, standpoint
 from chaosdrill.orbits.multipliers import based
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.points import Border
-from chaosdrill.orbits.problem import CONVERGED, Problem, Shot
+from chaosdrill.orbits.problem import CONVERGED, Problem, Shot, admissible
 from chaosdrill.orbits.sliding import switched, unswitched
 from chaosdrill.orbits.tuning import TUNING
 

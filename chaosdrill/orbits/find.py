@@ -27,7 +27,7 @@ from chaosdrill.orbits.marks import Marks
 from chaosdrill.orbits.multipliers import based, free_multipliers
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.place import Place, drifts_until_guard, reached
-from chaosdrill.orbits.problem import CONVERGED, SINGULAR, SLOW, Problem, Shot
+from chaosdrill.orbits.problem import CONVERGED, SINGULAR, SLOW, Problem, Shot, admissible, lasting
 from chaosdrill.orbits.results import FoundOrbit
 from chaosdrill.orbits.tuning import TUNING
 from chaosdrill.orbits.verification import describe, no_orbit
@@ -45,28 +45,12 @@ class NoOrbitError(Exception):
         self.residuals = np.zeros(0) if residuals is None else residuals
 
 
-def admissible(orbit: Orbit, shot: Shot) -> bool:
-    """Whether the system follows the orbit as it is written down: its guards, their order, their outcomes."""
-    events = orbit.segments[:, at.SEGMENT_END] >= 0
-    return bool(
-        (shot.crossed < 0).all()
-        and (shot.came == orbit.segments[:, at.SEGMENT_OUTCOME]).all()
-        and (lasting(orbit) > 0).all()
-        and (shot.speeds[events] > 0).all()
-    )
-
-
 def tie_words(problem: Problem, orbit: Orbit) -> str:
     """Which events of an orbit happen in one instant, in words; empty if none do."""
     outcomes, between = orbit.segments[:, at.SEGMENT_OUTCOME], np.flatnonzero(orbit.tied)
     pairs = [[problem.plain.transitions[outcomes[k]].name for k in (i - 1, i)] for i in between.tolist()]
     told = ", ".join(f"{one!r} and {other!r}" for one, other in pairs)
     return f"{told} happen in one instant; multipliers are those of this order, event_orders has all" if told else ""
-
-
-def lasting(orbit: Orbit) -> np.ndarray:
-    """Durations of the segments, one of rounding's length between two events in one instant as a positive one."""
-    return np.where(orbit.tied, TUNING.same_instant * float(orbit.durations.sum()), orbit.durations)
 
 
 def inadmissible_words(problem: Problem, orbit: Orbit, shot: Shot) -> str:

@@ -313,7 +313,7 @@ def guess_of_autonomous(
     d, ended, shifts = len(state), outcome != Outcome.OK, problem.shifts
     path = np.vstack([state, samples[: run.filled()[0], :d]])
     if ended:
-        events = within_bounds(system, events)
+        events = within_bounds(system, outcome, events)
         if expected is not None and run.elapsed < expected:
             return outcome, None
     there = 0 if expected is None else min(round(expected / unit * TUNING.return_samples), len(path) - 1)

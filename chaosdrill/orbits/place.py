@@ -125,7 +125,7 @@ def _crossing(place: Place, numerics: Numerics, unit: float) -> tuple[float, int
 
 def _between_events(place: Place, numerics: Numerics, unit: float) -> float | None:
     """Mean time between the events with an effect of these units; None if there are less than two."""
-    events = within_bounds(place.system, events_of(place.run(unit, numerics), TUNING.characteristic_units)[1])
+    events = within_bounds(place.system, *events_of(place.run(unit, numerics), TUNING.characteristic_units))
     times = events[:, layout.EVENT_STROBES] * unit + events[:, layout.EVENT_TIME]
     return float(np.diff(times).mean()) if len(times) > 1 else None
 
@@ -133,7 +133,7 @@ def _between_events(place: Place, numerics: Numerics, unit: float) -> float | No
 def events_until_escape(place: Place, numerics: Numerics, unit: float) -> np.ndarray:
     """Events with an effect, shape (E, columns), of a motion that escapes within these units; none if it stays."""
     outcome, events = events_of(place.run(unit, numerics), TUNING.characteristic_units)
-    return within_bounds(place.system, events) if outcome == Outcome.ESCAPED else events[:0]
+    return within_bounds(place.system, outcome, events) if outcome == Outcome.ESCAPED else events[:0]
 
 
 def drifts_until_guard(run: Run, drift: np.ndarray) -> float:
@@ -172,12 +172,15 @@ def is_slow(place: Place, numerics: Numerics, time: float) -> bool:
     return sum(met[2:]) > 0 or np.isfinite(drifts_until_guard(run, np.where(even, last, 0.0)))
 
 
-def within_bounds(system: "HybridSystem", events: np.ndarray) -> np.ndarray:
-    """The events of a run up to the first whose reset leaves the bounds or gives NaN."""
+def within_bounds(system: "HybridSystem", outcome: Outcome, events: np.ndarray) -> np.ndarray:
+    """The events of a run, without the last if its reset left the bounds, or gave NaN, and so ended the run.
+
+    After others a state may be beyond a bound by rounding, as at a wall there.
+    """
     low, high = bounds_of(system)
-    after = events[:, layout.EVENT_COLUMNS + len(system.state_names) :]
-    beyond = np.flatnonzero(~((low <= after) & (after <= high)).all(axis=1))
-    return events[: beyond[0]] if len(beyond) else events
+    last = events[-1:, layout.EVENT_COLUMNS + len(system.state_names) :]
+    ended = outcome in (Outcome.ESCAPED, Outcome.NONFINITE) and not ((low <= last) & (last <= high)).all()
+    return events[:-1] if ended else events
 
 
 def events_of(run: Run, periods: int, samples: np.ndarray | None = None) -> tuple[Outcome, np.ndarray]:

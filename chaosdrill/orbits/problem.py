@@ -10,9 +10,10 @@ from scipy.linalg import lstsq
 from scipy.linalg.lapack import dgetrf, dgetrs
 
 from chaosdrill.engine import shooting as at
-from chaosdrill.engine.layout import DONE
+from chaosdrill.engine.layout import DONE, ESCAPED
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import forcing_periods
+from chaosdrill.engine.segment import BOUND
 from chaosdrill.engine.shifts import Shifts, shifts_of
 from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.neutral import Neutral, neutral_of
@@ -43,7 +44,7 @@ class Shot:
     factors: np.ndarray  # (N, d, d): its factors, one a segment, in the same units
     speeds: np.ndarray
     """(N,): speeds at which the guards are crossed, positive in their direction; infinite without a guard."""
-    crossed: np.ndarray  # int (N,): guard crossed on the way, -1 for none
+    crossed: np.ndarray  # int (N,): guard crossed on the way, -1 for none, BOUND where a bound comes first
     came: np.ndarray  # int (N,): the transition that the end of the segment took
     met: np.ndarray  # (N,): time since the start of the segment at which that guard is crossed
     drift: np.ndarray | None = None  # (d,): as of `Orbit`, with what it is shifted along lines
@@ -62,6 +63,27 @@ class Shot:
     def bare(self) -> "Shot":
         """Without the derivatives by the unknowns, which are large and quickly computed again."""
         return replace(self, equations=np.zeros((0, 0)), sensitivity=np.zeros((0, 0, 0)))
+
+
+def lasting(orbit: Orbit) -> np.ndarray:
+    """Durations of the segments, one of rounding's length between two events in one instant as a positive one."""
+    return np.where(orbit.tied, TUNING.same_instant * float(orbit.durations.sum()), orbit.durations)
+
+
+def admissible(orbit: Orbit, shot: Shot) -> bool:
+    """Whether the system follows the orbit as it is written down: its guards, their order, their outcomes."""
+    events = orbit.segments[:, at.SEGMENT_END] >= 0
+    return bool(
+        (shot.crossed < 0).all()
+        and (shot.came == orbit.segments[:, at.SEGMENT_OUTCOME]).all()
+        and (lasting(orbit) > 0).all()
+        and (shot.speeds[events] > 0).all()
+    )
+
+
+def escapes(orbit: Orbit, shot: Shot) -> bool:
+    """Whether a bound alone keeps the system from following the orbit as it is written down."""
+    return bool((shot.crossed == BOUND).any()) and admissible(orbit, shot)
 
 
 @dataclass(frozen=True)
@@ -314,7 +336,7 @@ class Problem:
                 noise = TUNING.rounding_of_maps * enough * float(np.abs(shot.equations).max())
             close = residual <= enough or (residual <= noise and residual > 0.3 * before)
             if turn > 0 and close and (sharper >= TUNING.sharper_steps or shot.sharp(orbit)):
-                code = CONVERGED
+                code = ESCAPED if escapes(orbit, shot) else CONVERGED
                 break
             sharper += close
             if not np.isfinite(residual):
@@ -329,7 +351,7 @@ class Problem:
                 break
             grown = TUNING.rounding * float(np.abs(shot.monodromy).max())
             if turn > 0 and length <= TUNING.rounding and residual <= grown:
-                code = CONVERGED
+                code = ESCAPED if escapes(orbit, shot) else CONVERGED
                 break
             if step is not None and step.foresaw(reach, weights, correction):
                 reach *= 2

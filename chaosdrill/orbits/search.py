@@ -12,15 +12,15 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.numerics import Numerics
-from chaosdrill.engine.setup import bounds_of, constrained_states
+from chaosdrill.engine.setup import constrained_states
 from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.derivatives import derived_of
-from chaosdrill.orbits.find import NoOrbitError, admissible, least_period, orbit_read, solved
+from chaosdrill.orbits.find import NoOrbitError, least_period, orbit_read, solved
 from chaosdrill.orbits.guess import Strobed, drift_in, orbit_of_events, strobed, unit_of
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.pieces import Pieces
-from chaosdrill.orbits.place import Place, started
-from chaosdrill.orbits.problem import Problem, Shot
+from chaosdrill.orbits.place import Place, started, within_bounds
+from chaosdrill.orbits.problem import Problem, Shot, admissible
 from chaosdrill.orbits.results import FoundOrbit
 from chaosdrill.orbits.tuning import TUNING
 from chaosdrill.orbits.verification import describe
@@ -262,15 +262,11 @@ def _events(problem: Problem, system: HybridSystem, length: int, unit: float) ->
     d = problem.states
     run = Place(system).run(unit, problem.numerics)
     buffer = np.zeros((length, layout.EVENT_COLUMNS + 2 * d))
-    run.advance(TUNING.event_units * length, events=buffer)
-    rows = buffer[: run.filled()[1]]
+    outcome, _ = run.advance(TUNING.event_units * length, events=buffer)
+    rows = within_bounds(system, outcome, buffer[: run.filled()[1]])
     kinds = rows[:, layout.EVENT_KIND].astype(np.int64)
     changing = np.array([not t.marks_only() for t in system.transitions], dtype=bool)[kinds]
-    low, high = bounds_of(system)
-    # the reset that ended a run may have left the bounds, or given NaN
-    after = rows[:, layout.EVENT_COLUMNS + d :]
-    kept = changing & ((low <= after) & (after <= high)).all(axis=1)
-    rows, kinds = rows[kept], kinds[kept]
+    rows, kinds = rows[changing], kinds[changing]
     times = rows[:, layout.EVENT_STROBES] * unit + rows[:, layout.EVENT_TIME]
     return Record(rows[:, layout.EVENT_COLUMNS + d :], kinds, kinds, times, rows)
 

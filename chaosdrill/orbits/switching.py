@@ -7,11 +7,10 @@ import numpy as np
 
 from chaosdrill.orbits.curve import Curve, SpecialCurve
 from chaosdrill.orbits.event_changes import Change, branch_behind, change_at, distance
-from chaosdrill.orbits.find import admissible
 from chaosdrill.orbits.guards_met import slowest_event, touches
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.points import Border, Point
-from chaosdrill.orbits.problem import CONVERGED, LostError, Problem, Shot
+from chaosdrill.orbits.problem import CONVERGED, LostError, Problem, Shot, admissible
 from chaosdrill.orbits.sliding import Landing, landings
 from chaosdrill.orbits.special import TestFunction, Touching, Vanishing
 from chaosdrill.orbits.tuning import TUNING

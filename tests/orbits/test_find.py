@@ -20,11 +20,11 @@ from chaosdrill.dataset.branches import Special
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.model.derive import conserved_combinations, shift_directions
 from chaosdrill.orbits.branches import branches
-from chaosdrill.orbits.find import admissible, find_orbit, inadmissible_words
+from chaosdrill.orbits.find import find_orbit, inadmissible_words
 from chaosdrill.orbits.neutral import neutral_of
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.place import Place, characteristic_time
-from chaosdrill.orbits.problem import Problem
+from chaosdrill.orbits.problem import Problem, admissible
 from chaosdrill.orbits.search import search
 from chaosdrill.orbits.verification import describe
 from chaosdrill.systems import build
