@@ -96,12 +96,11 @@ def kernels_of(system: "HybridSystem") -> Kernels:
 def _write(system: "HybridSystem", key: tuple[tuple[str, int], ...]) -> "Written":
     """The code of a system with these whole numbers in its exponents."""
     from chaosdrill.codegen.kernels import write
-    from chaosdrill.model.drives import unmoved
     from chaosdrill.model.exponents import specialise
     from chaosdrill.model.places import parameter, places_of
 
     whole = system.built
-    for k, told in unmoved(whole):
+    for k, told in whole.unmoved():
         raise ModelError(f"{system.name}: transitions.{whole.transitions[k].name}.guard: {told}")
     places = places_of(system)
     numbers = {places[parameter(name)].name: value for name, value in key}

@@ -16,7 +16,6 @@ from chaosdrill.model.period import value_of
 from chaosdrill.model.places import parameter, rewritten
 from chaosdrill.model.system import SYSTEM, HybridSystem
 from chaosdrill.model.transition import CORNER, Transition
-from chaosdrill.model.values import Definition
 from chaosdrill.names import remedy, shown
 from chaosdrill.settings import real
 from chaosdrill.typed import TEXT, expecting
@@ -159,15 +158,6 @@ def driven(
         labels={key: label for key, label in system.labels.items() if key != drive},
     )
     return made.limited(system.limits)
-
-
-def unmoved(system: Definition) -> Iterator[tuple[int, str]]:
-    """Numbers of the guards that hold neither a state nor time, each with what is said of it; none beside a drive."""
-    moving = {*system.states, system.time}
-    if all(t.kind != CORNER for t in system.transitions):
-        for k, t in enumerate(system.transitions):
-            if not t.guard.free_symbols & moving:
-                yield k, f"{t.guard} depends on no state and not on time; name one, or let a drive move a parameter"
 
 
 def _check_modes(system: "HybridSystem", drive: Any) -> None:

@@ -14,7 +14,7 @@ from chaosdrill.declared import DISPLAYS
 from chaosdrill.errors import SettingsError
 from chaosdrill.limits import Limit
 from chaosdrill.model.tables import ANOTHER, DEFAULT_BOUNDS, read_only
-from chaosdrill.model.transition import Transition
+from chaosdrill.model.transition import CORNER, Transition
 from chaosdrill.names import remedy
 
 EXPRESSIONS = ("time", "period")
@@ -77,6 +77,17 @@ class Definition:
     quadratures: Mapping[str, Mapping[str, Any]]
     bounds: Mapping[str, tuple[float, float]]
     noise: Mapping[str, Mapping[str, Any]]
+
+    def unmoved(self) -> Iterator[tuple[int, str]]:
+        """Numbers of the guards that nothing moves, each with what is said of it; none beside a drive.
+
+        That is no fault of a definition, of which a drive may move a parameter, but of a system that is to be run.
+        """
+        moving = {*self.states, self.time}
+        if all(t.kind != CORNER for t in self.transitions):
+            for k, t in enumerate(self.transitions):
+                if not t.guard.free_symbols & moving:
+                    yield k, f"{t.guard} depends on no state and not on time; name one, or let a drive move a parameter"
 
 
 class System(Definition):

@@ -326,7 +326,6 @@ def _check_definition(checked: CheckedSystem, key: str = "definition", *, driven
     parameter on which nothing depends is likely misspelt.
     """
     from chaosdrill.model.definition import operations, reader_of
-    from chaosdrill.model.drives import unmoved
 
     definition, parameters = checked.definition or {}, checked.known or {}
     reader = reader_of(definition, parameters)
@@ -357,7 +356,7 @@ def _check_definition(checked: CheckedSystem, key: str = "definition", *, driven
             for name in found.quadratures
             if (reason := unfit(name))
         ]
-        faults += [Problem((key, "transitions", k, "guard"), told) for k, told in unmoved(found) if not driven]
+        faults += [Problem((key, "transitions", k, "guard"), told) for k, told in found.unmoved() if not driven]
         faults += [
             Problem(
                 (key, "modes", mode),
