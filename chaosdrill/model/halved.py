@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import chain, count
-from math import isfinite
+from math import inf, isfinite
 from typing import TYPE_CHECKING, Any, cast
 
 import sympy
@@ -16,6 +16,7 @@ from chaosdrill.model.held import Trial, kept_apart
 from chaosdrill.model.parts import read_expression, read_table
 from chaosdrill.model.places import parameter, rewritten
 from chaosdrill.model.system import SYSTEM, HybridSystem
+from chaosdrill.model.tables import DEFAULT_BOUNDS
 from chaosdrill.model.transition import REFLECTION, Transition
 from chaosdrill.names import remedy
 from chaosdrill.typed import expecting
@@ -56,12 +57,13 @@ def halved(system: "HybridSystem", symmetry: Mapping[Any, Any]) -> "HybridSystem
     -------
     HybridSystem
         Without a parameter that is 0 and would break the symmetry otherwise, and without the marks and quadratures
-        that S changes.
+        that S changes. Its bounds are those within which a state and its image are within those of the system.
 
     Raises
     ------
     ModelError
-        If the equations do not have the symmetry: which rate, guard, reset or condition breaks it.
+        If the equations do not have the symmetry: which rate, guard, reset or condition breaks it. If S does not take
+        the bounds of a state to bounds of a state.
     SettingsError
         If the system is noisy or has Python functions.
 
@@ -282,6 +284,30 @@ class _Symmetry:
         """Whether a transition is no mark that the symmetry changes."""
         return not t.marks_only() or all(self._image_of(t, mode)[0] is not None for mode in t.source)
 
+    def bounds(self) -> dict[str, tuple[float, float]]:
+        """Bounds within which a state and its image are within those of the system: the motion has both."""
+        system, everywhere = self.system, (-inf, inf)
+        given = {name: pair for name, pair in system.bounds.items() if pair not in (DEFAULT_BOUNDS, everywhere)}
+        found = dict(given)
+        for x, image in self.images.items():
+            if x.name not in given or image == x:
+                continue
+            y = next((one for one in system.states if image.free_symbols == {one}), None)
+            if y is None or not sympy.diff(image, y).is_number:
+                raise ModelError(
+                    f"{system.name}: symmetry: {x.name} has bounds, which its image {image!s:.60} takes to none of one "
+                    f"state; give the system others: bounds={{{x.name!r}: None}}"
+                )
+            rest, slope = float(image.xreplace({y: sympy.Integer(0)})), float(sympy.diff(image, y))
+            low, high = sorted((end - rest) / slope for end in given[x.name])
+            least, most = found.get(y.name, everywhere)
+            found[y.name] = max(low, least), min(high, most)
+            if not found[y.name][0] < found[y.name][1]:
+                raise ModelError(
+                    f"{system.name}: symmetry: no {x.name} within its bounds {given[x.name]} has its image in them"
+                )
+        return {**system.bounds, **found}
+
     def kept_quadratures(self) -> list[str]:
         """The quadratures that the symmetry does not change."""
         return [
@@ -327,7 +353,7 @@ def _half_of_map(found: _Symmetry, values: Mapping[str, float]) -> "HybridSystem
         wanted,
         name=f"{system.name}, halved",
         initial=system.start,
-        bounds=system.bounds,
+        bounds=found.bounds(),
         labels=_labels(system, values),
     )
 
@@ -345,7 +371,7 @@ def _parts(found: _Symmetry, values: Mapping[str, float], moved: Mapping[Any, An
         "quadratures": quadratures,
         "regions": whole.regions,
         "labels": _labels(system, {*values, *quadratures}),
-        "bounds": dict(system.bounds),
+        "bounds": found.bounds(),
     }
 
 

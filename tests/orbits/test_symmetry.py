@@ -475,6 +475,46 @@ def test_what_breaks_the_symmetry_is_told(system, symmetry, told):
         cd.halved(system, symmetry)
 
 
+def swapped(bounds):
+    return cd.Map("x y", {}, {"x": "y/2", "y": "x/2"}, bounds=bounds)
+
+
+@pytest.mark.parametrize(
+    ("system", "symmetry", "bounds"),
+    [
+        (two_walls(), ODD, {"x": (-1e9, 1e9), "v": (-1e9, 1e9)}),
+        (two_walls().remade(bounds={"x": (-2, 5), "v": (-np.inf, 4)}), ODD, {"x": (-2, 2), "v": (-4, 4)}),
+        (swapped({"x": (-1, 3)}), {"x": "y", "y": "x"}, {"x": (-1, 3), "y": (-1, 3)}),
+        (swapped({"x": (-1, 3), "y": (-2, 2)}), {"x": "-y", "y": "-x"}, {"x": (-1, 2), "y": (-2, 1)}),
+    ],
+)
+def test_bounds_hold_for_the_image_too(system, symmetry, bounds):
+    assert {name: cd.halved(system, symmetry).bounds[name] for name in bounds} == bounds
+
+
+def test_a_partner_that_escapes_ends_the_half_motion():
+    """x = 3 cos(t) is within (-2, 5) up to acos(-2/3); its partner leaves at once."""
+    spring = cd.HybridSystem(
+        states="x v", time="t", modes={"free": {"x": "v", "v": "-x"}}, period="2*pi", initial={"x": 3.0, "v": 0.0},
+        bounds={"x": (-2, 5)},
+    )  # fmt: skip
+    assert cd.trajectory(spring, periods=2).cd.outcome == "escaped"
+    assert cd.trajectory(cd.halved(spring, ODD), periods=2).cd.outcome == "escaped"
+
+
+@pytest.mark.parametrize(
+    ("bounds", "symmetry", "told"),
+    [
+        ({"x": (1, 2)}, {"x": "-x", "y": "-y"}, "no x within its bounds"),
+        ({"x": (-1, 2)}, {"x": "(x + y)/sqrt(2)", "y": "(x - y)/sqrt(2)"}, "x has bounds, which its image .* one"),
+    ],
+)
+def test_bounds_that_a_symmetry_cannot_keep_are_told(bounds, symmetry, told):
+    still = cd.Map("x y", {}, {"x": "x/2", "y": "y/2"}, bounds=bounds)
+    with pytest.raises(cd.ModelError, match=told):
+        cd.halved(still, symmetry)
+
+
 def test_a_halved_system_is_saved_as_any_other(tmp_path):
     half = cd.halved(cd.build("impact-pair"), ODD)
     cd.save_scene(tmp_path / "half.toml", system=half, analyses={"motion": {"kind": "trajectory", "periods": 2}})
