@@ -177,6 +177,10 @@ class Implicit(NamedTuple):
     """(s n,)"""
     spare: Matrix
     """(2, n)"""
+    frame: Matrix
+    """(m, n): directions of the tangents at a place of the step"""
+    decay: Matrix
+    """(6, m): what is known of the tangents' growth in a step, see `chaosdrill.engine.radau_growth`"""
     pivots: Integers
     filter_pivots: Integers
     active: Integers

@@ -18,6 +18,7 @@ from chaosdrill.engine.dop853_tables import END, ROWS_A_VECTOR, VECTORS, WEIGHTS
 from chaosdrill.engine.guard_series import guard_polynomials
 from chaosdrill.engine.jit import inner
 from chaosdrill.engine.layout import ONGOING
+from chaosdrill.engine.radau_growth import decay_error, forgive, growth, outgrown, take_growth
 from chaosdrill.engine.radau_step import (
     WIDTHS,
     Z,
@@ -30,6 +31,7 @@ from chaosdrill.engine.radau_step import (
     jacobian,
     newton,
     predict,
+    set_filter,
     stage_tangents,
     tangent_error,
 )
@@ -72,6 +74,8 @@ def _agrees(functions, tables, settings, s, t, state, ws, scratch):
     if not checked.guards_agree(functions, tables, settings, part, s, t, state, ws, scratch):
         return False
     for v in range(state.run[0].live):
+        if outgrown(room, v):
+            continue
         checked.tangent_defect(functions, DEGREE, v, s, t, state, ws, scratch)
         bound = allowed * control.size(scratch.jump, stages[WIDTHS])
         if not damped(rate, slope, scratch.none, s, n, room, stages) <= bound:
@@ -127,10 +131,10 @@ def expand(place, p, t):
             ends = True
             continue
         finish(functions, kind, t, state, h, stages, stages[END])
-        error, plain = _errors(functions, kind, t, state, h, tolerance, scratch.none, room, stages)
+        error, plain = _errors(functions, settings, kind, t, state, h, tolerance, scratch.none, room, stages)
         if error > tolerance:
             checked.coarsest(functions, tables, tolerance, h, t, state, stages[END], scratch)
-            error, plain = _errors(functions, kind, t, state, h, tolerance, scratch.doubt, room, stages)
+            error, plain = _errors(functions, settings, kind, t, state, h, tolerance, scratch.doubt, room, stages)
         error /= tolerance
         resolved = plain <= tolerance
         watching = tables.active[mode, 0] > 0
@@ -181,27 +185,42 @@ def expand(place, p, t):
 
 
 @inner
-def _errors(functions, kind, t, state, h, tolerance, rounding, room, stages):
+def _errors(functions, settings, kind, t, state, h, tolerance, rounding, room, stages):
     """Error of a step with its tangents, if that of the states is within the tolerance, and that of `errors_of`."""
     least = finest(tolerance / RADAU.noise)
     error, plain = errors_of(kind, state.x, h, state.scale, least, state.run[0].period, rounding, room, stages)
     if error <= tolerance:
-        error = max(error, _tangents(functions, kind, t, state, h, tolerance, room, stages))
+        error = _tangents(functions, settings, kind, t, state, h, tolerance, error, room, stages)
     return error, plain
 
 
 @inner
-def _tangents(functions, kind, t, state, h, tolerance, room, stages):
-    """Tangents through the stages that are there, to their last row; returns their largest error as one of states."""
+def _tangents(functions, settings, kind, t, state, h, tolerance, error, room, stages):
+    """Tangents through the stages that are there, to their last row; returns the largest error, ``error`` of the
+    states and theirs as one of states.
+
+    Where one would make the step shorter only its direction has to be right: its growth follows from rates on the way.
+    """
     live, vectors = state.run[0].live, state.vectors
     if live == 0:
-        return 0.0
+        return error
     there, count = factors(functions, kind, t, state, h, room, stages, True)
-    error = 0.0 if there else math.nan
+    error = error if there else math.nan
+    part = tolerance / max(STEPS.tangents * tolerance, RADAU.least)
+    known = False
     for v in range(live):
-        row = VECTORS + ROWS_A_VECTOR * v
-        stage_tangents(kind, vectors[v], h, room, stages, row, count)
-        e = tangent_error(kind, vectors[v], h, tolerance, room, stages, row)
+        stage_tangents(kind, vectors[v], h, room, stages, VECTORS + ROWS_A_VECTOR * v, count)
+    for v in range(live):
+        forgive(room, v, False)
+        e = part * tangent_error(kind, vectors[v], h, room, stages, VECTORS + ROWS_A_VECTOR * v)
+        if error < e < math.inf:
+            if not known:
+                growth(kind, vectors, live, settings.orthonormalise, h, room, stages)
+                known = True
+            of_growth = part * decay_error(kind, v, vectors[v], settings.orthonormalise, h, room, stages)
+            # where the step follows the tangent it is the derivative of the step
+            forgive(room, v, of_growth <= tolerance < e)
+            e = min(e, of_growth)
         error = e if not e <= error else error
     return error
 
@@ -241,6 +260,10 @@ def advance(place, p, t, s):
     stages = scratch.stages
     if s != run.tried:
         _arrive(machine.functions, machine.tables, machine.settings[0], t, state, s, scratch, stages[END])
-        tolerance = machine.settings[0].tolerance
-        _tangents(machine.functions, _kind(tolerance), t, state, s, tolerance, scratch.implicit, stages)
+        settings, room = machine.settings[0], scratch.implicit
+        tolerance, kind = settings.tolerance, _kind(settings.tolerance)
+        # where there is no filter the error is no number, and no tangent is forgiven
+        set_filter(s, kind, state.x.size, room, stages)
+        _tangents(machine.functions, settings, kind, t, state, s, tolerance, 0.0, room, stages)
     control.take_over(stages, state.vectors, run.live, scratch.out)
+    take_growth(machine.functions, machine.tables, machine.settings[0], state, scratch)

@@ -16,7 +16,7 @@ from chaosdrill.engine.jit import inner, rare, series
 from chaosdrill.engine.radau_tables import DEGREE, MOST_STAGES, NODES, PIVOT, POWERS, SLOPES, WEIGHTS_OF_RATES
 from chaosdrill.engine.scales import SMALLEST, fill
 from chaosdrill.engine.step_control import begun, is_new, size
-from chaosdrill.engine.tuning import CHECKS, RADAU, STEPS
+from chaosdrill.engine.tuning import CHECKS, RADAU
 
 Z, F, WIDTHS = 1, 1 + MOST_STAGES, 1 + 2 * MOST_STAGES
 """Rows of ``stages``: increments of the stages, their rates, one over the sizes by which errors are measured."""
@@ -304,7 +304,7 @@ def excess(kind, h, stages, i):
 
 
 @inner
-def _filter(h, kind, n, room, stages):
+def set_filter(h, kind, n, room, stages):
     """Factor 1 - h g J, J at the start, in the scales of the states."""
     weights = stages[WEIGHTS]
     part = h * PIVOT[kind]
@@ -361,7 +361,7 @@ def errors_of(kind, x, h, scale, least, longest, rounding, room, stages):
                 moved = max(moved, abs(stages[Z + j, i]))
         width = max(scale[i], moved, rounding[i])
         widths[i] = 1.0 / width if width > SMALLEST else 0.0
-    if not _filter(h, kind, n, room, stages):
+    if not set_filter(h, kind, n, room, stages):
         return math.nan, math.nan
     raw = stages[PLACE]
     for i in range(raw.size):
@@ -390,15 +390,16 @@ def damped(rate, slope, doubt, s, n, room, stages):
 
 
 @inner
-def tangent_error(kind, v, h, tolerance, room, stages, row):
-    """Error of a tangent relative to its length, in parts of what it may be, times what that of states may be.
+def tangent_error(kind, v, h, room, stages, row):
+    """Error of a tangent relative to its length; the error itself is left in ``right``.
 
     The sizes and the filter are those of the step.
     """
     n = v.size
     widths, right = stages[WIDTHS], room.right
     length = size(v, widths)
-    if not length > 0.0:
+    # below, it has no digits
+    if not length > SMALLEST:
         return 0.0
     for i in range(n):
         total = 0.0
@@ -406,7 +407,7 @@ def tangent_error(kind, v, h, tolerance, room, stages, row):
             total += SLOPES[kind, 0, 1 + j] * (stages[row + 1 + j, i] - v[i])
         right[i] = PIVOT[kind] * (h * stages[row, i] - total)
     _damp(right, n, room, stages)
-    return size(right[:n], widths) / length * (tolerance / max(STEPS.tangents * tolerance, RADAU.least))
+    return size(right[:n], widths) / length
 
 
 @series

@@ -72,6 +72,9 @@ SLOPES = np.zeros((3, MOST_STAGES + 1, MOST_STAGES + 1))
 WEIGHTS_OF_RATES = np.zeros((3, MOST_STAGES, MOST_STAGES))
 """From rates at the stages to increments there."""
 
+AT_START = np.zeros((3, MOST_STAGES))
+"""Values at the start of the polynomials through the stages alone that are 1 at one of them and 0 at the others."""
+
 POWERS = np.zeros((3, DEGREE, DEGREE))
 """From increments at the stages, and an excess of the slope at the start, to coefficients of powers of u from 1 on."""
 
@@ -86,6 +89,7 @@ for _i, _stages in enumerate((3, 5, 7)):
     NODES[_i, : _stages + 1] = _n
     SLOPES[_i, : _stages + 1, : _stages + 1] = _d
     WEIGHTS_OF_RATES[_i, :_stages, :_stages] = _inverse(_d[1:, 1:])
+    AT_START[_i, :_stages] = _d[0, 1:] @ _inverse(_d[1:, 1:])
     _p = _powers(_n)
     POWERS[_i, : _stages + 1, :_stages] = _p[:, :-1]
     POWERS[_i, : _stages + 1, DEGREE - 1] = _p[:, -1]

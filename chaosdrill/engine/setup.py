@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def settings_of(
-    system: "HybridSystem", numerics: Numerics, order: int, *, samples: int = 1, orthonormalise: bool = True
+    system: "HybridSystem", numerics: Numerics, order: int, *, samples: int = 1, orthonormalise: bool
 ) -> np.ndarray:
     """Settings of runs, one record; ``order`` is that of a guard's polynomial."""
     if numerics.traits.series and (found := system.sources):
@@ -284,13 +284,13 @@ def scratch_of(system: "HybridSystem", m: int, method: str) -> at.Scratch:
         jump=np.zeros(n),
         stages=np.zeros((stage_rows(m), n + q)),
         normals=np.zeros((max(kernels_of(system).layout.held), n + 2)),
-        implicit=_implicit(n if METHODS[method].implicit else 0),
+        implicit=_implicit(n, m) if METHODS[method].implicit else _implicit(0, 0),
         doubt=np.zeros(n + q),
         watched=np.zeros((4, max(map(len, kernels_of(system).layout.steep)))),
     )
 
 
-def _implicit(n: int) -> at.Implicit:
+def _implicit(n: int, m: int) -> at.Implicit:
     s = MOST_STAGES
     return at.Implicit(
         at_start=np.zeros((n, n)),
@@ -300,6 +300,8 @@ def _implicit(n: int) -> at.Implicit:
         changes=np.zeros((s + 1, n)),
         right=np.zeros(s * n),
         spare=np.zeros((2, n)),
+        frame=np.zeros((m, n)),
+        decay=np.zeros((6, m)),
         pivots=np.zeros(s * n, dtype=np.int64),
         filter_pivots=np.zeros(n, dtype=np.int64),
         active=np.zeros(n, dtype=np.int64),

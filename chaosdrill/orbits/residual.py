@@ -31,7 +31,7 @@ class Residual:
         self._fixed = len(system.state_names), len(free), system.forced
         self._kernels = kernels_of(self.system)
         n = len(self.system.state_names)
-        settings = settings_of(self.system, numerics, numerics.order)
+        settings = settings_of(self.system, numerics, numerics.order, orthonormalise=False)
         settings["target"] = 2**62
         tables = tables_of(self.system, (), np.zeros((0, n)), passes(self.system))
         # bounds go with the start, among which free parameters do not count

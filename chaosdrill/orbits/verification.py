@@ -216,9 +216,6 @@ def check(problem: "Problem", orbit: "Orbit", found: FoundOrbit, repeated: Repea
     disagreements = []
     exponents, ends = exponents_of(problem, orbit, moduli, found.rank)
     contraction = volume_contraction(problem, orbit) if found.rank == problem.states else np.nan
-    if np.isnan(exponents[-1]):
-        # all directions together contract as the fields and the events say
-        exponents[-1] = contraction / found.duration - exponents[:-1].sum()
     with np.errstate(divide="ignore"):
         logs = np.log(moduli)
     # so small that no double holds it: only its exponent is known
@@ -260,40 +257,42 @@ def exponents_of(problem: "Problem", orbit: "Orbit", moduli: np.ndarray, rank: i
     The state is put back onto the orbit after every round, so that an unstable one is not left. Multipliers of nearly
     the same modulus, as complex pairs, rotate about each other; only the mean of their exponents is that of one round.
 
-    A single direction whose decay no double can represent, as in stiff systems, is left out: resolving it takes many
-    steps.
-
     Returns: ``exponents``, shape (d,): descending; -inf for directions that events remove; members of a group share its
-    mean; NaN for what is left out. ``ends``: index of the first exponent after each group.
+    mean. ``ends``: index of the first exponent after each group.
     """
     d = problem.states
     with np.errstate(divide="ignore", invalid="ignore"):
-        falls = np.maximum(-np.diff(np.log(moduli[:rank])), 1e-300)
-        apart = -np.log(TUNING.exponent_turned) / falls <= TUNING.exponent_rounds
+        falls = -np.diff(np.log(moduli[:rank]))
+        apart = falls * TUNING.exponent_rounds >= -np.log(TUNING.exponent_turned)
     # a tangent that turns gains what units are apart: decay must exceed that, too, before growth tells the order
     turned = np.ptp(np.log(problem.sizes)) - np.log(TUNING.exponent_turned)
     rounds = int(np.ceil(max(turned / falls[apart], default=1.0))) + d
     ends = [*(np.flatnonzero(apart) + 1).tolist(), rank]
     segment, time, state = standpoint(problem, orbit)
     structure = examine(problem.plain)
-    count = d - 1 if rank == d > 1 and moduli[-1] == 0 < moduli[-2] else d
-    frame, symmetries = structure.tangents(count)
+    frame, symmetries = structure.tangents(d)
     run = run_from(
         problem, orbit, segment, time, state, tangents=frame, symmetries=symmetries, deficient=structure.deficient
     )
     outcome = Outcome.OK
-    before = np.zeros(count)
-    for _ in range(rounds + 1):
+    begun = before = np.zeros(d)
+    for turn in range(rounds + 1):
         before = run.logs.copy()
+        begun = before if turn == 1 else begun
         outcome = run.advance(orbit.periods)[0] if outcome == Outcome.OK else outcome
         run.x[:] = state
     values = np.full(d, np.nan)
     if outcome == Outcome.OK:
-        found = (run.logs[:count] - before[:count]) / float(orbit.durations.sum())
-        found[run.lost[:count] == 1] = -np.inf
-        # one round says nothing of the order: those of a pair go up and down by more than pairs are apart
-        order = np.argsort(-np.where(np.isneginf(found), found, run.logs[:count]), kind="stable")
-        values[:count] = found[order]
+        found = (run.logs - before) / float(orbit.durations.sum())
+        found[run.lost == 1] = -np.inf
+        # one round says nothing of the order: those of a pair go up and down by more than pairs are apart; the first
+        # holds the decay of what begins across slower directions
+        order = np.argsort(-np.where(np.isneginf(found), found, run.logs - begun), kind="stable")
+        values = found[order]
+        # growth alone tells multipliers apart that no double holds
+        grown = -np.diff((run.logs - begun)[order][:rank]) / rounds
+        apart |= np.isnan(falls) & (grown * TUNING.exponent_rounds >= -np.log(TUNING.exponent_turned))
+        ends = [*(np.flatnonzero(apart) + 1).tolist(), rank]
         for first, end in zip([0, *ends[:-1]], ends, strict=True):
             values[first:end] = values[first:end].mean() if end > first else 0.0
     return values, ends

@@ -111,7 +111,7 @@ def error_of_exponents(
     """Error of exponents: that of the mean over blocks, and that of the method.
 
     On a cycle blocks of whole periods are alike, and what is left is the method's: each step may change the logarithm
-    of a tangent's length by what the tolerance lets it.
+    of a tangent's length by what the tolerance lets it, or by that part of what it grows or decays by more than e.
 
     ``rates``, shape (blocks, ..., m): as in `standard_error`, of lengths that no unit changes. ``steps``, ``length``,
     shape (...), or numbers: steps of the runs over all blocks, and the time that these take. ``apart``, shape (..., m),
@@ -121,7 +121,8 @@ def error_of_exponents(
     Returns: shape (..., m).
     """
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        of_method = numerics.step_error * np.where(np.asarray(length) > 0.0, steps / length, np.nan)[..., np.newaxis]
+        pace = np.where(np.asarray(length) > 0.0, steps / length, np.nan)[..., np.newaxis]
+        of_method = numerics.step_error * np.maximum(pace, np.abs(np.mean(rates, axis=0)))
         return np.maximum(np.hypot(standard_error(rates), of_method), apart)
 
 

@@ -169,7 +169,7 @@ def swept(system: HybridSystem, given: Any, job: Job) -> tuple[str, np.ndarray] 
         compile_ahead(ONE_RUN)
     if given.sweep is not None:
         ((parameter, values),) = given.sweep.items()
-        settings_of(system, job.numerics, job.numerics.order)
+        settings_of(system, job.numerics, job.numerics.order, orthonormalise=False)
         return parameter, values
     for name in ("store", "scheduler"):
         if getattr(job, name) is not None:
