@@ -219,7 +219,7 @@ def _tangents(functions, settings, kind, t, state, h, tolerance, error, room, st
                 known = True
             of_growth = part * decay_error(kind, v, vectors[v], settings.orthonormalise, h, room, stages)
             # where the step follows the tangent it is the derivative of the step
-            forgive(room, v, of_growth <= tolerance < e)
+            forgive(room, v, of_growth < e and tolerance < e)
             e = min(e, of_growth)
         error = e if not e <= error else error
     return error

@@ -211,3 +211,45 @@ def test_a_rate_may_pass_the_smallest_doubles_on_its_way_up():
     run = cd.trajectory(passing, duration=0.8, samples=1, method="radau")
     assert run["outcome"] == cd.Outcome.OK
     np.testing.assert_allclose(run["states"][-1, :2], [-0.32, 1000 / 1000001], rtol=1e-9)
+
+
+@pytest.fixture(scope="module")
+def slaved():
+    """Two stiff relaxations after a slow one, the first of which a clock takes half of twice a period."""
+    t, y, z, a, b = sympy.symbols("t y z a b", real=True)
+    return cd.HybridSystem(
+        states=(X, y, z),
+        time=t,
+        parameters={"a": 1e3, "b": 1e6},
+        modes={"on": {X: -X / 2 + sympy.cos(t), y: -a * (y - X / 3 - z / 2), z: -b * (z - X - sympy.cos(t))}},
+        transitions=[cd.Transition("half", "on", "on", guard=sympy.sin(t - 1), direction=0, reset={y: y / 2 + X * z})],
+        period=2 * sympy.pi,
+        initial={X: 0.1, y: 0.0, z: 0.0},
+    )
+
+
+@pytest.mark.parametrize("rate", [10.0, 1e3, 1e5, 1e8])
+def test_a_relaxation_has_its_rate_as_exponent_at_the_cost_of_its_motion(relaxing, rate):
+    system = relaxing.with_initial(mode="follower", x=1.5).with_parameters(rate=rate)
+    alone = Run(system, 20.0, Numerics("radau", 1e-10))
+    alone.advance(1)
+    beside = Run(system, 20.0, Numerics("radau", 1e-10), tangents=np.array([[0.6, 0.8], [0.8, -0.6]]))
+    beside.advance(1)
+    assert beside.steps < 2 * alone.steps
+    run = cd.lyapunov_spectrum(system, duration=20.0, transient=10.0, method="radau", tolerance=1e-10)
+    off = np.abs(run["lyapunov_exponent"] - [0.0, -rate])
+    assert (off <= 2 * run["lyapunov_error"]).all() and (run["lyapunov_error"] < 1e-9 * max(rate, 1.0)).all()
+
+
+@pytest.mark.parametrize("rates", [(10.0, 100.0), (1e3, 1e6), (1e7, 1e3)])
+def test_exponents_of_two_stiff_directions_and_of_what_resets_take(slaved, rates):
+    system = slaved.with_parameters(a=rates[0], b=rates[1])
+    expected = sorted([-0.5, -rates[0] - 2 * math.log(2) / (2 * math.pi), -rates[1]], reverse=True)
+    run = cd.lyapunov_spectrum(system, periods=10, transient=3, method="radau", tolerance=1e-10)
+    assert (np.abs(run["lyapunov_exponent"] - expected) <= 2 * run["lyapunov_error"]).all()
+    np.testing.assert_allclose(run["lyapunov_exponent"], expected, rtol=1e-10)
+    orbit = cd.periodic_orbit(system, method="radau", tolerance=1e-10)
+    assert orbit["outcome"] == cd.Outcome.PERIODIC and orbit["consistent"]
+    np.testing.assert_allclose(orbit["lyapunov_exponent"], expected, rtol=1e-9)
+    known = np.exp(2 * math.pi * np.array(expected))
+    np.testing.assert_allclose(orbit["multiplier_real"], known, rtol=1e-8, atol=1e-300)
