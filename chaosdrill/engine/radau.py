@@ -1,10 +1,10 @@
 """Implicit Runge-Kutta methods for stiff modes: Radau IIA of 3, 5 or 7 stages, as the tolerance asks.
 
 Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd ed. 1996, sections IV.5 and IV.8
-(doi:10.1007/978-3-642-05221-7). The stages are solved for by Newton's method on all of them, and so the derivative of
-a step by the state at its start is one more solution with the same matrix: tangents are those of the step itself, and
-no second derivative of the field is needed. Guards become polynomials through the one on which the stages lie;
-samples and events are found on steps of their own of exactly the length asked for.
+(doi:10.1007/978-3-642-05221-7). The stages are solved for by Newton's method on all of them, and so the derivative of a
+step by the state at its start is one more solution with the same matrix: tangents are those of the step itself, but for
+what decays in it (`radau_growth`), and no second derivative of the field is needed. Guards become polynomials through
+the one on which the stages lie; samples and events are found on steps of their own of exactly the length asked for.
 """
 
 import math

@@ -82,7 +82,7 @@ def test_the_order_is_twice_the_number_of_stages_less_one(stages):
 @pytest.mark.parametrize("stages", TOLERANCES)
 @pytest.mark.parametrize("z", [-0.5, -3.0, -30.0, -1e6])
 def test_a_step_of_a_linear_decay_is_pades(relaxing, stages, z):
-    """The factor of a step is Padé's approximation of exp(z) with one degree more below. That of a tangent is exp(z)."""
+    """The factor of a step is Padé's approximation of exp(z) with one degree more below; that of a tangent exp(z)."""
     with mpmath.workdps(40):
         above, below = mpmath.pade(mpmath.taylor(mpmath.exp, 0, 2 * stages - 1), stages - 1, stages)
         factor = float(mpmath.polyval(above[::-1], z) / mpmath.polyval(below[::-1], z))
@@ -238,7 +238,8 @@ def test_a_relaxation_has_its_rate_as_exponent_at_the_cost_of_its_motion(relaxin
     assert beside.steps < 2 * alone.steps
     run = cd.lyapunov_spectrum(system, duration=20.0, transient=10.0, method="radau", tolerance=1e-10)
     off = np.abs(run["lyapunov_exponent"] - [0.0, -rate])
-    assert (off <= 2 * run["lyapunov_error"]).all() and (run["lyapunov_error"] < 1e-9 * max(rate, 1.0)).all()
+    assert (off <= 2 * run["lyapunov_error"]).all()
+    assert (run["lyapunov_error"] < 1e-9 * max(rate, 1.0)).all()
 
 
 @pytest.mark.parametrize("rates", [(10.0, 100.0), (1e3, 1e6), (1e7, 1e3)])
@@ -249,7 +250,8 @@ def test_exponents_of_two_stiff_directions_and_of_what_resets_take(slaved, rates
     assert (np.abs(run["lyapunov_exponent"] - expected) <= 2 * run["lyapunov_error"]).all()
     np.testing.assert_allclose(run["lyapunov_exponent"], expected, rtol=1e-10)
     orbit = cd.periodic_orbit(system, method="radau", tolerance=1e-10)
-    assert orbit["outcome"] == cd.Outcome.PERIODIC and orbit["consistent"]
+    assert orbit["outcome"] == cd.Outcome.PERIODIC
+    assert orbit["consistent"]
     np.testing.assert_allclose(orbit["lyapunov_exponent"], expected, rtol=1e-9)
     known = np.exp(2 * math.pi * np.array(expected))
     np.testing.assert_allclose(orbit["multiplier_real"], known, rtol=1e-8, atol=1e-300)
