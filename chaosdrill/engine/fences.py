@@ -8,10 +8,10 @@ from chaosdrill.codegen.kinds import Tuple, float64, int64, uint64
 from chaosdrill.codegen.layout import EPSILON, ROUNDING
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.guard_errors import slope_and_bend
-from chaosdrill.engine.jit import inlined, inner, rare
+from chaosdrill.engine.jit import compiled, inlined, inner, rare
 from chaosdrill.engine.lanes import chosen, larger, magnitude, row_of, spread, table_of
 from chaosdrill.engine.polynomial import derivative, lane_size, size, value
-from chaosdrill.engine.records import unit
+from chaosdrill.engine.records import STEPPER_SIGNATURES, machine_at, state_of, unit
 from chaosdrill.engine.roots import first_crossing, recrossing
 from chaosdrill.engine.tuning import GUARDS, STEPS
 
@@ -157,9 +157,13 @@ def _nearer(method, tables, t, s, h, which, ws, out):
     return s
 
 
-@rare
-def _by_method(method, tables, settings, t, h, state, scratch):
+@compiled(STEPPER_SIGNATURES["escape"])
+def escape(place, p, t, h):
     """As `first_escape`, as exact as a method that steps by evaluations of the right-hand side."""
+    machine = machine_at(place)
+    settings, tables, scratch = machine.settings[0], machine.tables, machine.scratch
+    state = state_of(machine.states, p)
+    method = at.Method(machine.stepper, machine.search, place, place, p)
     if settings.stepping == at.FIXED:
         return _by_bisection(method, tables, settings, t, h, state, scratch.out)
     s, which = first_escape(tables, settings, state, h, scratch)
@@ -176,7 +180,7 @@ def up_to_escape(method, tables, settings, t, h, state, scratch):
     if settings.stepping == at.BY_SERIES:
         s, which = first_escape(tables, settings, state, h, scratch)
     else:
-        s, which = _by_method(method, tables, settings, t, h, state, scratch)
+        s, which = method.stepper.escape(method.place, method.p, t, h)
     return (s if which >= 0 else h), which
 
 

@@ -43,6 +43,7 @@ STEPPER_SIGNATURES = {
     "locate": Tuple((float64, int64, int64))(int64, int64, float64, float64, float64),
     "evaluate": void(int64, int64, float64, float64),
     "advance": void(int64, int64, float64, float64),
+    "escape": Tuple((float64, int64))(int64, int64, float64, float64),
 }
 """Signatures of a method's functions, see ``engine.stepper``."""
 

@@ -1,4 +1,4 @@
-"""What a method offers that steps by evaluations of the right-hand side: four functions of fixed signature.
+"""What a method offers that steps by evaluations of the right-hand side: five functions of fixed signature.
 
 The engine calls them by their addresses, so that it is compiled once, and a method when it is first used. The Taylor
 method is part of the engine itself: three calls a step would cost it a third of its speed. They are given the address
@@ -10,6 +10,7 @@ of the `Machine`, the run, and the time at the start of the step.
   they say, which is made exact
 * ``evaluate`` states and quadratures at s, into ``out``
 * ``advance`` the same, and tangents in place
+* ``escape`` when the step leaves the bounds, and beyond which: (time or -1, bound); the same for all of them
 """
 
 from functools import cache
@@ -32,17 +33,20 @@ _MACHINE = Layout(machine_type)
 
 
 def offered(function: Any) -> Any:
-    """Compile one of the four functions of a method, by its name."""
+    """Compile one of the functions that a method has of its own, by its name."""
     return compiled(STEPPER_SIGNATURES[function.__name__])(function)
 
 
 @cache
 def stepper(method: str) -> Stepper:
-    """The four functions of a method."""
+    """The functions of a method."""
     if METHODS[method].series:
-        return Stepper(*[_Absent] * 4)
+        return Stepper(*[_Absent] * len(Stepper._fields))
+    # the series method needs neither
+    from chaosdrill.engine.fences import escape
+
     module = import_module(f"chaosdrill.engine.{method}")
-    return Stepper(*(getattr(module, name) for name in STEPPER_SIGNATURES))
+    return Stepper(*(getattr(module, name) for name in STEPPER_SIGNATURES if name != "escape"), escape=escape)
 
 
 def machine(
