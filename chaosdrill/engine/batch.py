@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -325,10 +326,9 @@ class Batch:
         return np.asarray(sums + (lengths - lengths[:, :1]))
 
     def _step_in_lanes(self, which: np.ndarray, stretches: np.ndarray) -> None:
-        kernels, m = kernels_of(self.system), len(self._frame)
         if not len(which):
             return
-        in_lanes = kernels.lanes
+        in_lanes = kernels_of(self.system).lanes
         await_part(LANES)
         from chaosdrill.engine.first_event import first_event
         from chaosdrill.engine.lane_flow import lane_flow
@@ -344,8 +344,13 @@ class Batch:
             self._frame,
             self._section,
             varying,
-            setup.room_of(self.system, m, c[0], self._events[:1], self._spare),
+            self._room,
         )
+
+    @cached_property
+    def _room(self) -> at.LaneRoom:
+        """What runs side by side work in, one stretch after the other."""
+        return setup.room_of(self.system, len(self._frame), self._states.c[0], self._events[:1], self._spare)
 
     def _iterate(self, which: np.ndarray, stretches: np.ndarray) -> None:
         from chaosdrill.engine.iterates import iterate_runs

@@ -145,10 +145,18 @@ class Segment:
         states, modes = np.full((count, n), np.nan), track.modes[:, -1].copy()
         counts = np.zeros((count, kinds), dtype=np.int64)
         alive = np.flatnonzero(track.ok[:, -1])
-        undone = self.map.undone(track.states[alive, -1], track.modes[alive, -1]) if len(alive) else None
+        runs = self.map.undone(track.states[alive, -1], track.modes[alive, -1]) if len(alive) else []
+        undone = runs[0] if runs else None
+        fine = np.zeros(len(alive), dtype=bool)
+        if undone is not None:
+            fine = self.map.leads_to(track.states[alive, -1], track.modes[alive, -1], undone)
+            states[alive[fine]], modes[alive[fine]] = undone.states[fine], undone.modes[fine]
+            counts[alive[fine]] = undone.counts[fine]
         before: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
         failures = 0
         for place, i in enumerate(alive.tolist()):
+            if fine[place]:
+                continue
             target = track.states[i, -1]
             if undone is not None:
                 one = self._verified(undone, place, target, int(track.modes[i, -1]))
@@ -172,6 +180,19 @@ class Segment:
             counts[i] = np.bincount(one.image.kinds, minlength=kinds)[:kinds]
             before = one.state, one.image.state, one.image.jacobian
         return self._longer(track, states, states.copy(), modes, counts)
+
+    def _run_back(self, track: Track, times: int) -> Track:
+        """The next iterates of a track by runs backwards, as far as the map takes all of them to those before."""
+        runs = self.map.undone(track.states[:, -1], track.modes[:, -1], times) if times > 1 else []
+        if not runs:
+            return track
+        before = [track.states[:, -1], *(one.states for one in runs[:-1])]
+        modes = [track.modes[:, -1], *(one.modes for one in runs[:-1])]
+        joined = Images(*(np.concatenate([getattr(one, f) for one in runs]) for f in Images.__dataclass_fields__))
+        fine = self.map.leads_to(np.concatenate(before), np.concatenate(modes), joined).reshape(times, -1).all(axis=1)
+        for one in runs[: times if fine.all() else int(fine.argmin())]:
+            track = self._longer(track, one.states, one.shown, one.modes, one.counts)
+        return track
 
     def _verified(self, undone: Images, place: int, target: np.ndarray, mode: int) -> Preimage | None:
         """What a run backwards has come to, corrected until the map takes it to the target; None if it does not."""
@@ -205,7 +226,8 @@ class Segment:
         part = (sigma - known.sigma[right - 1]) / (known.sigma[right] - known.sigma[right - 1])
         if not self.backward:
             return self._onward(track, self.generation)
-        for k in range(1, self.generation + 1):
+        track = self._run_back(track, self.generation)
+        for k in range(track.states.shape[1], self.generation + 1):
             a, b = known.states[right - 1, k], known.states[right, k]
             between = a + part[:, np.newaxis] * (b - a)
             track = self._back(track, [list(three) for three in zip(between, a, b, strict=True)], None)
@@ -281,19 +303,22 @@ class Segment:
         suspects = np.flatnonzero((differs | one | (both & ~wide & (lengths > bounds.spacing))) & seen)
         self._present, self._located = {}, set()
         joined = CURVES.shortest * bounds.spacing
-        for i in suspects.tolist():
-            known = self._known(i)
+        found = {i: self._known(i) for i in suspects.tolist()}
+        fresh = []
+        for i in (i for i, known in found.items() if known is None):
+            generation = self._first(i, one[i])
+            apart = np.linalg.norm(
+                (track.states[i, generation - 1] - track.states[i + 1, generation - 1]) / bounds.scale
+            )
+            if wide[i] and not apart <= bounds.accuracy:
+                split[i] = True
+                self._located.add(i)
+            else:
+                fresh.append((i, generation))
+        found |= self._classified(fresh, one)
+        for i, known in found.items():
             if known is None:
-                generation = self._first(i, one[i])
-                apart = np.linalg.norm(
-                    (track.states[i, generation - 1] - track.states[i + 1, generation - 1]) / bounds.scale
-                )
-                if wide[i] and not apart <= bounds.accuracy:
-                    split[i] = True
-                    self._located.add(i)
-                    continue
-                known = self._classified(i, generation, bool(one[i]))
-                self.breaks.append(known)
+                continue
             known.low, known.high = float(track.sigma[i]), float(track.sigma[i + 1])
             corner[i] = True
             self._present[i] = known
@@ -342,25 +367,35 @@ class Segment:
             differs |= track.ok[i] != track.ok[i + 1]
         return int(np.argmax(differs)) if differs.any() else self.generation
 
-    def _classified(self, i: int, generation: int, ended: bool) -> Break:
-        """The break between a point and the next, located, by what both sides and points farther from it show."""
-        track, bounds = self.track, self.bounds
-        a, b = float(track.sigma[i]), float(track.sigma[i + 1])
-        source = track.states[[i, i + 1], generation if self.backward else generation - 1]
-        if ended:
-            kind = CurveBreak.NO_PREIMAGE if self.backward else CurveBreak.NO_IMAGE
-            alive = 0 if track.ok[i, generation] else 1
-            state = source[alive]
-            return Break(a, b, generation, kind, True, state.copy())
-        away = CURVES.beside * (b - a)
-        probes = self._follow(np.array([max(a - away, 0.0), min(b + away, 1.0)]))
+    def _classified(self, fresh: list[tuple[int, int]], ended: np.ndarray) -> dict[int, Break]:
+        """Breaks located between points and the next, by what both sides and points farther from them show.
+
+        ``fresh``: places and generations. ``ended``: whether one side has no image, at every place.
+        """
+        track, bounds, found = self.track, self.bounds, {}
+        sigma, at = track.sigma, 0 if self.backward else -1
+        whole = [i for i, _ in fresh if not ended[i]]
+        low, high = sigma[whole], sigma[[i + 1 for i in whole]]
+        away = CURVES.beside * (high - low)
         # where the segment ends close by, the probe is the end
-        here = np.linalg.norm((track.states[i, generation] - track.states[i + 1, generation]) / bounds.scale)
-        wide = np.linalg.norm((probes.states[0, generation] - probes.states[1, generation]) / bounds.scale)
-        jump = not here * CURVES.continuous < wide
-        beside = probes.states[:, generation if self.backward else generation - 1]
-        kind = self._kind(source, beside, track.modes[[i, i + 1], generation if self.backward else generation - 1])
-        return Break(a, b, generation, kind, bool(jump), source[0].copy())
+        places = np.concatenate([np.maximum(low - away, 0.0), np.minimum(high + away, 1.0)])
+        probes = self._follow(places) if whole else None
+        for i, generation in fresh:
+            a, b = float(sigma[i]), float(sigma[i + 1])
+            source = track.states[[i, i + 1], generation + at]
+            if probes is None or ended[i]:
+                kind = CurveBreak.NO_PREIMAGE if self.backward else CurveBreak.NO_IMAGE
+                found[i] = Break(a, b, generation, kind, True, source[0 if track.ok[i, generation] else 1].copy())
+                continue
+            k = whole.index(i)
+            beside = probes.states[[k, k + len(whole)]]
+            here = np.linalg.norm((track.states[i, generation] - track.states[i + 1, generation]) / bounds.scale)
+            wide = np.linalg.norm((beside[0, generation] - beside[1, generation]) / bounds.scale)
+            jump = not here * CURVES.continuous < wide
+            kind = self._kind(source, beside[:, generation + at], track.modes[[i, i + 1], generation + at])
+            found[i] = Break(a, b, generation, kind, bool(jump), source[0].copy())
+        self.breaks += found.values()
+        return found
 
     def _kind(self, sides: np.ndarray, beside: np.ndarray, modes: np.ndarray) -> CurveBreak:
         """What breaks the curve, by the events on both sides of it and farther away on each."""
@@ -418,21 +453,26 @@ class Segment:
         track, scale = self.track, self.bounds.scale
         error, known = track.error.copy(), self._errors_before()
         own = self.map.numerics.global_error * np.abs(track.states[:, -1] / scale).max(axis=1, initial=0.0)
-        along = [_tangents(track.states[:, k] / scale) for k in (-2, -1)]
-        for i in np.flatnonzero(track.ok[:, -1]).tolist():
-            where = track.states[i, -1 if self.backward else -2]
-            image = self.map.image(where, int(track.modes[i, -1 if self.backward else -2]))
-            matrix = image.jacobian * scale / scale[:, np.newaxis]
-            if self.backward:
-                matrix = np.linalg.pinv(matrix, rcond=np.finfo(float).eps)
-            before, after = along[0][i], along[1][i]
-            if not all(np.isfinite(one).all() for one in (matrix, before, after)):
-                error[i] = known[i]
-                continue
-            across = matrix - np.outer(matrix @ before, before)
-            across -= np.outer(after, after @ across)
-            grows = float(np.linalg.norm(across, 2))
-            error[i] = grows * (known[i] + (own[i] if self.backward else 0.0)) + (0.0 if self.backward else own[i])
+        before, after = (_tangents(track.states[:, k] / scale) for k in (-2, -1))
+        at = -1 if self.backward else -2
+        ok = np.flatnonzero(track.ok[:, -1])
+        matrices = np.array(
+            [self.map.image(track.states[i, at], int(track.modes[i, at])).jacobian for i in ok.tolist()]
+        )
+        matrices = matrices.reshape(-1, self.map.n, self.map.n) * scale / scale[:, np.newaxis]
+        fine = (
+            np.isfinite(matrices).all(axis=(1, 2))
+            & np.isfinite(before[ok]).all(axis=1)
+            & np.isfinite(after[ok]).all(axis=1)
+        )
+        error[ok[~fine]] = known[ok[~fine]]
+        ok, matrices = ok[fine], matrices[fine]
+        if self.backward:
+            matrices = np.linalg.pinv(matrices, rcond=np.finfo(float).eps)
+        across = matrices - np.einsum("kij,kj,kl->kil", matrices, before[ok], before[ok])
+        across -= np.einsum("ki,kj,kjl->kil", after[ok], after[ok], across)
+        grows = np.linalg.norm(across, 2, axis=(1, 2))
+        error[ok] = grows * (known[ok] + own[ok]) if self.backward else grows * known[ok] + own[ok]
         self.track = replace(track, error=error)
         self._last_errors = (track.sigma, error)
 

@@ -297,19 +297,37 @@ class SectionMap:
         found: HybridSystem | None = self.system.shared[key]
         return found
 
-    def undone(self, states: np.ndarray, modes: np.ndarray) -> Images | None:
-        """Preimages of P points, shape (P, n), by runs backwards in time; None if the system cannot be reversed.
+    def undone(self, states: np.ndarray, modes: np.ndarray, times: int = 1) -> list[Images]:
+        """The first ``times`` preimages of P points, shape (P, n), by runs backwards in time; none where that is
+        not possible.
 
         Their errors are those of the runs, which are larger than those of the map where that spreads points.
         """
         if self._backward is None:
-            return None
+            return []
         batch = Batch(self._backward, {}, np.ascontiguousarray(states), modes, self.numerics)
-        batch.run(0, np.array([0, self.steps]))
-        states = batch.x.copy()
-        states[batch.outcome != Outcome.OK] = np.nan
-        counts = batch.counts.astype(np.int64)
-        return Images(states, states, batch.mode.astype(np.int64), counts, batch.outcome.copy())
+        found = []
+        for _ in range(times):
+            batch.proceed(np.flatnonzero(batch.outcome == Outcome.OK), 0, np.array([0, self.steps]))
+            states = batch.x.copy()
+            states[batch.outcome != Outcome.OK] = np.nan
+            modes, counts = batch.mode.astype(np.int64), batch.counts.astype(np.int64)
+            found.append(Images(states, states, modes, counts, batch.outcome.copy()))
+        return found
+
+    def leads_to(self, targets: np.ndarray, modes: np.ndarray, found: Images) -> np.ndarray:
+        """Which of the points found the map takes to their targets, without loss of rank on the way; bool (P,)."""
+        fine = found.ok.copy()
+        if self.system.regions:
+            own, begins = self.modes_at(found.states)
+            fine &= begins & (own == found.modes)
+        fine[fine] = ~found.counts[fine][:, sorted(self._deficient)].any(axis=1)
+        tried = np.flatnonzero(fine)
+        (reached,) = self.images(found.states[tried], found.modes[tried])
+        miss = np.linalg.norm((targets[tried] - reached.states) / self.scale, axis=1)
+        same = (reached.modes == modes[tried]) & (reached.counts == found.counts[tried]).all(axis=1)
+        fine[tried] = same & (miss <= SECTION_MAP.same * self.numerics.step_error)
+        return fine
 
     @cached_property
     def resets(self) -> bool:
