@@ -123,6 +123,19 @@ GUARD_DEGREE = 15
 """Degree of the polynomial of a guard that is not linear."""
 
 
+def inverse(matrix: np.ndarray) -> np.ndarray:
+    """In long doubles, by elimination: the last digits of linear algebra in libraries are those of a processor."""
+    n = len(matrix)
+    rows = np.hstack([matrix, np.eye(n)]).astype(np.longdouble)
+    for k in range(n):
+        pivot = k + int(np.argmax(np.abs(rows[k:, k])))
+        rows[[k, pivot]] = rows[[pivot, k]]
+        rows[k] /= rows[k, k]
+        others = np.arange(n) != k
+        rows[others] -= rows[others, k : k + 1] * rows[k]
+    return rows[:, n:]
+
+
 def _interpolation() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Nodes on [0, 1], values -> coefficients of shifted Chebyshev polynomials, these -> powers.
 
@@ -131,7 +144,8 @@ def _interpolation() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """
     count = GUARD_DEGREE - 1
     zeros = np.cos(np.pi * (2 * np.arange(count) + 1) / (2 * count + 1))
-    transform = np.linalg.inv(np.polynomial.chebyshev.chebvander(zeros, count - 1))
+    values = np.polynomial.chebyshev.chebvander(zeros.astype(np.longdouble), count - 1)
+    transform = inverse(values).astype(float)
     powers = np.zeros((count, count))
     powers[0, 0] = 1
     powers[1, :2] = -1, 2

@@ -8,7 +8,7 @@ from numpy.polynomial.chebyshev import chebvander
 from chaosdrill.codegen.kinds import uint64
 from chaosdrill.codegen.layout import EPSILON, ROUNDING
 from chaosdrill.engine import layout as at
-from chaosdrill.engine.dop853_tables import GUARD_DEGREE, NODES, TO_CHEBYSHEV, TO_POWERS
+from chaosdrill.engine.dop853_tables import GUARD_DEGREE, NODES, TO_CHEBYSHEV, TO_POWERS, inverse
 from chaosdrill.engine.jit import inlined, inner, rare, series
 from chaosdrill.engine.lanes import magnitude
 from chaosdrill.engine.polynomial import power, size, value
@@ -18,17 +18,17 @@ from chaosdrill.engine.tuning import GUARDS, STEPS
 INTERPOLATION_NOISE = 4 * EPSILON * float((np.abs(TO_CHEBYSHEV[-2:]) / NODES**2).sum())
 """Rounding units by which the interpolation moves the last two coefficients of a polynomial."""
 
-_WEIGHTS = TO_CHEBYSHEV.T / NODES[:, np.newaxis] ** 2
+_WEIGHTS = (TO_CHEBYSHEV.T / NODES[:, np.newaxis] ** 2).astype(np.longdouble)
 _PLACES = np.linspace(0.0, 1.0, 101)
 VALUE_NOISE = 2.0 + float(
     (np.abs(chebvander(2 * _PLACES - 1, GUARD_DEGREE - 2) @ _WEIGHTS.T).sum(axis=1) * _PLACES**2).max()
 )
 """Errors of a guard's values by which it moves the polynomial: of those between, and of that at the start."""
 
-POWER_NOISE = np.concatenate([(1.0, 1.0), np.abs(_WEIGHTS @ TO_POWERS).sum(axis=0) / VALUE_NOISE])
+POWER_NOISE = np.concatenate([(1.0, 1.0), np.abs(_WEIGHTS @ TO_POWERS).sum(axis=0) / VALUE_NOISE]).astype(float)
 """Of that, what the coefficients may be moved by, each times its power of the step."""
 
-_FROM_POWERS = np.linalg.inv(TO_POWERS[-2:, -2:])
+_FROM_POWERS = inverse(TO_POWERS[-2:, -2:]).astype(float)
 """The last two coefficients in powers -> those in Chebyshev polynomials."""
 
 

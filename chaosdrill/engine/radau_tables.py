@@ -6,24 +6,47 @@ the difference of two Legendre polynomials. All follows from the nodes here, by 
 are 1 at one of them and 0 at the others.
 """
 
+from fractions import Fraction
+from math import comb, factorial
+
 import numpy as np
 from numpy.polynomial import legendre
+
+from chaosdrill.engine.dop853_tables import inverse
 
 MOST_STAGES = 7
 
 DEGREE = MOST_STAGES + 1
 """Degree of the polynomial whose slope at the start is that of the motion as well."""
 
+_NEAR = 1e-9
+"""More than nodes in doubles are off by, and less than they are apart by."""
+
+
+def _zero(coefficients: list[Fraction], low: float, high: float) -> float:
+    """The double next to the only zero of a polynomial between two others; the first coefficient is the constant."""
+
+    def value(place: float) -> Fraction:
+        total = Fraction(0)
+        for one in reversed(coefficients):
+            total = total * Fraction(place) + one
+        return total
+
+    up = value(high) > 0
+    while low < (middle := 0.5 * (low + high)) < high:
+        low, high = (low, middle) if (value(middle) > 0) == up else (middle, high)
+    return high
+
 
 def _nodes(stages: int) -> np.ndarray:
-    """0, then the nodes on ]0, 1]."""
-    coefficients = np.array([*[0.0] * (stages - 1), -1.0, 1.0], dtype=np.longdouble)
-    # zeros of orthogonal polynomials are real, though numpy 2.5 gives them as complex numbers
-    found = np.real(legendre.legroots(coefficients.astype(float))).astype(np.longdouble)
-    for _ in range(3):
-        found -= legendre.legval(found, coefficients) / legendre.legval(found, legendre.legder(coefficients))
-    found[-1] = 1.0
-    return np.concatenate([[0.0], 0.5 * (1 + found)])
+    """0, then the nodes on ]0, 1]: zeros of the difference of two Legendre polynomials of 2 u - 1."""
+    wanted = [Fraction(0)] * (stages + 1)
+    for degree in (stages - 1, stages):
+        for k in range(degree + 1):
+            wanted[k] += (-1) ** (k + stages) * comb(degree, k) * comb(degree + k, k)
+    near = 0.5 + 0.5 * np.real(legendre.legroots([*[0.0] * (stages - 1), -1.0, 1.0]))
+    inner = [_zero(wanted, float(u) - _NEAR, float(u) + _NEAR) for u in near[:-1]]
+    return np.array([0.0, *inner, 1.0], dtype=np.longdouble)
 
 
 def _differentiation(nodes: np.ndarray) -> np.ndarray:
@@ -49,18 +72,13 @@ def _powers(nodes: np.ndarray) -> np.ndarray:
     return table
 
 
-def _inverse(matrix: np.ndarray) -> np.ndarray:
-    """To the digits of the matrix, which may be more than those of doubles."""
-    found = np.linalg.inv(matrix.astype(float)).astype(matrix.dtype)
-    for _ in range(2):
-        found += found @ (np.eye(len(matrix)) - matrix @ found)
-    return found
-
-
-def _pivot(slopes: np.ndarray) -> float:
-    """The real one of the eigenvalues of the inverse of the matrix of weights, inverted."""
-    values = np.linalg.eigvals(slopes[1:, 1:].astype(float))
-    return float(1 / values[np.argmin(np.abs(values.imag))].real)
+def _pivot(stages: int) -> float:
+    """The real one of the eigenvalues of the matrix of weights: 1 over the zero of the Padé approximation's divisor."""
+    divisor = [
+        Fraction((-1) ** k * comb(stages, k) * factorial(2 * stages - 1 - k), factorial(2 * stages - 1))
+        for k in range(stages + 1)
+    ]
+    return 1.0 / _zero(divisor, 0.0, 2.0 * stages)
 
 
 NODES = np.zeros((3, MOST_STAGES + 1))
@@ -88,10 +106,11 @@ for _i, _stages in enumerate((3, 5, 7)):
     _d = _differentiation(_n)
     NODES[_i, : _stages + 1] = _n
     SLOPES[_i, : _stages + 1, : _stages + 1] = _d
-    WEIGHTS_OF_RATES[_i, :_stages, :_stages] = _inverse(_d[1:, 1:])
-    AT_START[_i, :_stages] = _d[0, 1:] @ _inverse(_d[1:, 1:])
+    _w = inverse(_d[1:, 1:])
+    WEIGHTS_OF_RATES[_i, :_stages, :_stages] = _w
+    AT_START[_i, :_stages] = _d[0, 1:] @ _w
     _p = _powers(_n)
     POWERS[_i, : _stages + 1, :_stages] = _p[:, :-1]
     POWERS[_i, : _stages + 1, DEGREE - 1] = _p[:, -1]
-    PIVOT[_i] = _pivot(_d)
+    PIVOT[_i] = _pivot(_stages)
     BETWEEN[_i] = np.abs((np.linspace(0, 1, 1001)[:, None] - _n[1:]).prod(axis=1)).max()

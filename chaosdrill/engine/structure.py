@@ -408,7 +408,13 @@ def general_position(n: int) -> np.ndarray:
     """Orthonormal vectors of n numbers that no system knows of, one a row."""
     # by this seed those of two numbers, the most frequent ones, are far from both axes
     rng = np.random.default_rng(20260578)
-    frame = np.ascontiguousarray(np.linalg.qr(rng.normal(size=(n, n)))[0])
+    # the last digits of a library's are those of a processor
+    frame = np.round(np.linalg.qr(rng.normal(size=(n, n)))[0], 8).astype(np.longdouble)
+    for k, row in enumerate(frame):
+        for _ in range(2):
+            row -= (frame[:k] @ row) @ frame[:k]
+        row /= np.sqrt((row * row).sum())
+    frame = np.ascontiguousarray(frame, dtype=float)
     # it is handed out again
     frame.flags.writeable = False
     return frame

@@ -2,6 +2,9 @@
 
 import ast
 import math
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import mpmath
@@ -432,3 +435,29 @@ def test_no_method_is_known_by_name_but_the_default():
         texts = (one for one in ast.walk(module) if isinstance(one, ast.Constant))
         found += [(path.name, one.value) for one in texts if isinstance(one.value, str) and one.value in NAMES]
     assert found == [("methods.py", DEFAULT)]
+
+
+CONSTANTS = """
+import numpy as np
+from chaosdrill.engine import dop853_tables, guard_errors, radau_tables
+from chaosdrill.engine.structure import general_position
+for room in (dop853_tables, guard_errors, radau_tables):
+    for name, value in sorted(vars(room).items()):
+        if name.isupper() and isinstance(value, (float, np.ndarray)):
+            print(room.__name__, name, np.asarray(value, float).tobytes().hex())
+for n in range(1, 9):
+    print(n, general_position(n).tobytes().hex())
+"""
+
+
+def test_constants_of_the_methods_have_the_same_digits_on_every_processor():
+    """OpenBLAS sums in the order that suits a processor; whatever runs are made of must not follow it."""
+    told = []
+    for processor in ("Nehalem", "Haswell", "SkylakeX"):
+        other = {**os.environ, "OPENBLAS_CORETYPE": processor}
+        told.append(
+            subprocess.check_output([sys.executable, "-c", CONSTANTS], env=other, text=True, timeout=120).splitlines()
+        )
+    assert len(told[0]) > 15
+    assert told[1] == told[0]
+    assert told[2] == told[0]
