@@ -171,15 +171,19 @@ def cubic_term(problem: "Problem", orbit: Orbit, near: complex) -> tuple[float, 
     Raises `LostError` if there is no return map, or no derivatives of it, and `numpy.linalg.LinAlgError` at a pole of
     the coefficient.
     """
-    (_, cubic), (_, error) = _terms(ReturnMap(problem, orbit), lambda values: np.abs(values - near), TUNING.sign_known)
+    returns = ReturnMap(problem, orbit)
+    (_, cubic), (_, error), _ = _terms(returns, lambda values: np.abs(values - near), TUNING.sign_known)
     return float(cubic), float(error)
 
 
 def _decided(kind: Special, returns: ReturnMap) -> NormalForm:
-    (quadratic, cubic), (quadratic_error, error) = _terms(returns, _CRITICAL[kind])
+    (quadratic, cubic), (quadratic_error, error), bends = _terms(returns, _CRITICAL[kind])
     if kind == Special.BRANCH_POINT:
-        quadratic_error += TUNING.crossing_known * abs(cubic)
-        error += TUNING.crossing_known * abs(cubic)
+        away = TUNING.crossing_known
+        # in differences at h, terms of fourth and fifth order show as 2 h^2 and 5/3 h^2 of themselves
+        fourth, fifth = np.abs(bends) / (2, 5 / 3)
+        quadratic_error += away * (abs(cubic) + away * (6 * fourth + 10 * away * fifth))
+        error += away * (abs(cubic) + 4 * fourth + 10 * away * fifth)
         if abs(quadratic) > quadratic_error:
             return NormalForm(Criticality.TRANSCRITICAL)
     if not abs(cubic) > error:
@@ -189,8 +193,8 @@ def _decided(kind: Special, returns: ReturnMap) -> NormalForm:
 
 def _terms(
     returns: ReturnMap, distances_of: Callable[[np.ndarray], np.ndarray], enough: float = 0.0
-) -> tuple[np.ndarray, np.ndarray]:
-    """Quadratic and cubic coefficient of the multiplier at the least distance, and their errors.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Quadratic and cubic coefficient of the multiplier at the least distance, their errors and bends.
 
     ``enough``: error, as a part of them, that need not be smaller.
     """
@@ -237,14 +241,18 @@ def _coefficients(
     return np.array([0.0, -(cubic / unit).real])
 
 
-def extrapolated(function: Callable[[float], np.ndarray], enough: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Values at the distance zero of functions of its square, shape (m,), and their errors.
+def extrapolated(
+    function: Callable[[float], np.ndarray], enough: float = 0.0
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Values at the distance zero of functions of its square, shape (m,), their errors, and their derivatives by it.
+
+    Those are of the largest two distances, so that terms of higher orders count.
 
     ``enough``: error, as a part of them, that need not be smaller.
 
     Raises `LostError` if the functions have no values at any two distances.
     """
-    best, errors = np.zeros(1), np.full(1, np.inf)
+    best, errors, bends = np.zeros(1), np.full(1, np.inf), np.full(1, np.nan)
     before: list[np.ndarray] = []
     for distance in TUNING.difference_distances:
         try:
@@ -257,12 +265,14 @@ def extrapolated(function: Callable[[float], np.ndarray], enough: float = 0.0) -
             error = TUNING.difference_safety * np.maximum(np.abs(row[-1] - row[-2]), np.abs(row[-1] - old))
             better = error < errors
             best, errors = np.where(better, row[-1], best), np.where(better, error, errors)
+        if before and not np.isfinite(bends).all():
+            bends = (before[0] - row[0]) / (3 * distance**2)
         if (errors <= enough * np.abs(best)).all():
             break
         before = row
     if not np.isfinite(errors).all():
         raise LostError("the map has no differences beside the orbit")
-    return best, errors + TUNING.tangent_error**0.75 * np.abs(best)
+    return best, errors + TUNING.tangent_error**0.75 * np.abs(best), bends
 
 
 _CRITICAL: dict[Special, Callable[[np.ndarray], np.ndarray]] = {

@@ -88,7 +88,7 @@ class Place:
                 raise LostError("a field has no value beside the guard")
             return (ahead - back) / (2 * part)
 
-        value, error = extrapolated(difference)
+        value, error, _ = extrapolated(difference)
         return value, float((error / np.maximum(np.abs(value).max(), 1e-300)).max())
 
     def _beside(self, along: np.ndarray | None) -> tuple[float, np.ndarray, np.ndarray]:

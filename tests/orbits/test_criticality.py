@@ -39,6 +39,14 @@ SYSTEMS = {
 # what the slaved direction adds: v = h u^2 with h (1 - 1/2) = 1/5, so that u v = 2/5 u^3
 SLAVED = {Special.PERIOD_DOUBLING: 0.4, Special.BRANCH_POINT: -0.4, Special.NEIMARK_SACKER: 0.0}
 
+away = (x / unit - c) * (x / unit + 2)
+QUINTIC = cd.Map(
+    states=(x,),
+    parameters={"mu": -0.1, "c": 0.0, "unit": 1.0},
+    images={x: x + unit * (mu * away + away**5)},
+    initial={x: 0.0},
+)
+
 
 @settings(max_examples=6)
 @given(
@@ -72,6 +80,18 @@ def test_what_crosses_a_state_at_rest(power, expected):
     system = cd.Map(states=(x,), parameters={"mu": -0.1}, images={x: (1 + mu) * x + x**power}, initial={x: 0.0})
     found = special(system, {"mu": (-0.2, 0.15)}, Special.BRANCH_POINT)
     assert int(found["special_criticality"]) == expected
+
+
+@pytest.mark.parametrize("place", [0.0, 0.01, -0.3, 0.49])
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e5])
+def test_without_a_cubic_term_nothing_is_told_wherever_the_state_is(place, unit):
+    found = special(
+        QUINTIC.with_parameters(c=place, unit=unit).with_initial(x=place * unit),
+        {"mu": (-0.2, 0.15)},
+        Special.BRANCH_POINT,
+    )
+    assert not abs(found["special_coefficient"]) > found["special_coefficient_error"]
+    assert int(found["special_criticality"]) == Criticality.UNDECIDED
 
 
 def test_the_logistic_map_doubles_softly():
