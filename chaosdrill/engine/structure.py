@@ -106,7 +106,7 @@ def _sizes(system: "HybridSystem") -> tuple[np.ndarray, float]:
             break
         largest = np.zeros(len(found))
         for rate, jacobian in rates:
-            largest = np.fmax(largest, unit * np.fmax(rate, np.nan_to_num(jacobian @ found)))
+            largest = np.fmax(largest, unit * np.fmax(rate, np.nan_to_num(_product(jacobian, found))))
         if not largest[unknown].any():
             # as large as what moves a known one by its size
             for _, jacobian in rates:
@@ -198,12 +198,19 @@ def _unit_of_time(system: "HybridSystem", sizes: np.ndarray, rates: list[tuple[n
     if system.forced and (period := system.forcing_period()):
         return period / math.tau
     fastest = max((float(np.abs(np.linalg.eigvals(slopes)).max(initial=0.0)) for _, slopes in rates), default=0.0)
+    # further digits of a double eigenvalue are those of a processor
+    fastest = float(f"{fastest:.{STRUCTURE.digits}g}")
     if not fastest > 0:
         known = sizes > 0
         for rate, jacobian in rates:
-            at_once, later = rate / sizes, np.sqrt(jacobian @ rate / sizes)
+            at_once, later = rate / sizes, np.sqrt(_product(jacobian, rate) / sizes)
             fastest = max(fastest, np.fmax(at_once, later)[known].max(initial=0.0))
     return 1.0 / fastest if 0 < fastest < math.inf else 1.0
+
+
+def _product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """As ``a @ b``, in the same order of sums on every processor: frames, and with them runs, are made of it."""
+    return np.asarray(np.einsum("...n,n->...", a, b))
 
 
 @compiled(int64(functions_type, int64, int64, float64, vector, vector, vector, vector))
@@ -545,12 +552,13 @@ def _frame(groups: list[list[int]], symmetries: list[list[float]], sizes: np.nda
         rows += [*(general if len(group) > 1 else ()), *np.eye(n)[group]]
     frame: list[np.ndarray] = []
     for row in rows:
-        row = row / np.linalg.norm(row)
+        row = row / np.sqrt(_product(row, row))
         for _ in range(2):
-            near = [frame[i] for i in np.flatnonzero(np.abs(np.reshape(frame, (-1, n))) @ np.abs(row))]
-            row = row - sum((v * (v @ row) for v in near), np.zeros(n))
-        if np.linalg.norm(row) > STRUCTURE.apart:
-            frame.append(row / np.linalg.norm(row))
+            near = [frame[i] for i in np.flatnonzero(_product(np.abs(np.reshape(frame, (-1, n))), np.abs(row)))]
+            row = row - sum((v * _product(v, row) for v in near), np.zeros(n))
+        length = np.sqrt(_product(row, row))
+        if length > STRUCTURE.apart:
+            frame.append(row / length)
     made = np.pad(np.array(frame), ((0, 0), (0, states - n)))
     # it is handed out again
     made.flags.writeable = False

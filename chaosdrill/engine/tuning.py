@@ -358,6 +358,8 @@ class Structures(NamedTuple):
     """Doublings to which a state at rest is displaced, from one over them on, and"""
     stride: int = 8
     """steps of those that are tried first."""
+    digits: int = 7
+    """Digits of a unit of time: of an eigenvalue that is double rounding leaves eight."""
     changed: float = 0.5
     """Part of the fastest motion by which it is another one."""
     measures: int = 64

@@ -232,7 +232,9 @@ def kaplan_yorke_error(exponents: np.ndarray, rates: np.ndarray, of_method: floa
 
     def error(weights: np.ndarray) -> float:
         used = rates[:, : len(weights)]
-        return float(np.hypot(standard_error(used @ weights), of_method * np.abs(weights).sum()))
+        # a product of matrices is summed in the order of a processor
+        each = np.einsum("bk,k->b", used, weights)
+        return float(np.hypot(standard_error(each), of_method * np.abs(weights).sum()))
 
     def told(total: float, count: int) -> bool:
         return bool(abs(total) > margin(np.array(error(np.ones(count))), length))
