@@ -44,6 +44,16 @@ def example_of_section(system: "HybridSystem") -> str:
     return f"at={events[0]!r} or {surface}" if events else surface
 
 
+def misfits_of_duration(table: Mapping[str, Any], system: "HybridSystem") -> Faults:
+    """A time where lengths are counted in periods or iterates."""
+    if "duration" in table and system.forced:
+        about = max(1, round(table["duration"] / system.forcing_period()))
+        words = "is a map; give periods instead, which count its iterates"
+        if not system.discrete:
+            words = f"has a forcing period; give periods instead (about {about})"
+        yield ("duration",), told(f"{system.name} {words}", table["duration"])
+
+
 def misfits_of_section(table: Mapping[str, Any], system: "HybridSystem") -> Faults:
     """A section that a system does not have, and a transient that is no whole number of what it counts."""
     at = table.get("at")

@@ -15,6 +15,7 @@ from chaosdrill.analysis.arguments import (
     Exponents,
     Method,
     example_of_section,
+    misfits_of_duration,
     misfits_of_section,
 )
 from chaosdrill.analysis.spans import Span
@@ -130,16 +131,11 @@ class _Lengths(AnalysisSettings):
     def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
         """A length that the system does not count, and a section that it lacks."""
         yield from misfits_of_section(table, system)
+        yield from misfits_of_duration(table, system)
         at = table.get("at")
         if system.forced:
-            if "duration" in table and system.discrete:
-                words = f"{system.name} is a map; give periods instead, which count its iterates"
-                yield ("duration",), told(words, table["duration"])
-            elif "duration" in table:
-                about = max(1, round(table["duration"] / system.forcing_period()))
-                words = f"{system.name} has a forcing period; give periods instead (about {about})"
-                yield ("duration",), told(words, table["duration"])
-        elif cls.needs_section and at is None:
+            return
+        if cls.needs_section and at is None:
             example = example_of_section(system)
             yield (), f"{system.name} has no forcing period, and so no strobe; name a section, as in {example}"
         elif "periods" in table and at in (None, "strobe"):

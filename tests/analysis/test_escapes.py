@@ -443,8 +443,10 @@ def test_arguments_that_do_not_fit():
         cd.transient_chaos(tent, periods=5, random=STARTS, saddle="staggers")
     with pytest.raises(cd.SettingsError, match="give starts: random"):
         cd.transient_chaos(tent, periods=5)
-    with pytest.raises(cd.SettingsError, match="has a forcing period; give periods instead"):
+    with pytest.raises(cd.SettingsError, match=r"has a forcing period; give periods instead \(about 5\)"):
         cd.transient_chaos(tent, duration=5.0, random=STARTS)
+    with pytest.raises(cd.SettingsError, match="own-map is a map; give periods instead, which count its iterates"):
+        cd.transient_chaos(cd.Map("x", {}, {"x": "x/2"}), duration=5.0, random=STARTS)
     with pytest.raises(cd.SettingsError, match="until"):
         cd.transient_chaos(tent, periods=5, random=STARTS, until="hit")
     forced = cd.HybridSystem(states="x", time="t", modes={"on": {"x": "cos(t)"}}, period="2*pi", initial={"x": 0.0})

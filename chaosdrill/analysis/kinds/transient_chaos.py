@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from chaosdrill.analysis.arguments import At, misfits_of_section, section_fault
+from chaosdrill.analysis.arguments import At, misfits_of_duration, misfits_of_section, section_fault
 from chaosdrill.analysis.base import AnalysisSettings, Dataset, HybridSystem, Job, analysis
 from chaosdrill.analysis.starting_states import RANDOM
 from chaosdrill.analysis.starts import STARTS
@@ -110,11 +110,8 @@ class TransientChaos(AnalysisSettings):
         if table.get("saddle") == "stagger" and until in event_words(system.transitions):
             words = "a displacement may lead beyond the guard, where no event is met; give a comparison, or bounds"
             yield ("saddle",), told(words, "stagger")
-        if system.forced:
-            if "duration" in table:
-                words = f"{system.name} has a forcing period; give periods instead"
-                yield ("duration",), told(words, table["duration"])
-        elif "periods" in table:
+        yield from misfits_of_duration(table, system)
+        if "periods" in table and not system.forced:
             words = f"{system.name} has no forcing period; give duration, in units of time"
             yield ("periods",), told(words, table["periods"])
 
