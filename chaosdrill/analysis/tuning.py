@@ -255,8 +255,10 @@ class Scaling:
     """Boxes along a coordinate, at most: the number of a row and the place in it share the digits of a number."""
     spare: float = 2.0
     """Mean number of neighbours, in those that are asked for, where these are looked for first."""
-    largest_share: float = 0.05
-    """Part of all points that the neighbours hold at most."""
+    largest_share: float = 0.04
+    """Part of all points that the neighbours hold at most. With 0.05 twice the error does not allow for the edges of a
+    square in 16 % of the records of 2,000 points; with 0.04 these have no region, and in 95 % of those of 10,000 points
+    it does."""
     regular: float = 0.5
     """Part of the points without a neighbour that chance would leave, below which points keep away from each other."""
     crowded: float = 3.0

@@ -19,6 +19,7 @@ from scipy.optimize import brentq
 
 import chaosdrill as cd
 from chaosdrill.analysis.grids.boundaries import mixing, uncertainty
+from chaosdrill.analysis.measures.scaling import scaling_region, sums_of
 
 OUT = Path(__file__).resolve().parent / "out"
 LEAST, MOST = 0.88, 0.995
@@ -32,26 +33,26 @@ Told = dict[str, tuple[float, float, float]]
 """Name -> value, error, truth (NaN: not known)."""
 
 
-def baker() -> cd.Map:
+def baker(left: float = LEFT) -> cd.Map:
     """A skew baker's map, whose exponents and dimensions are known."""
     images = {"x": "piecewise(l*x, y < s, 1/2 + r*x)", "y": "piecewise(y/s, y < s, (y - s)/(1 - s))"}
-    return cd.Map("x y", {"s": SHARE, "l": LEFT, "r": RIGHT}, images, initial={"x": 0.2, "y": 0.37})
+    return cd.Map("x y", {"s": SHARE, "l": left, "r": RIGHT}, images, initial={"x": 0.2, "y": 0.37})
 
 
-def exponents() -> tuple[float, float]:
+def exponents(left: float = LEFT) -> tuple[float, float]:
     """Of the baker's map."""
     shares = np.array([SHARE, 1 - SHARE])
-    return float(-shares @ np.log(shares)), float(shares @ np.log([LEFT, RIGHT]))
+    return float(-shares @ np.log(shares)), float(shares @ np.log([left, RIGHT]))
 
 
-def dimension(order: int) -> float:
+def dimension(order: int, left: float = LEFT) -> float:
     """Of the baker's map (Hentschel and Procaccia 1983, doi:10.1016/0167-2789(83)90235-X)."""
-    above, below = exponents()
+    above, below = exponents(left)
     if order == 1:
         return 1 - above / below
 
     def partition(d: float) -> float:
-        parts = (SHARE, LEFT), (1 - SHARE, RIGHT)
+        parts = (SHARE, left), (1 - SHARE, RIGHT)
         return sum(share**order * width ** ((1 - order) * d) for share, width in parts) - 1
 
     return 1 + float(brentq(partition, 0, 3))
@@ -89,14 +90,50 @@ def of_vectors(records: int, rng: np.random.Generator) -> Iterator[Told]:
 
 
 def of_dimensions(records: int, rng: np.random.Generator) -> Iterator[Told]:
-    """Generalised dimensions."""
-    system = baker()
+    """Generalised dimensions of attractors."""
+    turn = math.pi * (math.sqrt(5) - 1)
+    turned = {"x": "c*x - s*y", "y": "s*x + c*y"}
+    circle = cd.Map("x y", {"c": math.cos(turn), "s": math.sin(turn)}, turned)
+    henon = cd.Map("x y", {"a": 1.4, "b": 0.3}, {"x": "1 - a*x**2 + y", "y": "b*x"})
+    lozi = cd.Map("x y", {"a": 1.7, "b": 0.5}, {"x": "1 - a*Abs(x) + y", "y": "b*x"})
+    long = lozi.with_initial(x=0.1, y=0.05)
+    lozi_dimension = float(cd.lyapunov_spectrum(long, transient=500, periods=200_000)["kaplan_yorke_dimension"])
+    # Henon: order 1 by its exponents, order 2 by Grassberger and Procaccia 1983, doi:10.1103/PhysRevLett.50.346
+    sets: dict[str, tuple[cd.Map, float, dict[int, float]]] = {
+        "baker's map": (baker(), 1, {q: dimension(q) for q in (1, 2, 3)}),
+        "a wider baker's map": (baker(0.25), 1, {q: dimension(q, 0.25) for q in (1, 2, 3)}),
+        "Henon's map": (henon, 0.05, {1: 1.258, 2: 1.22}),
+        "Lozi's map": (lozi, 0.05, {1: lozi_dimension}),
+        "a closed curve": (circle, 1, dict.fromkeys((1, 2, 3), 1.0)),
+    }
     for _ in range(records):
-        begun = system.with_initial(x=rng.random(), y=rng.random())
-        found = cd.dimensions(begun, transient=50, periods=2000, orders=[1, 2, 3])
+        told: Told = {}
+        for name, (system, size, truth) in sets.items():
+            begun = system.with_initial(x=size * rng.random(), y=size * rng.random())
+            found = cd.dimensions(begun, transient=500, periods=2000, orders=list(truth))
+            for place, q in enumerate(truth):
+                told[f"order {q}, {name}"] = *_of(found, "dimension", "dimension_error", place), truth[q]
+        yield told
+
+
+def of_independent(records: int, rng: np.random.Generator) -> Iterator[Told]:
+    """Generalised dimensions of points that are drawn independently."""
+    for _ in range(records):
+        across = np.zeros(2000)
+        for one in rng.random((40, 2000)) < SHARE:
+            across = np.where(one, LEFT * across, 0.5 + RIGHT * across)
+        sets = {
+            "a Cantor set": (across[:, np.newaxis], {q: dimension(q) - 1 for q in (1, 2, 3)}),
+            "normal values": (rng.normal(size=(2000, 1)), dict.fromkeys((1, 2, 3), 1.0)),
+            "normal pairs": (rng.normal(size=(2000, 2)), dict.fromkeys((1, 2, 3), 2.0)),
+            "a square": (rng.random((2000, 2)), dict.fromkeys((1, 2, 3), 2.0)),
+            "a square, 10,000 points": (rng.random((10_000, 2)), {1: 2.0}),
+        }
         yield {
-            f"dimension of order {q}": (*_of(found, "dimension", "dimension_error", q - 1), dimension(q))
-            for q in (1, 2, 3)
+            f"order {q}, {name}": (*(region[:2] if region else (math.nan, math.nan)), truth[q])
+            for name, (points, truth) in sets.items()
+            for q, sums in zip(truth, sums_of(points / points.std(axis=0), 0, np.array(list(truth))), strict=True)
+            for region in [scaling_region(sums)]
         }
 
 
@@ -278,7 +315,8 @@ def of_series(records: int, rng: np.random.Generator) -> Iterator[Told]:
 MEASURES: dict[str, tuple[str, Callable[[int, np.random.Generator], Iterator[Told]]]] = {
     "spectra": ("baker's map, 512 iterates", of_spectra),
     "vectors": ("baker's map, 512 iterates; Hénon map, 2000", of_vectors),
-    "dimensions": ("baker's map, 2000 iterates", of_dimensions),
+    "dimensions": ("dimension of 2000 iterates", of_dimensions),
+    "independent": ("dimension of 2000 points", of_independent),
     "lives": ("open tent map, 1500 starts", of_lives),
     "walkers": ("open tent map, 300 starts", of_walkers),
     "flights": ("flow of flights, 500 starts", of_flights),
@@ -305,6 +343,9 @@ def rows(name: str, records: int) -> Iterator[tuple[list[str], bool]]:
         known = np.isfinite(values) & np.isfinite(errors)
         values, errors, truth = values[known], errors[known], truths[0]
         exact = math.isfinite(truth)
+        if not known.any():
+            yield [quantity, record, f"{truth:.4g}", "0", "refused", ""], True
+            continue
         truth = truth if exact else values.mean()
         held = np.abs(values - truth) <= 2 * errors
         scatter = np.sqrt(np.mean((values - truth) ** 2))

@@ -282,6 +282,22 @@ def test_errors_cover():
     assert (np.mean(hits, axis=0) >= 0.85).all()
 
 
+def test_two_thousand_points_have_an_information_dimension():
+    """Parts of an attractor from one point to a twentieth of all are enough, also where two points are the same."""
+    rng, first = np.random.default_rng(13), np.array([1])
+    for _ in range(4):
+        points = np.column_stack([rng.random(2000), np.zeros(2000)])
+        for one in rng.random((40, 2000)) < SHARE:
+            points[:, 1] = np.where(one, LEFT * points[:, 1], 0.5 + RIGHT * points[:, 1])
+        points /= points.std(axis=0)
+        region = of_points(points, 1)
+        assert abs(region.dimension - exact(1)) <= 2 * region.error < 0.2
+    line = rng.random((2000, 1))
+    line[1::100] = line[::100]
+    region = scaling_region(*sums_of(line, 0, first))
+    assert abs(region.dimension - 1) <= 2 * region.error < 0.1
+
+
 def test_wrong_windows_and_orders():
     with pytest.raises(cd.SettingsError, match="window is 70; pairs of points so near in time are left out"):
         cd.dimensions(HENON, periods=600, window=70)
@@ -310,6 +326,8 @@ def test_over_a_parameter_each_value_is_a_record_of_its_own(tmp_path):
     assert not ds["dimension"][0].any()
     assert np.isnan(ds["dimension"][1]).all()
     # of two orders alone: the outcome is ok, and nothing said why; of a run that escapes, the outcome says it
-    ds = cd.dimensions(HENON, {"a": [1.4, 5.0]}, periods=600)
+    images = {at: f"a*Min({at}/{skew}, (1 - {at})/{1 - skew})" for at, skew in zip("xy", skews, strict=True)}
+    tents = cd.Map("x y", {"a": 1.0}, images, initial={"x": 0.1234, "y": 0.5678})
+    ds = cd.dimensions(tents, {"a": [1.0, 3.0]}, periods=1200)
     assert np.isnan(ds["dimension"].values).tolist() == [[True, False, False], [True, True, True]]
     assert ds.attrs["reason"].startswith("2 of 2 values lack a number")

@@ -18,7 +18,7 @@ SCALES = 2.0 ** np.arange(-26.0, 2.25, 0.5)
 """Distances, in standard deviations of the states; below the first one the digits of states end."""
 
 
-NEAREST = np.array([2, 3, 4, 6, 8, 11, 16, 23, 32])
+NEAREST = np.array([1, 2, 3, 4, 6, 8, 11, 16, 23, 32])
 """Numbers of the neighbours to which distances are asked, of all points."""
 
 _AGAIN, _THINNER = NEAREST[-4:], 4

@@ -189,9 +189,11 @@ def information_sums(found: Shares, counted: Counted) -> Sums:
     Shares are known at the mean logarithm of the distances within which they are found (Badii and Politi 1985,
     doi:10.1007/BF01009897). A point adds to that as a centre alone.
     """
+    # of points that are met again exactly the first neighbours are at the distance 0
+    found = Shares(*(part[..., np.isfinite(found.logs).all(axis=0)] for part in found))
     logs, at = found.logs.mean(axis=0), np.log(SCALES)
     none = np.full(len(SCALES), np.nan)
-    if len(logs) < 2 or not (np.isfinite(logs).all() and (np.diff(logs) > 0).all()):
+    if len(logs) < 2 or not (np.diff(logs) > 0).all():
         return Sums(none, np.full((1, len(SCALES)), np.nan), none, np.zeros(len(SCALES), dtype=bool))
     inside = (at >= logs[0]) & (at <= logs[-1])
     slope = np.interp(at, logs, np.gradient(found.parts, logs))
