@@ -440,3 +440,21 @@ def test_pictures_say_the_numbers(found):
     assert shares == ["1: period 1", "2: period 1", "3: period 1"]
     drawn = cd.plot(measures)
     assert drawn.get_title(loc="left").startswith("basin entropy ")
+
+
+def test_what_is_lacking_has_a_reason(moving):
+    system, _, _ = moving
+    for count in (1, 2, 5, 30):
+        along = np.linspace(-0.9, 0.7, count)
+        alone = cd.basin_measures(system, {"x": along}, **LENGTHS)
+        swept = cd.basin_measures(system, {"y": along[:1], "x": along}, {"a": ALONG}, **LENGTHS)
+        for found in (alone, swept):
+            names = [name for name in found if name.startswith(("basin", "bound", "unc", "wada", "small"))]
+            lacking = {name.removesuffix("_error") for name in names if np.isnan(found[name]).any()}
+            assert {name for name in lacking if name not in found.attrs["reason"]} == set()
+            assert {name for name in ("basin_entropy:", "uncertainty_exponent:") if name in found.attrs["reason"]} <= {
+                f"{name}:" for name in lacking
+            }
+    assert "30 values along a state are too few for a fit: give 96 at least" in alone.attrs["reason"]
+    uneven = cd.basin_measures(system, {"x": np.linspace(-1, 1, 120) ** 3}, **LENGTHS)
+    assert "uncertainty_exponent: x has unequal steps" in uneven.attrs["reason"]

@@ -1,7 +1,7 @@
 """Basins and their boundaries on a grid of any number of dimensions, from the number of the attractor of every cell."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, product
 from typing import TYPE_CHECKING, Any
 
@@ -28,9 +28,10 @@ class Uncertainty:
     error: np.ndarray  # (K,): standard errors
     exponent: float
     exponent_error: float
+    reason: str  # why there is no exponent, if there is none
 
 
-_UNKNOWN = Uncertainty(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0), np.nan, np.nan)
+_UNKNOWN = Uncertainty(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0), np.nan, np.nan, "the grid is one cell")
 """Of a grid without an axis."""
 
 
@@ -147,7 +148,8 @@ def _uncertainty_along(numbers: np.ndarray, axis: int) -> Uncertainty:
     error = np.sqrt(fraction * (1 - fraction) * (2 * distance + 1.0) ** numbers.ndim / max(every, 1))
     exponent = exponent_error = np.nan
     fits = total >= BOUNDARIES.least
-    if fits.sum() >= BOUNDARIES.fewest and (without[fits] > 0).all():
+    reason = _no_fit(length, total, fits, without)
+    if not reason:
         across = np.log(distance[fits])
         exponent, left = _slope(across, np.log(fraction[fits]))
         slopes = np.array([_slope(across, np.log(one))[0] for one in without[fits].T])
@@ -158,7 +160,19 @@ def _uncertainty_along(numbers: np.ndarray, axis: int) -> Uncertainty:
         missed = _missed_between_cells(distance[fits], fraction[fits])
         systematic = max(left, abs(ends[1] - ends[0]), missed)
         exponent_error = float(np.hypot(np.hypot(spread, systematic), abs(crowded - exponent) / 2))
-    return Uncertainty(distance, fraction, error, exponent, exponent_error)
+    return Uncertainty(distance, fraction, error, exponent, exponent_error, reason)
+
+
+def _no_fit(length: int, total: np.ndarray, fits: np.ndarray, without: np.ndarray) -> str:
+    """Why no exponent is fitted to the uncertain cells at some distances; empty if one is."""
+    needed = int(BOUNDARIES.parts * BOUNDARIES.nearest * 2 ** ((BOUNDARIES.fewest - 1) / 3))
+    if len(total) < BOUNDARIES.fewest:
+        return f"{length} values along a state are too few for a fit: give {needed} at least"
+    if not total.any():
+        return "no cell well within the grid is near a boundary"
+    if fits.sum() < BOUNDARIES.fewest:
+        return f"only {total[-1]:.0f} cells are near a boundary: give more values of the states"
+    return "" if (without[fits] > 0).all() else "the boundary lies in one part of the grid: move the grid, or narrow it"
 
 
 def _distances(most: int) -> np.ndarray:
@@ -267,16 +281,17 @@ def measures_dataset(system: "HybridSystem", given: Any, job: "Job") -> "xr.Data
 
     if given.sweep is None:
         found = over_states(system, given, job).rename(attractor="reached", attractor_number="attractor")
-        measured = _measures(system, given, found)
+        measured, reasons = _measures(system, given, found)
     else:
         found = followed(system, given, job, *cells_and_listed(system, given, settled=False))
-        measured = _along(system, given, found)
+        measured, reasons = _along(system, given, found)
     kept = {name: found[name].variable for name in _KEPT if name in found.variables}
-    return more(measured, kept | {"start_count": ((), found["reached"].size // measured["fraction_none"].size)})
+    told = more(measured, kept | {"start_count": ((), found["reached"].size // measured["fraction_none"].size)})
+    return told.assign_attrs({"reason": "; ".join(reasons)} if reasons else {})
 
 
-def _along(system: "HybridSystem", given: Any, found: "xr.Dataset") -> "xr.Dataset":
-    """Measures at every value of a parameter, and an outcome there."""
+def _along(system: "HybridSystem", given: Any, found: "xr.Dataset") -> tuple["xr.Dataset", list[str]]:
+    """Measures at every value of a parameter, an outcome there, and why some of them are NaN, and where."""
     import xarray as xr
 
     from chaosdrill.analysis.starts import any_ran
@@ -284,20 +299,33 @@ def _along(system: "HybridSystem", given: Any, found: "xr.Dataset") -> "xr.Datas
 
     ((name, values),) = given.sweep.items()
     codes = found["outcome"].values
-    parts = [
-        _measures(system.with_parameters({name: value}), given, found.isel({name: place}, drop=True))
-        for place, value in enumerate(values.tolist())
+    parts, said = zip(
+        *(
+            _measures(system.with_parameters({name: value}), given, found.isel({name: place}, drop=True))
+            for place, value in enumerate(values.tolist())
+        ),
+        strict=True,
+    )
+    where: dict[str, list[float]] = {}
+    for value, reasons in zip(values.tolist(), said, strict=True):
+        for reason in reasons:
+            where.setdefault(reason, []).append(value)
+    told = [
+        reason if len(at) == len(values) else f"{reason} (at {len(at)} of {len(values)} values, the first {at[0]:.6g})"
+        for reason, at in where.items()
     ]
     # along axes of different lengths there are different distances
     along = xr.concat(parts, name, data_vars="all", coords="minimal", compat="override", join="outer")
     outcome = np.where(any_ran(codes), Outcome.OK, codes.max(axis=1)).astype(np.int8)
-    return more(along, {name: values, "outcome": (name, outcome)})
+    return more(along, {name: values, "outcome": (name, outcome)}), told
 
 
-def _measures(system: "HybridSystem", given: Any, found: "xr.Dataset") -> "xr.Dataset":
+def _measures(system: "HybridSystem", given: Any, found: "xr.Dataset") -> tuple["xr.Dataset", list[str]]:
     """Measures of the basins at one value of all parameters, by the attractors that all starts have ``reached``.
 
     They are NaN if no start could be run.
+
+    Returns: the measures, and why some are NaN.
     """
     from chaosdrill.analysis.starts import any_ran, share_of
     from chaosdrill.dataset.build import dataset
@@ -319,28 +347,66 @@ def _measures(system: "HybridSystem", given: Any, found: "xr.Dataset") -> "xr.Da
         "fraction_none_error": ((), error[0]),
     }
     coords: dict[str, Any] = {}
+    why: dict[str, str] = {}
     if cells is not None:
         for name, (value, spread) in mixing(cells, given.box).items():
             variables |= {name: ((), value), f"{name}_error": ((), spread)}
         # a state of one value is held there, as those without an axis are
         grid = {name: values for name, values in given.grid.items() if len(values) > 1}
         held = {name: float(values[0]) for name, values in given.grid.items() if len(values) == 1}
-        even = all(_evenly(values) for values in grid.values())
+        uneven = [name for name, values in grid.items() if not _evenly(values)]
         power = uncertainty(cells)
+        if uneven:
+            power = replace(power, exponent=np.nan, exponent_error=np.nan, reason=f"{uneven[0]} has unequal steps")
         variables |= {
-            "uncertainty_exponent": ((), power.exponent if even else np.nan),
-            "uncertainty_exponent_error": ((), power.exponent_error if even else np.nan),
+            "uncertainty_exponent": ((), power.exponent),
+            "uncertainty_exponent_error": ((), power.exponent_error),
             "uncertain_fraction": ("distance", power.fraction),
             "uncertain_fraction_error": ("distance", power.error),
             "wada_distance": ("attractor", _of_attractors(cells, count)),
         }
         along = {name: grid[name] for name in system.state_names if name in grid}
         ordered = cells.transpose([list(grid).index(name) for name in along])
-        kicks = [smallest_kicks(ordered, along, *one) for one in _in_the_grid(system, along, held, found)]
+        inside = list(_in_the_grid(system, along, held, found))
+        kicks = [smallest_kicks(ordered, along, *one) for one in inside]
         for name, parts in zip(("smallest_kick", "smallest_kick_error"), zip(*kicks, strict=True), strict=False):
             variables[name] = (("attractor", "state"), _of_states(system, along, np.array(parts)))
         coords["distance"] = power.distance.astype(np.int32)
-    return dataset(variables | coords, coords).where(any_ran(found["outcome"].values.ravel()))
+        there = found["attractor_outcome"].values >= 0
+        why = _lacking(variables, cells, given.box, power.reason)
+        why |= _without_kick(cells, *([one[k] for k in np.flatnonzero(there)] for one in (inside, kicks)))
+    if not any_ran(found["outcome"].values.ravel()):
+        return dataset(variables | coords, coords).where(False), ["no start could be run"]
+    return dataset(variables | coords, coords), [f"{name}: {words}" for name, words in why.items()]
+
+
+def _lacking(variables: Mapping[str, Any], cells: np.ndarray, box: int, no_exponent: str) -> dict[str, str]:
+    """Why measures of a grid are NaN, by their names; an error alone has its own reason."""
+    more, few = "give more values, or a smaller box", len(np.unique(cells)) < 3
+    fits = cells.ndim > 0 and all(length >= box for length in cells.shape)
+    whys = {
+        "basin_entropy": f"no box of {box} cells fits: {more}",
+        "boundary_entropy": "no box has more than one attractor" if fits else f"no box of {box} cells fits: {more}",
+        "uncertainty_exponent": no_exponent,
+        "wada_distance": "there are fewer than three basins" if few else "no cell leads to some attractors",
+    }
+    lacking = {name: words for name, words in whys.items() if np.isnan(variables[name][1]).any()}
+    alone = f"boxes that begin elsewhere do not fit, or meet no boundary: {more}"
+    for name in ("basin_entropy", "boundary_entropy"):
+        if name not in lacking and np.isnan(variables[f"{name}_error"][1]):
+            lacking[f"{name}_error"] = alone
+    return lacking
+
+
+def _without_kick(cells: np.ndarray, inside: Sequence[Any], kicks: Sequence[Any]) -> dict[str, str]:
+    """Why there is no smallest kick from some attractors, by name and number."""
+    found = {}
+    for (number, point, _), (kick, _) in zip(inside, kicks, strict=True):
+        if not np.isfinite(kick).any():
+            words = "its point is in another plane" if np.isnan(point).any() else "its point is outside the grid"
+            words = "the grid has no other basin" if (cells == number).all() else words
+            found[f"smallest_kick of {number}"] = words if cells.ndim else "the grid is one cell"
+    return found
 
 
 def _evenly(values: np.ndarray) -> bool:
@@ -372,7 +438,7 @@ def smallest_kicks(
     low, extent = (np.array([of(values) for values in axes]) for of in (np.min, np.ptp))
     nothing = np.full(len(axes), np.nan)
     others, steps = np.argwhere(cells != number), [np.diff(values) for values in axes]
-    if not len(others) or not (extent > 0).all():
+    if not len(others) or not len(axes) or not (extent > 0).all():
         return nothing, nothing
     # a turn is a step longer than its grid
     reach = (extent + np.where(shifts.moves, [step.max() for step in steps], 0.0)) / 2

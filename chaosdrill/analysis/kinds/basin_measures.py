@@ -117,6 +117,8 @@ def basin_measures(system: HybridSystem, given: BasinMeasures, job: Job) -> Data
         is 0, and the rest NaN. ``first_value``, ``last_value``, ``end_below``, ``end_above``, ``next_below`` and
         ``next_above`` are those of `attractors`. All measures are NaN where no start could be run, at values of which
         ``outcome`` tells; elsewhere it is ``ok``.
+
+        The attribute ``reason`` says why a measure is NaN, and along a sweep at which values.
     """
     from chaosdrill.analysis.grids.boundaries import measures_dataset
 
