@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import sympy
+import xarray as xr
 from scipy.stats import binom
 from support.discrete import clocked
 
@@ -15,6 +16,7 @@ from chaosdrill.analysis.grids.boundaries import (
     uncertainty,
 )
 from chaosdrill.analysis.starts import share_of
+from chaosdrill.plots.shares import uncertain_fraction
 
 CANTOR = 1 - np.log(2) / np.log(3)
 
@@ -458,3 +460,20 @@ def test_what_is_lacking_has_a_reason(moving):
     assert "30 values along a state are too few for a fit: give 96 at least" in alone.attrs["reason"]
     uneven = cd.basin_measures(system, {"x": np.linspace(-1, 1, 120) ** 3}, **LENGTHS)
     assert "uncertainty_exponent: x has unequal steps" in uneven.attrs["reason"]
+
+
+def test_the_axis_of_uncertain_fractions_has_round_numbers():
+    distance, part = np.array([3, 4, 5, 6, 8]), np.array([0.19, 0.22, 0.25, 0.28, 0.33])
+    columns = {"uncertain_fraction": part, "uncertain_fraction_error": part / 8}
+    single = {"uncertainty_exponent": 0.56, "uncertainty_exponent_error": 0.05}
+    found = xr.Dataset(
+        {name: ("distance", values) for name, values in columns.items()} | single,
+        {"distance": distance},
+        {"kind": "basin-measures"},
+    )
+    for name in ("basin_entropy", "boundary_entropy"):
+        found = found.assign({name: 0.5, f"{name}_error": 0.1})
+    figure = uncertain_fraction(found)
+    low, high = figure.axes[0].get_ylim()
+    ticks = [tick for tick in figure.axes[0].get_yticks() if low <= tick <= high]
+    np.testing.assert_allclose(ticks, [0.15, 0.2, 0.3, 0.4])
