@@ -86,7 +86,7 @@ def series_measures(
             f"compared beyond a window of {window}, need {needed}"
         )
     scaled = (series - series.mean()) / series.std()
-    exponents, errors = fitted(scaled, embedding, lag, window, time)
+    exponents, errors = fitted(scaled, embedding, lag, window)
     vectors = np.lib.stride_tricks.sliding_window_view(scaled, reach + 1)[:, ::lag]
     largest, largest_error, alone = parting(vectors, window, followed)
     dimension, dimension_error, refused = correlation(vectors, scaled, window)
@@ -99,8 +99,8 @@ def series_measures(
         {
             "largest_exponent": ((), largest / time, {"long_name": "largest Lyapunov exponent, by Rosenstein"}),
             "largest_error": ((), largest_error / time, {"long_name": "standard error of it"}),
-            "lyapunov_exponent": ("exponent", exponents, {"long_name": "Lyapunov exponent, by Eckmann"}),
-            "lyapunov_error": ("exponent", errors, {"long_name": "standard error of the exponent"}),
+            "lyapunov_exponent": ("exponent", exponents / time, {"long_name": "Lyapunov exponent, by Eckmann"}),
+            "lyapunov_error": ("exponent", errors / time, {"long_name": "standard error of the exponent"}),
             "k": ((), k, {"long_name": "growth K of the 0-1 test"}),
             "k_error": ((), k_error, {"long_name": "standard error of K"}),
             "dimension": ((), dimension, {"long_name": "correlation dimension"}),
@@ -111,8 +111,8 @@ def series_measures(
     )
 
 
-def fitted(scaled: "np.ndarray", embedding: int, lag: int, window: int, step: float) -> "tuple[np.ndarray, np.ndarray]":
-    """Exponents of linear maps fitted to neighbours, descending, and their errors; NaN where none could be fitted."""
+def fitted(scaled: "np.ndarray", embedding: int, lag: int, window: int) -> "tuple[np.ndarray, np.ndarray]":
+    """Exponents per step of linear maps fitted to neighbours, descending, and their errors; NaN where none could be."""
     import numpy as np
 
     from chaosdrill.analysis.judgement.statistics import in_blocks, standard_error
@@ -121,7 +121,7 @@ def fitted(scaled: "np.ndarray", embedding: int, lag: int, window: int, step: fl
 
     def fit(part: np.ndarray, neighbours: int) -> list[np.ndarray]:
         size = {"emb_dim": (embedding - 1) * lag + 1, "matrix_dim": embedding}
-        found = nolds.lyap_e(part, **size, min_tsep=window, min_nb=neighbours, tau=step, debug_data=True)
+        found = nolds.lyap_e(part, **size, min_tsep=window, min_nb=neighbours, debug_data=True)
         # nolds has infinities where no neighbours are of use
         return [np.where(np.isfinite(one), one, np.nan) for one in found]
 
