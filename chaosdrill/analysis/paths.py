@@ -51,6 +51,8 @@ def traced(where: Section, given: Any, job: "Job") -> Path:
     since = None if wanted is None else _since(start, plan, wanted)
     count = plan.count if outcome == Outcome.OK else 0
     found = record(run, count, events=True, times=since, report=job.report(plan.count))
+    if wanted and given.ends_at_times():
+        found = found.until(float(wanted[-1]), whole=len(found.samples) == len(wanted))
     rows = np.vstack([here, found.samples]) if wanted is None else found.samples
     even = start + np.arange(len(rows)) * (plan.unit / samples)
     times = even if wanted is None else np.array(wanted[: len(rows)], dtype=float)

@@ -55,6 +55,11 @@ class Record:
         kept = np.isin(self.events[:, at.EVENT_KIND], list(transitions))
         return Record(self.outcome, self.samples, self.events[kept], self.times[kept])
 
+    def until(self, end: float, *, whole: bool) -> "Record":
+        """The same record up to a time; what ended the run later does not count if all samples are there, ``whole``."""
+        kept = self.times <= end + SECTIONS.rounding * abs(end)
+        return Record(Outcome.OK if whole else self.outcome, self.samples, self.events[kept], self.times[kept])
+
 
 def record(
     run: Run,

@@ -138,3 +138,22 @@ def test_a_run_that_ends_early_keeps_what_it_has():
     run = cd.trajectory(grows, times=[0.5, 1.0, 5.0])
     assert run.cd.outcome == "escaped"
     np.testing.assert_allclose(run["states"].values[:, 0], np.exp([0.5, 1.0]), rtol=1e-12)
+
+
+def test_a_run_ends_at_the_last_time(oscillator):
+    longer = cd.trajectory(oscillator, periods=8, samples=1)
+    end = float(longer["event_time"].values[3]) - 1e-6
+    run = cd.trajectory(oscillator, times=[0.0, end])
+    np.testing.assert_array_equal(run["event_time"].values, longer["event_time"].values[:3])
+    assert cd.trajectory(oscillator, periods=8, times=[0.0, end]).sizes["event"] == longer.sizes["event"]
+
+
+def test_what_ends_a_run_behind_the_last_time_is_not_told():
+    driven = cd.HybridSystem(
+        states="x", modes={"all": {"x": "x + sin(t)/9"}}, period="2*pi", bounds={"x": (-10, 10)}, initial={"x": 1.0}
+    )
+    assert cd.trajectory(driven, periods=1).cd.outcome == "escaped"
+    run = cd.trajectory(driven, times=[0.0, 1.0])
+    assert run.cd.outcome == "ok"
+    assert "message" not in run.attrs
+    assert (cd.trajectory(driven, times=[0.0, 1.0], initial={"x": [1.0, 2.0]}).cd.outcome == "ok").all()

@@ -138,9 +138,13 @@ class Trajectory(Record):
         """Length of the run: the given one, or up to the last of the given times."""
         return Record.span(self._told(system), system, numerics, units=units)
 
+    def ends_at_times(self) -> bool:
+        """Whether the record ends at the last of the given times, for want of a length."""
+        return self.times is not None and self.periods is None and self.duration is None
+
     def _told(self, system: HybridSystem) -> Self:
         """The same with a length."""
-        if self.times is None or self.periods is not None or self.duration is not None:
+        if self.times is None or not self.ends_at_times():
             return self
         last, period = self.times[-1], system.forcing_period()
         if period is None:
