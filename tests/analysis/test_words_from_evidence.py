@@ -562,6 +562,46 @@ def test_where_no_torus_and_no_chaos_are_possible(duffing, logistic):
     assert words_of(given).tolist() == [cd.Outcome.CHAOTIC, cd.Outcome.TRANSIENT]
 
 
+def test_a_torus_may_go_round_through_modes_that_overlap():
+    """A heater that a thermostat switches has a cycle of its own, and shrinks areas alike in both modes."""
+    room = {"x": "-0.4*(x - 10 - a*cos(0.7*t)) + 0.8*(h - x)"}
+    on, off = {**room, "h": "12 - 0.8*(h - x)"}, {**room, "h": "-0.8*(h - x)"}
+    switches = [cd.Transition("off", "on", "off", "x - 20", +1), cd.Transition("on", "off", "on", "x - 18", -1)]
+    heated = cd.HybridSystem(
+        states="x h", parameters={"a": 0.0}, modes={"on": on, "off": off}, transitions=switches, period="2*pi/0.7"
+    ).with_initial(x=15.0, h=16.0)
+    # without the drive, which is strobed all the same, the cycle's period and that of the strobe have no common measure
+    assert words(cd.lyapunov_spectrum(heated, transient=100, periods=512)) == ["quasiperiodic"]
+
+
+@pytest.mark.parametrize(
+    ("force", "shrinks"),
+    [("-k*Max(x - 1, 0)", True), ("-k*sign(x)", True), ("-k*Max(v - 1, 0)", False), ("k*sign(v)", False)],
+)
+def test_areas_shrink_alike_where_events_keep_them(force, shrinks):
+    """A spring may have a kink or a jump; a damper that has one shrinks areas here more than there, or at events."""
+    field = {"x": "v", "v": f"cos(t) - x - v/10 + ({force})"}
+    assert contracts(cd.in_modes(states="x v", parameters={"k": 2.0}, field=field, period="2*pi")) == shrinks
+
+
+def test_a_torus_about_a_region_of_negative_damping():
+    """Van der Pol's oscillator in pieces: damping constant in each, and in all more than none along its cycle."""
+    inner, outer = ({"x": "v", "v": f"a*cos(t) - 2*x + {damping}*v"} for damping in (0.6, -1.5))
+    across = [("inner", "right", "x - 1"), ("inner", "left", "-1 - x")]
+    ways = [(f"to {b}", a, b, guard, +1) for a, b, guard in across] + [(f"from {b}", b, a, g, -1) for a, b, g in across]
+    system = cd.HybridSystem(
+        states="x v",
+        parameters={"a": 0.05},
+        modes={"inner": inner, "right": outer, "left": outer},
+        transitions=[cd.Transition(*way) for way in ways],
+        period="2*pi",
+        initial={"x": 0.5},
+    )
+    spectrum = cd.lyapunov_spectrum(system, transient=100, periods=1000)
+    assert float(spectrum["lyapunov_exponent"].sum()) < -0.01
+    assert words(spectrum) == ["quasiperiodic"]
+
+
 @pytest.mark.parametrize(("states", "load", "word"), [("x v", 1.5, "quasiperiodic"), ("v x", 0.5, "periodic")])
 def test_a_torus_may_go_round_with_an_angle_where_areas_shrink(states, load, word):
     """A driven pendulum that the load turns over, at a mean rate that the drive does not lock, or not."""

@@ -461,7 +461,7 @@ def contracts(system: HybridSystem) -> bool:
     """Whether the flow of a forced system of two states shrinks or stretches all areas alike.
 
     A closed curve that it maps to itself encloses an area that it maps to itself, so that there is no torus where it
-    shrinks them; one that goes round with an angle encloses none.
+    shrinks them; one that goes round with an angle, or from mode to mode as with hysteresis, encloses none.
     """
     if not system.forced or system.autonomous or len(system.state_names) != 2:
         return False
@@ -469,10 +469,34 @@ def contracts(system: HybridSystem) -> bool:
         return False
     if "contracts" not in system.shared:
         free = {*system.states, system.time}
-        rates = (sum(field[x].diff(x) for x in system.states) for field in system.modes.values())
-        resets = any(t.reset for t in system.transitions)
-        system.shared["contracts"] = not resets and all(not (rate.free_symbols & free) for rate in rates)
+        rates = [sum(field[x].diff(x) for x in system.states).expand() for field in system.modes.values()]
+        even = rates[0].free_symbols.isdisjoint(free) and all(rate == rates[0] for rate in rates)
+        system.shared["contracts"] = even and _keeps_areas(system)
     return bool(system.shared["contracts"])
+
+
+def _keeps_areas(system: HybridSystem) -> bool:
+    """Whether events change no area, and the states, or the time, tell the mode.
+
+    A surface is then crossed both ways, at a speed that is the same on both sides.
+    """
+    from chaosdrill.model.crossings import same_surface
+
+    if any(t.reset or t.condition is not None for t in system.transitions):
+        return False
+    states = set(system.states)
+    ways = [(mode, t) for t in system.transitions for mode in t.source if mode != t.target]
+    for mode, t in ways:
+        if not t.guard.free_symbols & states:
+            continue
+        there, here = system.modes[t.target], system.modes[mode]
+        jump = sum(t.guard.diff(x) * (there[x] - here[x]) for x in system.states).expand()
+        back = [other.guard for before, other in ways if before == t.target and other.target == mode]
+        if not any(same_surface((guard, t.guard)) for guard in back):
+            return False
+        if jump != 0 and not same_surface((jump, t.guard)):
+            return False
+    return True
 
 
 def add_regularity(
