@@ -481,13 +481,18 @@ class Problem:
         return replace(guess, starts=starts, phase=guess.phase + float(back[d]))
 
     def held(self, orbit: Orbit) -> np.ndarray:
-        """What distinguishes the orbits of a family, as rows over the reduced unknowns, shape (m, columns)."""
+        """What distinguishes the orbits of a family, as rows over the reduced unknowns, shape (m, columns).
+
+        What is conserved at any time may change with the time at which an orbit begins, as the phase of a clock does.
+        """
         neutral, d = self.neutral, self.states
         shifted_in_time = self.forced and neutral.flow and not orbit.eventless
         if not (shifted_in_time or len(neutral.held)):
             return np.zeros((0, self.columns(orbit)))
         rows = np.zeros((len(neutral.held) + shifted_in_time, self.columns(orbit)))
         rows[: len(neutral.held), :d] = neutral.held
+        if self.forced and len(neutral.conserved) and not orbit.eventless:
+            rows[: len(neutral.conserved), d] = -neutral.conserved @ self.flow_at(orbit)
         rows[len(neutral.held) :, d] = 1.0
         return rows
 

@@ -67,6 +67,27 @@ def test_a_branch_with_an_elastic_wall():
     np.testing.assert_allclose(branch["period_time"][::20], expected, rtol=1e-9)
 
 
+@pytest.mark.parametrize("back", ["0", "p - 1"])
+def test_a_branch_keeps_the_phase_of_a_clock(back):
+    """x' = -x + b cos(2 pi t), with a push when a clock p strikes: half a period after each strobe, at every a."""
+    push = Transition("push", "run", "run", "p - 1", +1, reset={"x": "x + a", "p": back})
+    pushed = HybridSystem(
+        states="x p",
+        parameters={"a": 0.5, "b": 1.0},
+        modes={"run": {"x": "-x + b*cos(2*pi*t)", "p": "1"}},
+        transitions=[push],
+        period="1",
+        initial={"x": 0.2, "p": 0.5},
+    )
+    branch = continue_orbit(pushed, {"a": (0.1, 2.0)})
+    a = branch["a"].values
+    assert (a.min(), a.max()) == pytest.approx((0.1, 2.0))
+    x, p = branch["orbit_state"].values.reshape(-1, 2).T
+    np.testing.assert_allclose(p, 0.5, rtol=1e-12)
+    swing = 1 / (1 + 4 * np.pi**2)
+    np.testing.assert_allclose(x, swing + a * np.exp(-0.5) / (1 - np.exp(-1)), rtol=1e-11)
+
+
 def test_what_is_conserved_is_the_differential_of_the_energy():
     found = periodic_orbit(walled(), at="hit", start="guess")
     assert found["section"].values[0, 1] == pytest.approx(np.sqrt(2 * (1 / 2 + 1 / 4 - 1 / 8 - 1 / 64)), rel=1e-10)
