@@ -91,6 +91,14 @@ def settings(dataset: Dataset) -> dict[str, Any]:
 
 SINGLE = ("trajectory", "poincare-section", "lyapunov-spectrum")
 """Kinds of single runs, or of several joined runs."""
+MEASURES = {
+    "poincare-section": "section",
+    **dict.fromkeys(("lyapunov-spectrum", "covariant-vectors", "finite-time-exponents"), "lyapunov_exponent"),
+    "zero-one-test": "k",
+    "regularity": "digits",
+    "dimensions": "dimension",
+}
+"""What a run of a kind measures."""
 _IN_SI = ("trajectory", "poincare-section", "bifurcation-diagram", "periodic-orbit", "continuation", "equilibria")
 """Kinds whose states and times are shown in SI units; charts and basins show only their results so."""
 _TIMES = ("time", "event_time", "path_time", "forcing_period", "period_time")

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from chaosdrill.dataset.outcomes import ADVICE, flag_names
 from chaosdrill.plots._types import Artist, Axes, Dataset, Figure, Floats, Integers
 from chaosdrill.plots.categories import MOTIONS, Category
-from chaosdrill.plots.contents import SINGLE
+from chaosdrill.plots.contents import MEASURES, SINGLE
 from chaosdrill.plots.figures import font_size, owner, title_legend
 from chaosdrill.plots.labels import readable, wrapped
 from chaosdrill.plots.palette import LINE_COLOURS
@@ -219,20 +219,25 @@ def tell_on(axes: Axes, text: str) -> None:
 
 
 def failures(datasets: Iterable[Dataset]) -> str:
-    """Return the outcomes of runs that did not reach their end, with advice; empty if all did.
+    """Return the outcomes of runs that did not reach their end, or came to rest, with advice; empty if nothing lacks.
 
     It covers single and joined runs; sweeps show the outcome of each point themselves.
     """
     told: dict[str, None] = {}
     for dataset in datasets:
-        if dataset.attrs.get("kind") not in SINGLE or "outcome" not in dataset.variables:
+        kind = str(dataset.attrs.get("kind", ""))
+        if "outcome" not in dataset.variables:
             continue
+        one = MEASURES.get(kind) in dataset and dataset["outcome"].ndim == 0
+        if not (one or kind in SINGLE):
+            continue
+        measured = not one or bool(dataset[MEASURES[kind]].notnull().any())
         names = flag_names(dataset["outcome"])
         codes = np.atleast_1d(dataset["outcome"].values)
         runs = np.atleast_1d(dataset["run"].values) if "run" in dataset.variables else np.arange(1, codes.size + 1)
         for code, run in zip(codes, runs, strict=True) if codes.ndim == 1 and codes.size == runs.size else ():
             name = names.get(int(code), "") if np.isfinite(code) else ""
-            if name in ADVICE and name not in MOTIONS:
+            if name in ADVICE and (name not in MOTIONS or (name == "equilibrium" and not measured)):
                 whose = f"run {run}: " if codes.size > 1 else ""
                 told[f"{whose}{readable(name)}. {ADVICE[name]}"] = None
     return "\n".join(told)

@@ -358,6 +358,24 @@ def test_a_run_that_failed_says_so_with_its_advice(ball, outcome):
     assert time_history(ball).get_suptitle() == ""
 
 
+@pytest.mark.parametrize(
+    "analysis",
+    [cd.lyapunov_spectrum, cd.poincare_section, cd.zero_one_test, cd.regularity, cd.dimensions],
+)
+def test_a_run_that_came_to_rest_before_its_section_says_so(analysis):
+    """x begins below 1/2 and rests; the pictures were empty."""
+    mark = cd.Transition("half", "all", "all", "x - 1/2", direction=-1)
+    rests = cd.HybridSystem(states="x", modes={"all": {"x": "-x"}}, transitions=[mark], initial={"x": 0.4})
+    assert f"equilibrium. {Outcome.EQUILIBRIUM.advice}" in _told(analysis(rests, at="half", periods=50))
+    assert _told(cd.lyapunov_spectrum(rests, duration=100, transient=100)) == ""
+
+
+def _told(ds):
+    figure = cd.plot(ds).figure
+    title = figure.legends[0].get_title().get_text() if figure.legends else figure.get_suptitle()
+    return title.replace("\n", " ")
+
+
 def test_of_several_runs_those_that_failed_are_named(joined):
     codes = joined["outcome"].copy(data=np.array([0, 4], dtype=np.int8))
     figure = time_history(joined.assign(outcome=codes))
