@@ -249,14 +249,43 @@ def _is_round_off(functions, tables, t, state, h, tolerance, s, scratch):
 
 
 @series
+def _may_move(kind, i, moved, room):
+    """Whether the rate of state i changes with one that is moved, at any stage."""
+    for k in range(moved.size):
+        if moved[k] > 0.0:
+            for j in range(3 + 2 * kind):
+                if room.jacobians[j, i, k] != 0.0:
+                    return True
+    return False
+
+
+@series
+def _mark_moved(kind, v, room, moved, count):
+    """Mark the states that a tangent moves in the step."""
+    further = False
+    for i in range(v.size):
+        moved[i] = 1.0 if v[i] != 0.0 else 0.0
+        further = further or v[i] == 0.0
+    while further:
+        further = False
+        for a in range(count):
+            i = room.active[a]
+            if moved[i] == 0.0 and _may_move(kind, i, moved, room):
+                moved[i] = 1.0
+                further = True
+
+
+@series
 def stage_tangents(kind, v, h, room, stages, row, count):
     """Tangents at the stages, from the factors there: the derivative of the stages by the state at the start.
 
-    The second solution takes away what rounding leaves of the first: sizes of states are not those of tangents.
+    The second solution takes away what rounding leaves of the first: sizes of states are not those of tangents. What
+    rounding puts where a tangent never gets would outlive one that decays.
     """
     n = v.size
     s = 3 + 2 * kind
-    active, weights, right = room.active, stages[WEIGHTS], room.right
+    active, weights, right, moved = room.active, stages[WEIGHTS], room.right, room.spare[0]
+    _mark_moved(kind, v, room, moved, count)
     for j in range(s):
         for i in range(n):
             stages[row + 1 + j, i] = v[i]
@@ -273,7 +302,8 @@ def stage_tangents(kind, v, h, room, stages, row, count):
         solve(room.matrix, s * count, room.pivots, right)
         for j in range(s):
             for a in range(count):
-                stages[row + 1 + j, active[a]] += right[j * count + a] / weights[active[a]]
+                i = active[a]
+                stages[row + 1 + j, i] += right[j * count + a] / weights[i] if moved[i] > 0.0 else 0.0
     for i in range(n):
         stages[row + END, i] = stages[row + s, i]
 

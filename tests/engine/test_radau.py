@@ -259,3 +259,11 @@ def test_exponents_of_two_stiff_directions_and_of_what_resets_take(slaved, rates
     np.testing.assert_allclose(orbit["lyapunov_exponent"], expected, rtol=1e-9)
     known = np.exp(2 * math.pi * np.array(expected))
     np.testing.assert_allclose(orbit["multiplier_real"], known, rtol=1e-8, atol=1e-300)
+
+
+@pytest.mark.parametrize("rates", [(10.0, 100.0), (1e3, 1e6)])
+def test_a_direction_that_decays_and_moves_no_other_state_stays_where_it_is(slaved, rates):
+    """From the first period on: what rounding puts beside it would soon be all of it."""
+    run = cd.finite_time_exponents(slaved.with_parameters(a=rates[0], b=rates[1]), periods=40, method="radau")
+    expected = [-0.5, -rates[0] - 2 * math.log(2) / (2 * math.pi), -rates[1]]
+    np.testing.assert_allclose(run["lyapunov_exponent"], expected, rtol=1e-9)
