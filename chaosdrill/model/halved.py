@@ -295,11 +295,12 @@ class _Symmetry:
             y = next((one for one in system.states if image.free_symbols == {one}), None)
             if y is None or not sympy.diff(image, y).is_number:
                 raise ModelError(
-                    f"{system.name}: symmetry: {x.name} has bounds, which its image {image!s:.60} takes to none of one "
-                    f"state; give the system others: bounds={{{x.name!r}: None}}"
+                    f"{system.name}: symmetry: {x.name} has bounds, and its image {image!s:.60} is not a number times "
+                    f"one state, plus a number; give the system none: bounds={{{x.name!r}: None}}"
                 )
             rest, slope = float(image.xreplace({y: sympy.Integer(0)})), float(sympy.diff(image, y))
-            low, high = sorted((end - rest) / slope for end in given[x.name])
+            # no negative zero
+            low, high = sorted((end - rest) / slope + 0.0 for end in given[x.name])
             least, most = found.get(y.name, everywhere)
             found[y.name] = max(low, least), min(high, most)
             if not found[y.name][0] < found[y.name][1]:
