@@ -506,7 +506,11 @@ def test_a_partner_that_escapes_ends_the_half_motion():
     ("bounds", "symmetry", "told"),
     [
         ({"x": (1, 2)}, {"x": "-x", "y": "-y"}, "no x within its bounds"),
-        ({"x": (-1, 2)}, {"x": "(x + y)/sqrt(2)", "y": "(x - y)/sqrt(2)"}, "x has bounds, and its image .* is not a number times one state"),
+        (
+            {"x": (-1, 2)},
+            {"x": "(x + y)/sqrt(2)", "y": "(x - y)/sqrt(2)"},
+            "x has bounds, and its image .* is not a number times one state",
+        ),
     ],
 )
 def test_bounds_that_a_symmetry_cannot_keep_are_told(bounds, symmetry, told):
