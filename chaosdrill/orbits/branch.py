@@ -137,5 +137,7 @@ class Branch:
         segments += [first.with_points(first.points[1:]), *self.segments[1:]]
         origin = segments[0].points[0].arclength
         segments = [s.with_points([replace(p, arclength=p.arclength - origin) for p in s.points]) for s in segments]
-        words = self.words if self.words == backward.words else f"{self.words}; at its start: {backward.words}"
+        words = self.words
+        if backward.words != words:
+            words = f"{words.removesuffix('.')}; at its start: {backward.words}"
         return Branch(segments, marks, end=self.end, words=words)
