@@ -81,6 +81,45 @@ def may_be_over(functions, tables, settings, j, hardest, t, state, scratch):
     return run.waiting != tables.keys[run.mode, j] or t >= run.wait_until or speed <= run.wait_above
 
 
+@inner
+def _fly(functions, mode, begin, end, flight, state, scratch):
+    """Move the image of an event through a flight of this length, by its rates at both ends, into ``out``."""
+    y, ahead, rates, later = scratch.out, scratch.jump, scratch.before, scratch.after
+    n = state.x.size
+    image = event_places(n).image
+    for i in range(n):
+        y[i] = scratch.event[image + i]
+    functions.field(mode, begin, state.c, y[:n], rates)
+    for i in range(n):
+        ahead[i] = y[i] + flight * rates[i]
+    functions.field(mode, end, state.c, ahead, later)
+    for i in range(n):
+        y[i] += 0.5 * flight * (rates[i] + later[i])
+
+
+@inner
+def _trend(length, length_before, ratio, ratio_before, span, noise):
+    """What a cycle is shorter by than the one before, as a part of it; how that changes a cycle; how much one over it
+    grows a cycle; and whether lengths with these go to zero."""
+    if abs(ratio - ratio_before) > noise:
+        mean, turn = ratio, (ratio - ratio_before) / span
+    else:
+        mean, turn = (length / length_before) ** (1.0 / span) if length_before > 0.0 else ratio, 0.0
+    short = 1.0 - mean
+    shorter = short + turn * span
+    settling = turn / (short * shorter)
+    return short, turn, settling, short > 0.0 and shorter > 0.0 and abs(settling) < REBOUNDS.fastest
+
+
+@inner
+def _exactness(left, moved, short, turn, span, noise):
+    """Cycles that tell the end as one does, and what it may be off by: as it ``moved``, and by rounding."""
+    cycles = max(1.0, 1.0 / (short * span))
+    rounding = noise * left / short * (1.0 / span if turn == 0.0 else 1.0 + 1.0 / (short * span))
+    away = REBOUNDS.sure * cycles * max(moved - rounding, 0.0)
+    return cycles, away, rounding * (REBOUNDS.sure * cycles)
+
+
 @rare
 def time_left(functions, tables, settings, j, transition, hardest, t, state, scratch):
     """Time to the last of the rebounds that a transition begins, and its error; (-1, 0) if they do not count as over.
@@ -97,8 +136,7 @@ def time_left(functions, tables, settings, j, transition, hardest, t, state, scr
     """
     run = state.run[0]
     n = state.x.size
-    c, event, y, ahead = state.c, scratch.event, scratch.out, scratch.jump
-    rates, later = scratch.before, scratch.after
+    c, event, y = state.c, scratch.event, scratch.out
     place = event_places(n)
     low = _is_low(functions, tables, settings, j, t, state, scratch)
     met = j
@@ -131,16 +169,10 @@ def time_left(functions, tables, settings, j, transition, hardest, t, state, scr
                 return total, error
             break
         flight = 2.0 * abs(speed) / back * (1.0 - bend / 3.0)
-        for i in range(n):
-            y[i] = event[place.image + i]
-        functions.field(target, t + total, c, y[:n], rates)
-        for i in range(n):
-            ahead[i] = y[i] + flight * rates[i]
+        begin = total
         total += flight
         cycle += flight
-        functions.field(target, t + total, c, ahead, later)
-        for i in range(n):
-            y[i] += 0.5 * flight * (rates[i] + later[i])
+        _fly(functions, target, t + begin, t + total, flight, state, scratch)
         if total > 2.0 * most and not low:
             break
         steep, surface = _steepness(event, n), tables.surfaces[mode, j]
@@ -175,14 +207,8 @@ def time_left(functions, tables, settings, j, transition, hardest, t, state, scr
         span, check, looked = known - looked, max(known + 1, int(REBOUNDS.further * known)), known
         ratio_before, ratio = ratio, length / before
         length_before, seen = seen, length
-        if abs(ratio - ratio_before) > noise:
-            mean, turn = ratio, (ratio - ratio_before) / span
-        else:
-            mean, turn = (length / length_before) ** (1.0 / span) if length_before > 0.0 else ratio, 0.0
-        short = 1.0 - mean
-        shorter = short + turn * span
-        settling = turn / (short * shorter)
-        checks = checks + 1 if short > 0.0 and shorter > 0.0 and abs(settling) < REBOUNDS.fastest else 0
+        short, turn, settling, falls = _trend(length, length_before, ratio, ratio_before, span, noise)
+        checks = checks + 1 if falls else 0
         if checks < 2:
             continue
         following = short / (1.0 + settling * short)
@@ -191,10 +217,7 @@ def time_left(functions, tables, settings, j, transition, hardest, t, state, scr
         moved_before, moved = moved, abs(end - end_before)
         if checks < 4:
             continue
-        cycles = max(1.0, 1.0 / (short * span))
-        rounding = noise * left / short * (1.0 / span if turn == 0.0 else 1.0 + 1.0 / (short * span))
-        away = REBOUNDS.sure * cycles * max(max(moved, moved_before) - rounding, 0.0)
-        rounding *= REBOUNDS.sure * cycles
+        cycles, away, rounding = _exactness(left, max(moved, moved_before), short, turn, span, noise)
         known_part = error + drift * left
         if not low and end - known_part - away - rounding > most:
             break

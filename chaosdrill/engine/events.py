@@ -7,7 +7,7 @@ from chaosdrill.codegen.signatures import event_places
 from chaosdrill.engine import guards
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.chatter import interpolated, may_be_over, time_left
-from chaosdrill.engine.jit import inlined, rare
+from chaosdrill.engine.jit import inlined, inner, rare
 from chaosdrill.engine.passages import normal_speed
 from chaosdrill.engine.records import unit
 from chaosdrill.engine.tuning import GUARDS
@@ -108,6 +108,47 @@ def _leads_back(functions, state, target, t, scratch):
     return ahead * state.run[0].way < 0.0
 
 
+@inner
+def _begin_row(row, transition, error, state):
+    """Record an event before its reset."""
+    run, x = state.run[0], state.x
+    row[at.EVENT_STROBES] = run.strobes
+    row[at.EVENT_TIME] = run.time
+    row[at.EVENT_KIND] = transition
+    row[at.EVENT_MODE] = run.mode
+    row[at.EVENT_SPEED] = run.speed
+    row[at.EVENT_ERROR] = error
+    for i in range(x.size):
+        row[at.EVENT_COLUMNS + i] = x[i]
+
+
+@inner
+def _end_row(row, rest, state, event):
+    """Record an event after its reset, at the end of the rebounds that it replaces."""
+    n = state.x.size
+    after = event_places(n).after
+    for i in range(n):
+        row[at.EVENT_COLUMNS + n + i] = state.x[i]
+    if rest > 0.0:
+        row[at.EVENT_TIME] += rest
+        for i in range(n):
+            row[at.EVENT_COLUMNS + n + i] += rest * event[after + i]
+
+
+@inner
+def _move_to_image(state, event):
+    """Put the state where the reset puts it; returns whether that is away from the surface of the guard."""
+    x, normal, place = state.x, state.normal, event_places(state.x.size)
+    away = error = 0.0
+    for i in range(x.size):
+        image = event[place.image + i]
+        state.doubt[i] = event[place.doubt + i]
+        away += normal[i] * (image - x[i])
+        error += abs(normal[i]) * (state.doubt[i] + abs(x[i]))
+        x[i] = image
+    return abs(away) > guards.ROUNDING * error
+
+
 @unit(float64)
 def take(functions, tables, settings, j, t, state, buffer, scratch):
     """Take the event of guard j at the present state; returns the largest entry of the tangents after it.
@@ -149,15 +190,7 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
     if transition < 0:
         return 0.0
     if recorded:
-        row = buffer[run.event_rows]
-        row[at.EVENT_STROBES] = run.strobes
-        row[at.EVENT_TIME] = run.time
-        row[at.EVENT_KIND] = transition
-        row[at.EVENT_MODE] = mode
-        row[at.EVENT_SPEED] = speed
-        row[at.EVENT_ERROR] = unsure if rest > 0.0 else 0.0
-        for i in range(n):
-            row[at.EVENT_COLUMNS + i] = x[i]
+        _begin_row(buffer[run.event_rows], transition, unsure if rest > 0.0 else 0.0, state)
     largest = 0.0
     if tables.transitions[transition, at.MARKS_ONLY] == 0:
         target = tables.transitions[transition, at.TO_MODE]
@@ -167,15 +200,8 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
             run.fired = -1
         if tables.moves[transition, key] == 1:
             run.residual = abs(functions.guard(mode, j, t, state.c, x, scratch.gradient))
-        away = error = 0.0
-        for i in range(n):
-            image = event[place.image + i]
-            state.doubt[i] = event[place.doubt + i]
-            away += state.normal[i] * (image - x[i])
-            error += abs(state.normal[i]) * (state.doubt[i] + abs(x[i]))
-            x[i] = image
-        if abs(away) > guards.ROUNDING * error:
-            # the reset leads away from the surface, and what is zero where it leads to is another one
+        if _move_to_image(state, event):
+            # what is zero where the reset leads to is another surface
             run.way = 0
         if run.live > 0:
             if not met or (rest >= 0.0 and speed == 0.0):
@@ -195,12 +221,7 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
             if longest < run.tried:
                 run.next_step = min(run.next_step, longest) if run.next_step > 0.0 else longest
     if recorded:
-        for i in range(n):
-            row[at.EVENT_COLUMNS + n + i] = x[i]
-        if rest > 0.0:
-            row[at.EVENT_TIME] += rest
-            for i in range(n):
-                row[at.EVENT_COLUMNS + n + i] += rest * event[place.after + i]
+        _end_row(buffer[run.event_rows], rest, state, event)
         run.event_rows += 1
     state.counts[transition] += 1
     if rest >= 0.0:
