@@ -96,7 +96,7 @@ def _events(system: "HybridSystem", records: list[Record]) -> Mapping[str, Any]:
         "event_time": ("event", np.concatenate([one.times for one in records])),
         **(told if any(t.completes for t in system.transitions) else {}),
         "event_kind": ("event", rows[:, at.EVENT_KIND].astype(np.int8)),
-        "event_speed": ("event", rows[:, at.EVENT_SPEED]),
+        "event_speed": ("event", rows[:, at.EVENT_RATE]),
         "event_mode_before": ("event", rows[:, at.EVENT_MODE].astype(np.int8)),
         "event_mode_after": ("event", targets[rows[:, at.EVENT_KIND].astype(int)]),
         "event_state_before": (("event", "state"), np.concatenate([one.states_before() for one in records])),

@@ -96,7 +96,7 @@ def kernels_of(system: "HybridSystem") -> Kernels:
 def _write(system: "HybridSystem", key: tuple[tuple[str, int], ...]) -> "Written":
     """The code of a system with these whole numbers in its exponents."""
     from chaosdrill.codegen.kernels import write
-    from chaosdrill.model.exponents import specialise
+    from chaosdrill.model.exponents import specialise, specialised
     from chaosdrill.model.places import parameter, places_of
 
     whole = system.built
@@ -104,7 +104,8 @@ def _write(system: "HybridSystem", key: tuple[tuple[str, int], ...]) -> "Written
         raise ModelError(f"{system.name}: transitions.{whole.transitions[k].name}.guard: {told}")
     places = places_of(system)
     numbers = {places[parameter(name)].name: value for name, value in key}
-    return write(specialise(system.placed, numbers) if numbers else system.placed)
+    guards = [specialised(t.guard.xreplace(places), numbers) for t in whole.transitions]
+    return write(specialise(system.placed, numbers) if numbers else system.placed, guards)
 
 
 def _loaded(held: record.Held | None, write: "Callable[[], Written]") -> Kernels | None:

@@ -47,8 +47,9 @@ class Written:
         return _series(self.modes, LANES)
 
 
-def write(system: "HybridSystem") -> Written:
-    """The code of a system."""
+def write(system: "HybridSystem", guards: Sequence[Any] | None = None) -> Written:
+    """The code of a system; ``guards``, as they are written, where those of its transitions are their surfaces."""
+    guards = [t.guard for t in system.transitions] if guards is None else guards
     constants = Constants(system)
     events = tuple(mode_events(system, mode) for mode in system.modes)
     moving = {*system.states, system.time}
@@ -66,7 +67,10 @@ def write(system: "HybridSystem") -> Written:
     )
     filled = len(system.states) + len(system.quadratures) + max(map(len, events))
     held = tuple(held_surfaces(system).values())
-    single = (*((_series(modes, 1),) if modes else ()), _pointwise(system, constants, events, held, modes, steep))
+    single = (
+        *((_series(modes, 1),) if modes else ()),
+        _pointwise(system, guards, constants, events, held, modes, steep),
+    )
     layout = Layout(
         events=tuple(tuple(one.watched() for one in ev) for ev in events),
         rows=max((m.row_count for m in modes), default=filled),
@@ -127,6 +131,7 @@ def _by_number(f: Function, number: Any, calls: dict[int, Any], arguments: list[
 
 def _pointwise(
     system: "HybridSystem",
+    written: Sequence[Any],
     constants: Constants,
     events: tuple[tuple[Event, ...], ...],
     held: tuple[tuple[Any, ...], ...],
@@ -137,7 +142,7 @@ def _pointwise(
     module = Module()
     tables = {mode: one for mode, one in zip(system.modes, series, strict=False) if isinstance(one, InTables)}
     large = {mode: f"field_{i}" for i, mode in enumerate(system.modes) if mode in tables}
-    modes = [Pointwise(module, system, constants, mode, large) for mode in system.modes]
+    modes = [Pointwise(module, system, written, constants, mode, large) for mode in system.modes]
 
     def passed(f: Function, arguments: Sequence[Any]) -> list[Any]:
         return [a if a.type in (INT, DOUBLE) else f.row(a).data for a in arguments]

@@ -5,7 +5,7 @@ one function of which the parts share their subexpressions costs a fraction of a
 needs is computed in that outcome's branch.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Any
@@ -48,13 +48,21 @@ class Rate:
 class Pointwise:
     """Writes the functions of one mode that are evaluated at a point: ``name(t, c, x, ...)``.
 
-    ``large``: modes whose operations stand in tables, and the functions of their rates: an event calls these.
+    ``written``: the guards of the transitions as they are written. ``large``: modes whose operations stand in tables,
+    and the functions of their rates: an event calls these.
     """
 
     def __init__(
-        self, module: Module, system: "HybridSystem", constants: "Constants", mode: str, large: Mapping[str, str]
+        self,
+        module: Module,
+        system: "HybridSystem",
+        written: Sequence[Any],
+        constants: "Constants",
+        mode: str,
+        large: Mapping[str, str],
     ) -> None:
         self.module, self.system, self.constants, self.mode, self.large = module, system, constants, mode, large
+        self.written = written
         self.n = len(system.states)
         self.frozen = frozenset(frozen_states(system))
         self.in_series = in_series(system)
@@ -190,6 +198,7 @@ class _Transit:
         slow = sorted((p for p in parts if type(p).__name__ in SPECIAL), key=sympy.default_sort_key)
         self.slow = {part: sympy.Symbol(f"q_{i}", real=True) for i, part in enumerate(slow)}
         self.gradient = guard_gradient(system, event.guard)
+        self.written = {i: guard_gradient(system, mode.written[i]) for i, _ in self.outcomes}
         self.rates = [] if mode.mode in mode.large else [system.modes[mode.mode][x] for x in system.states]
         # rates after the event are those of the target mode at the images of the states
         self.images = [sympy.Symbol(f"y_{i}", real=True) for i in range(self.n)]
@@ -231,6 +240,7 @@ class _Transit:
         found = [*self.gradient, *self.rates, *conditions]
         for index, _ in self.outcomes:
             found += [
+                *self.written[index],
                 *self.throws.get(index, ()),
                 *self.maps[index],
                 *(part for part in self.slow if any(e.has(part) for e in self.maps[index])),
@@ -286,6 +296,7 @@ class _Transit:
     def _branch(self, index: int, shared: Expressions, states: list[Number]) -> None:
         """What is done where an outcome is taken."""
         f, n = self.f, self.n
+        self.out[self.places.rate] = self._rate(self.written[index], shared)
         if not self.system.transitions[index].marks_only():
             images = [shared[e] for e in self.maps[index]]
             for i, value in enumerate(images):
@@ -307,6 +318,14 @@ class _Transit:
             target = self.system.transitions[index].target
             self._store_rates(target, self.places.after, self.after.get(index, []), shared)
         f.builder.ret(INT(index))
+
+    def _rate(self, gradient: list[Any], shared: Expressions) -> Number:
+        """Rate before the event of a guard of which the gradient and, last, the time derivative are given."""
+        found = shared[gradient[-1]]
+        for i, slope in enumerate(gradient[:-1]):
+            if slope != 0:
+                found = found + shared[slope] * self.out[self.places.before + i]
+        return found
 
     def _store_doubts(self, index: int, shared: Expressions, states: list[Number], images: list[Number]) -> None:
         """Put into the event by how much the states may be off after it."""

@@ -54,6 +54,7 @@ class EventPlaces(NamedTuple):
     speed: int
     pull: int
     jerk: int
+    rate: int
     part: int
     reach: int
     known: int
@@ -70,7 +71,7 @@ def event_places(n: int) -> EventPlaces:
 
     Gradient of the guard and, last, its time derivative; whether the outcome is taken that completes rebounds (1) or
     one of the others (0), which is given; of an event that may be one of a series of rebounds, speed and acceleration
-    of the guard after it and the rate of that.
+    of the guard after it and the rate of that; rate of the transition's guard, as it is written, before the event.
 
     By how much the states may be off: those that move before the event by ``part`` of their values, by ``reach`` of
     their rates, or by ``known``, whichever is least of the larger of the first two and the third; those that rest by
@@ -78,12 +79,12 @@ def event_places(n: int) -> EventPlaces:
 
     Rates of the states before and after; the state after; its derivatives by states and, last, time, row by row.
     """
-    known = n + 7
+    known = n + 8
     before = known + 2 * n
     image = before + 2 * n
     jacobian = image + n
     return EventPlaces(
-        *(0, n + 1, n + 2, n + 3, n + 4, n + 5, n + 6, known, known + n),
+        *(0, n + 1, n + 2, n + 3, n + 4, n + 5, n + 6, n + 7, known, known + n),
         *(before, before + n, image, jacobian, jacobian + n * (n + 1)),
     )
 

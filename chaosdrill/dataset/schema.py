@@ -147,7 +147,7 @@ RETURN_TIME = may(
 )
 _ORBIT_STATE = "At phase 0 or, without forcing, after an event, if there are any: a run can start there."
 _ORBIT_SECTION = "Before its events, as in a Poincare section: over one period; without a section the orbit's state."
-_GRAZING = "Smallest over all events; tangents grow without bound as it goes to zero. Infinite without events."
+_GRAZING = "Smallest rate of a guard, as it is written, at an event; grazing at zero. Infinite without events."
 
 SI = "For scenes given in SI units."
 RANK_LOSS = "Per unit of model time; -inf is rank loss."

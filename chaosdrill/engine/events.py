@@ -109,7 +109,7 @@ def _leads_back(functions, state, target, t, scratch):
 
 
 @inner
-def _begin_row(row, transition, error, state):
+def _begin_row(row, transition, rate, error, state):
     """Record an event before its reset."""
     run, x = state.run[0], state.x
     row[at.EVENT_STROBES] = run.strobes
@@ -117,6 +117,7 @@ def _begin_row(row, transition, error, state):
     row[at.EVENT_KIND] = transition
     row[at.EVENT_MODE] = run.mode
     row[at.EVENT_SPEED] = run.speed
+    row[at.EVENT_RATE] = rate
     row[at.EVENT_ERROR] = error
     for i in range(x.size):
         row[at.EVENT_COLUMNS + i] = x[i]
@@ -190,7 +191,7 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
     if transition < 0:
         return 0.0
     if recorded:
-        _begin_row(buffer[run.event_rows], transition, unsure if rest > 0.0 else 0.0, state)
+        _begin_row(buffer[run.event_rows], transition, event[place.rate], unsure if rest > 0.0 else 0.0, state)
     largest = 0.0
     if tables.transitions[transition, at.MARKS_ONLY] == 0:
         target = tables.transitions[transition, at.TO_MODE]
@@ -227,7 +228,7 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
     if rest >= 0.0:
         state.hardest[key] = 0.0
     elif met:
-        state.grazing[transition] = min(state.grazing[transition], abs(speed))
+        state.grazing[transition] = min(state.grazing[transition], abs(event[place.rate]))
         state.hardest[key] = max(state.hardest[key], abs(speed))
     run.events_in_period += 1
     return largest

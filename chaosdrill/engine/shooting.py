@@ -45,9 +45,9 @@ CROSSED, CAME = range(2)
 ROOM = Tuple((matrix, matrix, matrix, matrix, vector))
 """scratch"""
 
-FOUND = Tuple((matrix, cube, matrix, cube, vector, integer_matrix, vector))
-"""equations, sensitivity of the starts, monodromy matrix and its factors, speeds at the events, crossings and outcomes,
-times of crossings since the start of the segment"""
+FOUND = Tuple((matrix, cube, matrix, cube, vector, vector, integer_matrix, vector))
+"""equations, sensitivity of the starts, monodromy matrix and its factors, speeds at the events, rates of the guards as
+written, crossings and outcomes, times of crossings since the start of the segment"""
 
 SIGNATURE = Tuple((int64, float64))(
     *(int64, int64, integers, vector, integer_matrix, matrix, matrix, float64, vector, int64, FOUND, ROOM)
@@ -389,7 +389,8 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
     found : tuple of ndarray
         Filled: equations (N + d + 1 + .., columns + 1), where that of the first entry of a direction in ``plane`` is
         zero, sensitivities (N, d + q, columns), monodromy (d + q, d + q), its factors (N, d + q, d + q), one a segment,
-        speeds (N,), positive in the guard's direction, crossings and outcomes (N, 2), times of crossings (N,).
+        speeds (N,), positive in the guard's direction, rates of the guards as they are written (N,), crossings and
+        outcomes (N, 2), times of crossings (N,).
 
     The residual is the largest violation of an equation: distances relative to ``extent``, time to the period.
     """
@@ -397,7 +398,7 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
     functions, settings, tables, scratch = machine.functions, machine.settings[0], machine.tables, machine.scratch
     asleep = machine_at(resting).tables
     method = Method(machine.stepper, machine.search, place, resting, 0)
-    equations, sensitivity, monodromy, factors, speeds, seen, met = found
+    equations, sensitivity, monodromy, factors, speeds, written, seen, met = found
     moved, stretch, product, step, clock_row = room
     state = state_of(machine.states, 0)
     run, x, c = state.run[0], state.x, state.c
@@ -461,11 +462,12 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
             speed = normal_speed(event, n)
             direction = tables.active[mode, 1 + end]
             speeds[i] = speed * direction if direction != 0 else abs(speed)
+            written[i] = event[event_places(n).rate]
             saltation_jump(event, jump)
             _cross(event, jump, speed, following, state, clock_row, moved, step, stretch, gap)
             _eliminate_duration(equations[i], steep, period, extent, own, clock_row, step)
         else:
-            speeds[i] = math.inf
+            speeds[i] = written[i] = math.inf
             _go_on(following, state, moved, step, stretch, gap)
             if end == SHARE:
                 missed = _lasts(1.0, durations[i], period, own, own + 1, free, slope, equations[i])

@@ -28,15 +28,16 @@ def exponent_parameters(system: System) -> tuple[str, ...]:
 
 def specialise(system: S, values: Mapping[str, int]) -> S:
     """The system with these numbers in place of the parameters in exponents, and nowhere else."""
+    return rewritten(system, lambda expression: specialised(expression, values))
+
+
+def specialised(expression: Any, values: Mapping[str, int]) -> Any:
+    """The same for one expression."""
     numbers = {parameter(name): sympy.Integer(value) for name, value in values.items()}
-
-    def put(expression: Any) -> Any:
-        return sympy.sympify(expression).replace(
-            lambda part: isinstance(part, sympy.Pow | positive_power) and part.args[1].free_symbols & numbers.keys(),
-            lambda part: part.func(part.args[0], part.args[1].subs(numbers)),
-        )
-
-    return rewritten(system, put)
+    return sympy.sympify(expression).replace(
+        lambda part: isinstance(part, sympy.Pow | positive_power) and part.args[1].free_symbols & numbers.keys(),
+        lambda part: part.func(part.args[0], part.args[1].subs(numbers)),
+    )
 
 
 def expressions(system: Definition) -> Iterator[Any]:

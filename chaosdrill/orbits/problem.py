@@ -44,6 +44,7 @@ class Shot:
     factors: np.ndarray  # (N, d, d): its factors, one a segment, in the same units
     speeds: np.ndarray
     """(N,): speeds at which the guards are crossed, positive in their direction; infinite without a guard."""
+    rates: np.ndarray  # (N,): rates there of the guards as they are written; infinite without a guard
     crossed: np.ndarray  # int (N,): guard crossed on the way, -1 for none, BOUND where a bound comes first
     came: np.ndarray  # int (N,): the transition that the end of the segment took
     met: np.ndarray  # (N,): time since the start of the segment at which that guard is crossed
@@ -274,7 +275,7 @@ class Problem:
         if solved is not None:
             exactness = solved / TUNING.residual * exactness
         outcome, residual, found = self._residual(orbit, self.sizes, exactness, plane, watched)
-        equations, sensitivity, monodromy, factors, speeds, seen, met = found
+        equations, sensitivity, monodromy, factors, speeds, rates, seen, met = found
         if watched and solved is None and residual < TUNING.residual and (seen[:, 0] >= 0).any():
             return self.shoot(orbit, watched, section, residual)
         if not np.isfinite(equations[:, -1]).all():
@@ -283,7 +284,8 @@ class Problem:
         monodromy, factors = (a[..., :d, :d] * units / units[:, np.newaxis] for a in (monodromy, factors))
         drift = plane[at.DRIFT] if self.shifts else None
         return Shot(
-            outcome, residual, equations, sensitivity, monodromy, factors, speeds, seen[:, 0], seen[:, 1], met, drift
+            *(outcome, residual, equations, sensitivity, monodromy, factors, speeds, rates),
+            *(seen[:, 0], seen[:, 1], met, drift),
         )
 
     def newton(

@@ -123,7 +123,7 @@ class Residual:
             found = (
                 *(np.zeros((count + d + 1, columns + 1)), np.zeros((count, n, columns + 1)), np.zeros((n, n))),
                 np.zeros((count, n, n)),
-                *(np.zeros(count), np.zeros((count, 2), dtype=np.int64), np.zeros(count)),
+                *(np.zeros(count), np.zeros(count), np.zeros((count, 2), dtype=np.int64), np.zeros(count)),
             )
             room = (
                 *(np.zeros((n, columns + 1)), np.zeros((n + 1, max(n, q, 1))), np.zeros((n, n))),

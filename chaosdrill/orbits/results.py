@@ -85,7 +85,7 @@ class FoundOrbit:
     deviations grow very much over it, the run restarts on the orbit after each part of it."""
     newton: np.ndarray  # (iterations,): residual after each step of Newton's method, the start's first
     event_times: np.ndarray  # (E,): times since the first of the strobes
-    event_speeds: np.ndarray  # (E,): rates of the guards as they are met
+    event_speeds: np.ndarray  # (E,): rates of the guards, as they are written, where they are met
     event_transitions: np.ndarray  # int (E,): index of the transition taken
     event_states_before: np.ndarray  # (E, n)
     event_states_after: np.ndarray  # (E, n)

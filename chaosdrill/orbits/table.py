@@ -134,7 +134,7 @@ def _table(segment: "BranchSegment", number: int, sequence: int, columns: Column
         "stable": is_stable(values, problem.neutral.count) & (not segment.family),
         "special": np.array([int(p.special) for p in points]),
         "sequence": np.full(len(points), sequence),
-        "smallest_speed": segment.speeds.min(axis=1),
+        "smallest_speed": np.array([np.abs(p.shot.rates).min() for p in points]),
         "residual": np.array([p.shot.residual for p in points]),
         "orbits": [(problem, p.orbit, segment.rank) for p in points],
         "functions": functions[0],

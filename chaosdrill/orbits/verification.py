@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.formulas import function_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout
@@ -394,19 +393,8 @@ def _nothing_to_check(d: int) -> Checks:
 
 def _events(problem: "Problem", orbit: "Orbit") -> dict[str, Any]:
     """Events in the order in which they come from the first strobe on, as fields of a `FoundOrbit`."""
-    d, count = problem.states, len(orbit)
-    before, speeds = np.zeros((count, d)), np.full(count, np.inf)
-    kernels = kernels_of(problem.plain)
-    constants = kernels.constants(problem.plain.parameters)
-    rates, gradient = np.zeros(d + len(problem.plain.quadratures)), np.zeros(d + 1)
-    for i, (one, state) in enumerate(problem.segment_by_segment(orbit)):
-        mode, end = one.segments[0, : at.SEGMENT_OUTCOME].tolist()
-        before[i] = state
-        if end >= 0:
-            time = one.phase + float(one.durations[0])
-            kernels.functions.field(mode, time, constants, state, rates)
-            kernels.functions.guard(mode, end, time, constants, state, gradient)
-            speeds[i] = gradient[:d] @ rates[:d] + gradient[d]
+    d = problem.states
+    before = np.array([state for _, state in problem.segment_by_segment(orbit)])
     ends = np.cumsum(orbit.durations)
     times = (ends - problem.first_strobe(orbit)) % ends[-1] if problem.forced else ends
     times, order = orbit.in_order(times)
@@ -417,7 +405,7 @@ def _events(problem: "Problem", orbit: "Orbit") -> dict[str, Any]:
         before, after = before + again * orbit.drift, after + again * orbit.drift
     return {
         "event_times": times[order],
-        "event_speeds": speeds[order],
+        "event_speeds": problem.shoot(orbit, False).rates[order],
         "event_transitions": orbit.segments[order, at.SEGMENT_OUTCOME],
         "event_states_before": before[order],
         "event_states_after": after[order],

@@ -42,8 +42,7 @@ VARIABLES = table(
     need("event_kind", "event", "i1", "transition taken", "Which transition it was.", flags="transition"),
     need(
         *("event_speed", "event", "f8", "normal speed"),
-        "Rate at the crossing of the guard, or of a simpler expression with its zeros: `x - 1` for `exp(x) - exp(1)`. "
-        "Small means grazing.",
+        "Rate of the guard, as it is written, before the event. Small means grazing.",
     ),
     may("event_mode_before", "event", "i1", "mode before the event", "Mode left.", flags="mode"),
     may("event_mode_after", "event", "i1", "mode after the event", "Mode entered.", flags="mode"),
