@@ -215,6 +215,8 @@ class Scratch(NamedTuple):
     after: Vector
     out: Vector
     image: Vector
+    whole: Vector
+    """(n,): a tangent as it was before its parts along others were taken away"""
     event: Vector
     jump: Vector
     stages: Matrix

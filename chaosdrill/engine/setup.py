@@ -280,6 +280,7 @@ def scratch_of(system: "HybridSystem", m: int, method: str) -> at.Scratch:
         after=np.zeros(n + q),
         out=np.zeros(n + q),
         image=np.zeros(n),
+        whole=np.zeros(n),
         event=np.zeros(event_places(n).size),
         jump=np.zeros(n),
         stages=np.zeros((stage_rows(m), n + q)),

@@ -515,7 +515,9 @@ def _deficient(system: "HybridSystem", jumps: list[tuple[int, np.ndarray]]) -> f
     # beside the growth of a graze round-off has no rank
     jumps = [(t, matrix) for t, matrix in jumps if np.abs(matrix).max() <= STRUCTURE.most]
     found = set(_branching(system))
-    found |= {t for t, matrix in jumps if not _has_full_rank(matrix)}
+    # nothing cancels in an image but by its own terms, however small a row is beside others
+    balance = _balanced if system.discrete else np.asarray
+    found |= {t for t, matrix in jumps if not _has_full_rank(balance(matrix))}
     held = kernels_of(system).layout.held
     found |= {i for i, t in enumerate(system.transitions) if held[system.mode_names.index(t.target)]}
     return frozenset(found | (set(range(len(system.transitions))) - {t for t, _ in jumps}))
@@ -540,6 +542,14 @@ def _has_full_rank(matrix: np.ndarray) -> bool:
         return True
     block, largest = matrix[np.ix_(other, other)], np.abs(matrix).max()
     return bool(np.linalg.matrix_rank(block, tol=TANGENTS.rank * largest) == len(block))
+
+
+def _balanced(matrix: np.ndarray) -> np.ndarray:
+    """A matrix with its rows, then its columns, in parts of their largest entries."""
+    for axis in (1, 0):
+        largest = np.abs(matrix).max(axis=axis, keepdims=True)
+        matrix = matrix / np.where(largest > 0, largest, 1.0)
+    return matrix
 
 
 def _frame(groups: list[list[int]], symmetries: list[list[float]], sizes: np.ndarray, states: int) -> np.ndarray:

@@ -111,6 +111,41 @@ def keep_to_surfaces(functions, tables, state, scratch):
                 vectors[i, a] = 0.0
 
 
+@rare
+def _length_of(v):
+    """Length of a vector whose squares may be no doubles."""
+    largest = 0.0
+    for a in range(v.size):
+        largest = max(largest, abs(v[a]))
+    unit = unit_of(largest)
+    square = 0.0
+    for a in range(v.size):
+        square += (v[a] * unit) ** 2
+    return math.sqrt(square) / unit
+
+
+@rare
+def _left_of(whole, basis, kept, v):
+    """Part of a vector across orthonormal rows, where little is left of it; returns its length.
+
+    Of v - (q.v) q the large entries cancel to rounding, which may be more than the small ones are. Its terms
+    q_a (q_a v_b - q_b v_a) are as exact as the entries, of whatever sizes these are.
+    """
+    n = v.size
+    for a in range(n):
+        v[a] = whole[a]
+    for j in range(kept):
+        q = basis[j]
+        for b in range(n):
+            part = 0.0
+            for a in range(n):
+                part += q[a] * (q[a] * v[b] - q[b] * v[a])
+            whole[b] = part
+        for a in range(n):
+            v[a] = whole[a]
+    return _length_of(v)
+
+
 @inlined
 def log_growth(state, i):
     """Logarithm of the growth of the tangents of exponent i."""
@@ -150,7 +185,7 @@ def orthonormalise(functions, tables, state, scratch):
     """
     if tables.held[state.run[0].mode] > 0:
         keep_to_surfaces(functions, tables, state, scratch)
-    symmetries = tables.symmetries
+    symmetries, whole = tables.symmetries, scratch.whole
     run, vectors, exponent_of, lost = state.run[0], state.vectors, state.exponent_of, state.lost
     logs, grown, sooner = state.logs, state.grown, state.sooner
     n = vectors.shape[1]
@@ -167,6 +202,7 @@ def orthonormalise(functions, tables, state, scratch):
         told = abs(early)
         for a in range(n):
             before += vectors[i, a] * vectors[i, a]
+            whole[a] = vectors[i, a]
         length = before
         checked = run.rank_check >= CHECKED
         image = _by_size(vectors[i], state.scale) if checked else 0.0
@@ -187,7 +223,10 @@ def orthonormalise(functions, tables, state, scratch):
                 length += vectors[i, a] * vectors[i, a]
             if length > TANGENTS.once * before:
                 break
-        length = math.sqrt(length)
+        if length > TANGENTS.graded * before and TANGENTS.squares < length < 1.0 / TANGENTS.squares:
+            length = math.sqrt(length)
+        else:
+            length = _left_of(whole, vectors, kept, vectors[i])
         if length == 0.0 or (checked and _by_size(vectors[i], state.scale) <= TANGENTS.rank**2 * image):
             if run.rank_check != AT_EVENT or abs(early) <= TANGENTS.rank * told:
                 lost[exponent_of[i]] = 1
@@ -244,3 +283,5 @@ def begin_tangents(functions, tables, settings, state, scratch):
         run.qr_wait = wait
         state.logs[:] = 0.0
         state.grown[:] = 1.0
+    else:
+        run.rank_check = 0

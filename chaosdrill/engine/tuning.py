@@ -263,6 +263,10 @@ class Tangents(NamedTuple):
     once: float = 0.25
     """Part of its squared length that a tangent must keep for one projection to be enough (Kahan; Parlett 1998,
     6.9)."""
+    graded: float = 1e-12
+    """Part of its squared length that a tangent must keep for its projection to be exact to half of its digits."""
+    squares: float = 1e-280
+    """Square of a length, or one over it, below which squares of entries may be no doubles."""
     most_grown: float = 1e8
     """Growth of a tangent, or one over it, whose logarithm is taken: of every length it would take twice as long as all
     else, and so few factors round as a sum of their logarithms does."""
