@@ -51,7 +51,7 @@ def strays(
 
 
 def rounding_of(period: Any, parameters: Mapping[str, Any]) -> float:
-    """What a period may be off by: what half a unit of the last digit of its decimal numbers moves it by.
+    """What a period may be off by: what half a unit of the last digit of its numbers and parameters moves it by.
 
     Infinite for a multiple of one number or parameter, of which it is not known how it was written.
     """
@@ -61,12 +61,14 @@ def rounding_of(period: Any, parameters: Mapping[str, Any]) -> float:
     if of == 1 or of.is_Symbol:
         return math.inf
     total = 0.0
-    for number in period.atoms(sympy.Float):
+    numbers = {number: float(number) for number in period.atoms(sympy.Float)}
+    numbers |= {p: float(parameters[p.name]) for p in period.free_symbols if p.name in parameters}
+    for number, value in numbers.items():
         free = sympy.Dummy(real=True)
         slope = value_of(period.xreplace({number: free}).diff(free).xreplace({free: number}), parameters)
-        halves = (_half_unit(float(number) * times) / times for times in TUNING.multiples)
+        halves = (_half_unit(value * times) / times for times in TUNING.multiples)
         # a number of few digits is meant as it stands
-        total += abs(slope) * max((h for h in halves if h <= TUNING.repeats_rounded * abs(number)), default=0.0)
+        total += abs(slope) * max((h for h in halves if h <= TUNING.repeats_rounded * abs(value)), default=0.0)
     return total
 
 

@@ -86,6 +86,32 @@ def test_a_number_of_a_period_may_be_rounded_wherever_it_stands(period):
 
 
 @pytest.mark.parametrize(
+    ("parameters", "period"),
+    [
+        ({"omega": 1.3, "turn": 6.2831853}, "turn/omega"),
+        ({"omega": 1.3, "turn": 6.2831853}, "turn*omega**-1"),
+        ({"omega": 3.1415927, "turn": 2.0}, "turn"),
+        ({"omega": 3.1415927, "turn": 2.0}, "2*pi/omega"),
+    ],
+)
+def test_a_parameter_of_a_period_may_be_rounded_as_a_number_may(parameters, period):
+    rate = "cos(omega*t) + cos(2*pi*t/turn) - x" if parameters["turn"] == 2.0 else "cos(omega*t) - x"
+    system = cd.HybridSystem(states="x", parameters=parameters, period=period, modes={"on": {"x": rate}})
+    end = {"turn": 2.0, "2*pi/omega": 2 * math.pi / 3.1415927}.get(period, 6.2831853 / 1.3)
+    assert cd.trajectory(system, periods=1, samples=2)["time"].values[-1] == pytest.approx(end, rel=1e-15)
+
+
+def test_a_parameter_of_few_digits_is_meant_as_it_stands():
+    with pytest.raises(cd.ModelError, match="does not repeat after the declared period"):
+        cd.HybridSystem(
+            states="x",
+            parameters={"omega": 1.3, "turn": 6.283},
+            period="turn/omega",
+            modes={"on": {"x": "cos(omega*t) - x"}},
+        )
+
+
+@pytest.mark.parametrize(
     "period",
     ["2*pi/omega*(1 + 1e-9)", "2*pi/omega*(1 + 1/10**9)", "2*pi/(omega - 1e-7)", "2*pi/omega*(1.5 - 0.4999999)"],
 )
