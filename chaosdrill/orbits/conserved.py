@@ -71,11 +71,6 @@ def other_family(problem: "Problem", orbit: "Orbit", shot: "Shot") -> str:
     return ""
 
 
-def nearly_closed(problem: "Problem") -> float:
-    """The residual at which the equations of an orbit tell whether it is one of a family."""
-    return max(TUNING.closes, TUNING.closes_by * problem.numerics.tolerance)
-
-
 def likely_at(problem: "Problem", guess: "Orbit") -> tuple[np.ndarray, np.ndarray]:
     """What may be conserved at a guess, as `conserved_at`: all that one shows that closes, or the likeliest quantity.
 
@@ -92,7 +87,7 @@ def likely_at(problem: "Problem", guess: "Orbit") -> tuple[np.ndarray, np.ndarra
         return nothing, nothing
     vectors, sizes = _from_the_left(problem, guess, matrix)
     left = vectors[:, : len(sizes)].T / scale
-    known = nearly_closed(problem)
+    known = problem.nearly_closed
     closed = (sizes <= TUNING.of_family * known * sizes[0]) & (shot.residual <= known)
     return _gradients(problem, guess, left[closed], weights), _gradients(problem, guess, left[-1:], weights)
 
@@ -103,7 +98,7 @@ def _gradients(problem: "Problem", orbit: "Orbit", left: np.ndarray, weights: np
     rows = left[:, count : count + d] / weights[:d]
     lengths = np.linalg.norm(rows, axis=1, keepdims=True)
     rows = _reduced(rows[lengths[:, 0] > 0] / lengths[lengths[:, 0] > 0])
-    rows[np.abs(rows) < nearly_closed(problem)] = 0.0
+    rows[np.abs(rows) < problem.nearly_closed] = 0.0
     largest = np.take_along_axis(rows, np.abs(rows).argmax(axis=1, keepdims=True), axis=1)
     return np.asarray(np.sign(largest) * rows * weights[:d])
 
@@ -140,7 +135,7 @@ def _dependencies(problem: "Problem", orbit: "Orbit", shot: "Shot", weights: np.
     """Combinations of the linearised equations that vanish, shape (m, rows)."""
     matrix, scale = _scaled(problem, orbit, shot, weights)
     vectors, sizes = _from_the_left(problem, orbit, matrix)
-    small = sizes <= TUNING.smallest_singular_value * sizes[0]
+    small = sizes <= problem.dependent * sizes[0]
     return np.asarray(vectors[:, : len(sizes)][:, small].T / scale)
 
 

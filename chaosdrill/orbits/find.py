@@ -13,7 +13,7 @@ from chaosdrill.engine import shooting as at
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 from chaosdrill.model import HybridSystem
-from chaosdrill.orbits.conserved import conserved_at, family_words, likely_at, nearly_closed, on_level
+from chaosdrill.orbits.conserved import conserved_at, family_words, likely_at, on_level
 from chaosdrill.orbits.guess import (
     InitialGuess,
     guess_of_autonomous,
@@ -333,7 +333,7 @@ def solved(
         failure = error
     if found is None or len(conserved_at(problem, *found[:2])):
         # the last steps lead to any member of a family: it is the one that the others come near
-        _, near, _, residuals = problem.newton(guess, reach=reach, enough=nearly_closed(problem))
+        _, near, _, residuals = problem.newton(guess, reach=reach, enough=problem.nearly_closed)
         closed, _ = likely_at(problem, near)
         if len(closed) and (nearest := _solved_on_level(problem, near, reach, closed)):
             return *nearest[:2], np.concatenate([residuals, nearest[2][1:]])

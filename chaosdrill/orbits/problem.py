@@ -180,6 +180,16 @@ class Problem:
         return max(TUNING.tangent_error, self.numerics.tolerance)
 
     @property
+    def nearly_closed(self) -> float:
+        """The residual at which the equations of an orbit tell whether it is one of a family."""
+        return max(TUNING.closes, TUNING.closes_by * self.accuracy)
+
+    @property
+    def dependent(self) -> float:
+        """Singular value, as a part of the largest, below which linearised equations depend on each other."""
+        return max(TUNING.smallest_singular_value, TUNING.dependent_by * self.accuracy)
+
+    @property
     def neutral(self) -> Neutral:
         """What the structure of the system leaves neutral on every orbit, and what was found to be conserved."""
         known = neutral_of(self.plain)
@@ -301,7 +311,8 @@ class Problem:
 
         It has converged when no residual is above ``enough``, when none has become smaller where round-off,
         or the change of the steps with the state, may be all that is left of them, or when the start is known to its
-        rounding, of which deviations that grow in one turn make a large residual.
+        rounding, of which deviations that grow in one turn make a large residual. On a level of what is conserved,
+        which the steps keep to their tolerance only, it has converged when corrections become no shorter.
 
         ``conditions``, shape (q, columns): rows that corrections are orthogonal to; by default the free parameters stay
         as they are. ``reach``: longest correction by one step, in the norm of the weights. Where a shortened one has
@@ -318,7 +329,7 @@ class Problem:
         conditions = np.eye(columns)[d + 1 + count :] if conditions is None else conditions
         conditions = np.vstack([conditions, self.held(orbit)])
         residuals: list[float] = []
-        code, sharper, shortest = SLOW, 0, reach
+        code, sharper, shortest, last = SLOW, 0, reach, np.inf
         noise = max(100 * TUNING.residual, TUNING.residual_of_steps * self.numerics.tolerance)
         step: _Step | None = None
         for turn in range(TUNING.newton_steps):
@@ -352,9 +363,14 @@ class Problem:
                 code = SINGULAR
                 break
             grown = TUNING.rounding * float(np.abs(shot.monodromy).max())
-            if turn > 0 and length <= TUNING.rounding and residual <= grown:
+            settled = length <= TUNING.rounding and residual <= grown
+            if len(self.conserved) and residual <= self.nearly_closed:
+                # what a step loses of a conserved quantity is left, since no equation is solved for it
+                settled |= length <= enough or (length <= self.nearly_closed and length > 0.3 * last)
+            if turn > 0 and settled:
                 code = ESCAPED if escapes(orbit, shot) else CONVERGED
                 break
+            last = length
             if step is not None and step.foresaw(reach, weights, correction):
                 reach *= 2
             step = _Step(orbit, d, shot.sensitivity, correction, length)
@@ -415,7 +431,7 @@ class Problem:
         held = self.held(orbit)
         # an orbit of twice the period has one more where it is born
         ordinary = sizes[: len(sizes) + len(self.free) - count]
-        more = min(int((ordinary <= TUNING.smallest_singular_value * sizes[0]).sum()), len(held))
+        more = min(int((ordinary <= self.dependent * sizes[0]).sum()), len(held))
         if not more:
             return np.asarray(rows[-count:])
         null = rows[-count - more :]

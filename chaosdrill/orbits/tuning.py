@@ -44,10 +44,12 @@ class Tuning:
     """Pivot, where the largest entry of a row is 1, above round-off: entries are known to about 1e-13 at best."""
     smallest_singular_value: float = 1e-10
     """Singular value, as a part of the largest, below which linearised equations depend on each other."""
+    dependent_by: float = 0.05
+    """The same, as a part of the accuracy of a motion: at most 0.01 of it is left where a quantity is conserved."""
     closes: float = 1e-9
     """Residual of a guess that closes, so that its equations tell whether it is one of a family."""
     closes_by: float = 100.0
-    """Times the tolerance that it may be, since a motion is not known any better."""
+    """Times the accuracy of a motion that it may be, since it is not known any better."""
     of_family: float = 10.0
     """Times that residual, the singular value of a guess that closes, as a part of the largest, below which it may be
     one."""
