@@ -373,6 +373,7 @@ def branches(
     except NoOrbitError as failure:
         return nothing(system, (parameter,), failure.outcome, failure.message)
     curve = Curve(problem, np.array([limits], dtype=float))
+    curve.magnify(orbit, shot)
     span = float(curve.spans[0])
     first = _beside(curve, orbit, shot, step / span)
     forward = trace_branch(curve, first, step / span, max_points)
@@ -395,6 +396,8 @@ def branches(
     for turn in range(doublings):
         generation = _born_of(curve, found, generation, step, max_points, turn, missing)
         _report(progress, found, doublings)
+    if doublings:
+        missing += _several(found)
     _tell_families(curve, found, step, max_points)
     cascade = _longest_cascade(found) if doublings else None
     if columns.wanted is not None:
@@ -445,6 +448,21 @@ def _partners(curve: Curve, whole: Branch, step: float, most: int) -> list[Branc
             branch.start = f"the branch point at {curve.problem.free[0]} = {branch.born:.12g}"
             found.append(branch)
     return found
+
+
+def _several(found: list[Branch]) -> list[str]:
+    """Where branches are born that are not followed, since several multipliers are 1 or -1 together, in words."""
+    told = {
+        Special.BRANCH_POINT: "1 together at {}: the branches that cross there are not followed",
+        Special.PERIOD_DOUBLING: "-1 together at {}: of the doubled branches that may begin there one is looked for",
+    }
+    return [
+        f"{mark.multiplicity} multipliers are "
+        + told[mark.kind].format(f"{branch.segments[0].curve.problem.free[0]} = {branch.value(mark):.9g}")
+        for branch in found
+        for mark in branch.marks
+        if mark.multiplicity > 1 and mark.kind in told
+    ]
 
 
 def _once(curve: Curve, found: list[Branch]) -> None:

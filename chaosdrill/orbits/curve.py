@@ -61,6 +61,8 @@ class Curve:
         self.problem: Problem = problem
         self.limits = limits
         self.spans = np.ptp(limits, axis=1)
+        self.gain = 1.0
+        """How much more than usual states count along it."""
         self._known: tuple[np.ndarray, Whole] | None = None
 
     def unlimited(self) -> "Curve":
@@ -71,7 +73,7 @@ class Curve:
 
     def weights(self, orbit: "Orbit") -> np.ndarray:
         """Weights of differences between reduced unknowns."""
-        return self.problem.weights(orbit, self.spans)
+        return self.problem.weights(orbit, self.spans, self.gain)
 
     def values(self, orbit: "Orbit") -> np.ndarray:
         """The free parameters, shape (q,)."""
@@ -130,6 +132,13 @@ class Curve:
         """The direction of a change of the reduced unknowns."""
         return self.whole(weights).direction(shot, change)
 
+    def magnify(self, orbit: "Orbit", shot: "Shot") -> None:
+        """Let states that hardly change over a narrow range count for more: a fold there is as sharp as a needle."""
+        *changes, value = self.first(orbit, shot).tangent.course
+        response = float(np.linalg.norm(changes) / max(abs(value), np.finfo(float).tiny))
+        if response > TUNING.least_response:
+            self.gain = max(1.0, TUNING.response / response)
+
     def first(self, orbit: "Orbit", shot: "Shot", ahead: np.ndarray | None = None) -> Point:
         """A converged orbit as the first point of a curve that is followed towards ``ahead``.
 
@@ -185,7 +194,7 @@ class Curve:
             return 0.0, 0.0
         change, weights, first = point.tangent.change, point.weights, -len(self.spans)
         along = abs(float(change[first])) / np.linalg.norm(weights * change)
-        off = self.problem.off(point.orbit, shot, weights)
+        off = self.problem.off(point.orbit, shot, weights, self.gain)
         # what is left of the equations leads off the curve; the error of the method only moves the curve
         left = (shot.residual + np.finfo(float).eps) / self.problem.accuracy
         return float(along * np.linalg.norm(off)), float(left * abs(off[first]) / weights[first])

@@ -390,16 +390,16 @@ class Problem:
             closing = across @ (closing * weights[:d][kept, np.newaxis])
         return np.vstack([rows[:count], closing, rows[count + d :]])
 
-    def weights(self, orbit: Orbit, spans: np.ndarray | None = None) -> np.ndarray:
+    def weights(self, orbit: Orbit, spans: np.ndarray | None = None, gain: float = 1.0) -> np.ndarray:
         """What a difference of each reduced unknown counts.
 
-        States count by their size along the orbit, times by the period; parameters by ``spans``, the ranges in which
-        they are followed, and then so much more that a step along a branch is one in them.
+        States count by their size along the orbit, times by the period, both times ``gain``; parameters by ``spans``,
+        the ranges in which they are followed, and then so much more that a step along a branch is one in them.
         """
         d, count = self.states, len(orbit)
         size = np.maximum(np.abs(orbit.starts[:, :d]).max(axis=0), TUNING.smallest_size * self.sizes)
         unit = self.period_at(orbit) or float(orbit.durations.sum())
-        part = 1.0 if spans is None else TUNING.states_to_parameters
+        part = 1.0 if spans is None else gain * TUNING.states_to_parameters
         values = np.ones(len(self.free)) if spans is None else 1 / spans
         return np.concatenate([part / size, np.full(1 + count, part / unit), values])
 
@@ -470,16 +470,16 @@ class Problem:
         rows = np.vstack([self._weighted(orbit, self.shoot(orbit, False), weights), row / weights])
         return float(np.linalg.slogdet(rows)[0])
 
-    def off(self, orbit: Orbit, shot: Shot, weights: np.ndarray) -> np.ndarray:
+    def off(self, orbit: Orbit, shot: Shot, weights: np.ndarray, gain: float = 1.0) -> np.ndarray:
         """How far the unknowns of an orbit may be off where its equations determine them least, shape (columns,).
 
-        They are in the weights. States close to within a part of their sizes, also where they are smaller than that
-        along the orbit.
+        They are in the weights, with their ``gain``. States close to within a part of their sizes, also where they are
+        smaller than that along the orbit.
         """
         d, count = self.states, len(orbit)
         vectors, sizes, rows = np.linalg.svd(self._weighted(orbit, shot, weights), full_matrices=False)
         last = len(sizes) - len(self.held(orbit)) - 1
-        left = np.full(len(vectors), TUNING.states_to_parameters)
+        left = np.full(len(vectors), gain * TUNING.states_to_parameters)
         left[count : count + d] = weights[:d] * self.solved_to(orbit.starts[:, :d]) / TUNING.residual
         most = self.accuracy * np.linalg.norm(vectors[:, last] * left) / max(sizes[last], TUNING.smallest_pivot)
         return np.asarray(most * rows[last])

@@ -72,6 +72,11 @@ class Tuning:
     999 of 1,000 derivatives of closed forms are within their errors (six times: 998)."""
     states_to_parameters: float = 0.2
     """What a change of a state by its size counts along a branch, where one of the parameter by its range counts 1."""
+    response: float = 0.01
+    """What a branch changes the states by at its start, at least, where it changes the parameter by 1: the usual part
+    in wide ranges. In a narrow one they count for more."""
+    least_response: float = 1e-8
+    """Below this, round-off may be all that changes them."""
     unit: float = 1.0
     """Longest step of systems without a period."""
 

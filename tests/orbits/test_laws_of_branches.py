@@ -119,6 +119,31 @@ def test_a_fold_sharper_than_the_range_is_not_missed():
     assert found["r"].values.min() == pytest.approx(found["special_value"].item(), abs=1e-11)
 
 
+@pytest.mark.parametrize("wide", [1.5, 3.0, 1e3])
+@pytest.mark.parametrize(("period", "inside"), [(6, 3.9975831), (7, 3.9847476), (7, 3.9993971)])
+def test_narrow_windows_begin_with_a_fold_and_end_with_a_doubling(period, inside, wide):
+    """The window of period 6 is 2.4e-6 wide, of the last of period 7 it is 1.4e-7."""
+
+    def images(values):
+        point, slope = 0.5, 0.0
+        for _ in range(period):
+            point, slope = values * point * (1 - point), point * (1 - point) + values * (1 - 2 * point) * slope
+        return point, slope
+
+    for _ in range(9):
+        point, slope = images(inside)
+        inside -= (point - 0.5) / slope
+    functions = (lambda x, r: r * x * (1 - x), lambda x, r: r * (1 - 2 * x))
+    exact = [where_multiplier_is(mu, period, inside, 0.5, *functions) for mu in (1, -1)]
+    limits = inside - wide * (inside - exact[0]), min(inside + wide * (exact[1] - inside), 4.0)
+    window = mapped({x: sympy.Symbol("r") * x * (1 - x)}, {"r": inside}, [0.5])
+    branch = cd.continue_orbit(window, {"r": limits}, period=period, start="guess")
+    assert sorted(kinds(branch)) == [Special.FOLD, Special.PERIOD_DOUBLING]
+    off = np.sort(branch["special_value"].values) - exact
+    assert (np.abs(off) <= branch["special_error"].values.max()).all()
+    assert branch["r"].values[[0, -1]].tolist() == [limits[1], limits[1]]
+
+
 RICKER = (lambda x, r: x * np.exp(r * (1 - x)), lambda x, r: np.exp(r * (1 - x)) * (1 - r * x))
 SINE = (lambda x, r: r * np.sin(np.pi * x), lambda x, r: r * np.pi * np.cos(np.pi * x))
 CUBIC = (lambda x, r: r * x * (1 - x**2), lambda x, r: r * (1 - 3 * x**2))
