@@ -172,3 +172,18 @@ def test_a_loop_turns_back_where_a_straight_branch_crosses(step):
     assert branch["branch_end"].values.tolist() == [BranchEnd.CLOSED]
     assert kinds(branch) == [Special.BRANCH_POINT] * 2
     assert (np.abs(np.sort(branch["special_value"]) - [-0.5, 0.5]) <= branch["special_error"]).all()
+
+
+def test_branches_that_are_not_followed_where_several_cross_are_told():
+    """Two coupled pitchforks: at mu = 0 four branches cross, on the axes and on the diagonals."""
+    together = mapped(
+        {x: x + a * x * (mu - x**2 - b * y**2), y: y + a * y * (mu - y**2 - b * x**2)},
+        {"mu": -0.2, "a": 0.3, "b": 0.5},
+        [0.0, 0.0],
+    )
+    found = cd.continue_orbit(together, {"mu": (-0.5, 0.6)}, start="guess", doublings=1, step=0.05)
+    assert found.attrs["message"].startswith("2 multipliers are 1 together at mu = ")
+    assert found.attrs["message"].endswith("the branches that cross there are not followed")
+    # beside it there is nothing to tell
+    aside = cd.continue_orbit(together, {"mu": (-0.5, -0.1)}, start="guess", doublings=1, step=0.05)
+    assert not aside.attrs["message"]
