@@ -84,7 +84,8 @@ def measured_span(section: Section, given: Any, numerics: Numerics, units: int) 
     before, count = int(given.transient), int(given.periods)
     found = record_returns(run, section.transitions, before + count + 1, section.longest)
     if found.outcome != Outcome.OK or section.grazed(found.times):
-        return Span(1.0, units, 0, False, int(found.outcome) or int(Outcome.NO_RETURN))
+        outcome = int(found.outcome) or int(Outcome.NO_RETURN)
+        return Span(1.0, units, 0, False, outcome, message=run.stopped(found.outcome))
     after = (found.times[1:] + found.times[:-1]) / 2
     begin = float(after[before - 1]) if before else 0.0
     length = float(after[before + count - 1]) - begin

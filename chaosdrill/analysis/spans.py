@@ -31,6 +31,7 @@ class Span:
     periodic: bool  # whether the unit is a forcing period
     outcome: int = 0  # what ended the run that measures how long a number of section points takes; 0: nothing
     measured: bool = False  # whether it is as long as a number of section points takes
+    message: str = ""  # what ended that run and where, as `Run.stopped` tells
 
     @property
     def length(self) -> float:

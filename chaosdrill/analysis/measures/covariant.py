@@ -208,7 +208,7 @@ def vectors(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
         _backward(forward, found)
     start = lead.elapsed + blocks.before * blocks.interval
     errors = _errors(forward, job)[:, :count] if complete else np.full_like(found.growth, np.nan)
-    message = run.stopped(outcome)
+    message = blocks.plan.message or run.stopped(outcome)
     over = ("time", "vector")
     means = _means(found, run, forward, job)
     return dataset(

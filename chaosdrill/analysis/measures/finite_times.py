@@ -136,7 +136,7 @@ def _told(system: HybridSystem, windows: _Windows, given: Any, job: Job) -> tupl
         "outcome": np.int8(outcome),
         "ended_by": ended_by(run, outcome),
     }
-    return found, run.stopped(outcome)
+    return found, plan.message or run.stopped(outcome)
 
 
 def _divided(plan: Span, wanted: Any) -> _Windows:

@@ -122,7 +122,8 @@ def section(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
         "state": list(system.state_names),
         "multiplier": np.arange(1, system.free + 1, dtype=np.int32),
     }
-    return dataset(variables | coords, coords)
+    message = run.stopped(outcome)
+    return dataset(variables | coords, coords, {"message": message} if message else None)
 
 
 @dataclass(frozen=True)

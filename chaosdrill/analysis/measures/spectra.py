@@ -82,7 +82,7 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
         "outcome": ((), np.int8(outcome)),
         **_averages(run, plan, job.numerics, ends, path.drilled, complete),
     }
-    texts = {"message": run.stopped(outcome), "reason": why}
+    texts = {"message": plan.message or run.stopped(outcome), "reason": why}
     return dataset(variables, ["block_time"], {name: text for name, text in texts.items() if text})
 
 
