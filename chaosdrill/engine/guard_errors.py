@@ -9,9 +9,9 @@ from chaosdrill.codegen.kinds import uint64
 from chaosdrill.codegen.layout import EPSILON, ROUNDING
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.dop853_tables import GUARD_DEGREE, NODES, TO_CHEBYSHEV, TO_POWERS, inverse
-from chaosdrill.engine.jit import inlined, inner, rare, series
+from chaosdrill.engine.jit import inlined, rare, series
 from chaosdrill.engine.lanes import magnitude
-from chaosdrill.engine.polynomial import power, size, value
+from chaosdrill.engine.polynomial import power, size, values
 from chaosdrill.engine.radau_tables import DEGREE
 from chaosdrill.engine.tuning import GUARDS, STEPS
 
@@ -32,12 +32,6 @@ _FROM_POWERS = inverse(TO_POWERS[-2:, -2:]).astype(float)
 """The last two coefficients in powers -> those in Chebyshev polynomials."""
 
 
-@inner
-def state_at(ws, n, s, place):
-    for i in range(n):
-        place[i] = value(ws, uint64(i), s)
-
-
 @inlined
 def truncation(settings, marks):
     """Part of its size that the interpolated polynomial of a guard may leave out."""
@@ -53,7 +47,7 @@ def left_out(functions, tables, settings, state, ws, i, j, h, t, scratch):
         return 0.0
     place = scratch.before[: state.x.size]
     noise = functions.guard_error(mode, j, t, state.c, state.x, scratch.none)
-    state_at(ws, place.size, h, place)
+    values(ws, place.size, h, place)
     noise = max(noise, functions.guard_error(mode, j, t + h, state.c, place, scratch.none))
     g, whole = ws[i], state.run[0].tried
     if marks & at.AFFINE:
@@ -115,7 +109,7 @@ def root_error(functions, tables, settings, state, ws, i, j, s, t, scratch):
     run = state.run[0]
     n = state.x.size
     place = scratch.before[:n]
-    state_at(ws, n, s, place)
+    values(ws, n, s, place)
     off = ROUNDING * functions.guard_error(run.mode, j, t + s, state.c, place, scratch.none)
     if tables.marks[run.mode, j] & at.TIMED == 0:
         functions.guard(run.mode, j, t + s, state.c, place, scratch.gradient)

@@ -12,11 +12,10 @@ from chaosdrill.engine.guard_errors import (
     last_terms,
     left_out,
     slope_and_bend,
-    state_at,
 )
 from chaosdrill.engine.jit import inlined, inner, rare, series
 from chaosdrill.engine.lanes import exponent, power_of_two
-from chaosdrill.engine.polynomial import derivative, size, value
+from chaosdrill.engine.polynomial import derivative, size, value, values
 from chaosdrill.engine.radau_tables import DEGREE
 from chaosdrill.engine.records import unit
 from chaosdrill.engine.roots import first_crossing
@@ -77,7 +76,7 @@ def _slope_at(functions, tables, state, ws, j, s, t, scratch):
     """Rate of guard j at s by the equations, and the bound of its rounding."""
     mode, n = state.run[0].mode, state.x.size
     place, rates, gradient = scratch.before[:n], scratch.doubt, scratch.gradient
-    state_at(ws, n, s, place)
+    values(ws, n, s, place)
     functions.field(mode, t + s, state.c, place, rates)
     functions.guard(mode, j, t + s, state.c, place, gradient)
     slope = gradient[n]
@@ -96,7 +95,7 @@ def _nearer(functions, state, ws, i, j, s, side, doubt, t, scratch):
     away *= GUARDS.clear
     if not away < s:
         return -1.0
-    state_at(ws, place.size, s - away, place)
+    values(ws, place.size, s - away, place)
     # states are rounded there in parts of what they are the sum of
     for a in range(place.size):
         scratch.doubt[a] = size(ws, uint64(a), s - away)
@@ -136,7 +135,7 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
     if steep * steep > 2.0 * margin * abs(bend):
         return -1.0, s
     place = scratch.before[: state.x.size]
-    state_at(ws, place.size, s, place)
+    values(ws, place.size, s, place)
     own = ROUNDING * functions.guard_error(mode, j, t + s, state.c, place, scratch.none)
     begun, off = off, max(off, own)
     slack = ROUNDING * functions.rate_error(mode, j, t + s, state.c, place, scratch.none) * unit
@@ -165,7 +164,7 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
         room = off
         if left > 0.0 or marks & at.TIMED:
             # what the interpolation leaves out may be far more than the guard there: a step would end across it
-            state_at(ws, place.size, clear, place)
+            values(ws, place.size, clear, place)
             across = -side * functions.guard(mode, j, t + clear, state.c, place, scratch.gradient)
             for a in range(place.size):
                 room += settings.tolerance * abs(scratch.gradient[a]) * state.scale[a]
@@ -228,7 +227,7 @@ def told_before(functions, tables, settings, state, j, root, order, side, h, t, 
         if (root - s) * abs(slope) <= 2.0 * off and slope * slope > 4.0 * off * abs(bend):
             return h
     place = scratch.before[: state.x.size]
-    state_at(ws, place.size, s, place)
+    values(ws, place.size, s, place)
     own = _NOISE * functions.guard_error(run.mode, j, t + s, state.c, place, scratch.none)
     return s if GUARDS.finer * own < off else h
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from chaosdrill.codegen.kinds import uint64
 from chaosdrill.codegen.signatures import WIDTH
-from chaosdrill.engine.jit import series
+from chaosdrill.engine.jit import inlined, series
 from chaosdrill.engine.lanes import LANES, as_wide, chosen, larger, magnitude, part, powers, spread, total
 from chaosdrill.engine.layout import COLUMNS
 
@@ -51,6 +51,13 @@ def value(rows, i, s):
         terms = terms * eighth + part(rows, i, COLUMNS - LANES * m)
     terms = terms * eighth + chosen(part(_LATER, 0, 0) != 0.0, part(rows, i, 0), 0.0)
     return rows[i, 0] + total(terms * powers(s))
+
+
+@inlined
+def values(rows, count, s, out):
+    """Of the first ``count`` rows."""
+    for i in range(count):
+        out[i] = value(rows, uint64(i), s)
 
 
 @series

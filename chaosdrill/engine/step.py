@@ -8,6 +8,7 @@ from chaosdrill.engine import layout as at
 from chaosdrill.engine.checked import ending
 from chaosdrill.engine.events import take
 from chaosdrill.engine.jit import inlined
+from chaosdrill.engine.polynomial import values
 from chaosdrill.engine.records import time_of, unit
 from chaosdrill.engine.tangents import orthonormalise
 from chaosdrill.engine.tuning import STEPS, TANGENTS
@@ -43,7 +44,7 @@ def locate(functions, method, tables, settings, te, j, ties, h, t, state, scratc
 def evaluate(method, settings, t, s, scratch):
     """States, then integrals of the quadratures since the start of the step, at s, into scratch."""
     if settings.stepping == at.BY_SERIES:
-        taylor.evaluate(scratch.workspace, scratch.out.size, s, scratch.out)
+        values(scratch.workspace, scratch.out.size, s, scratch.out)
     else:
         method.stepper.evaluate(method.place, method.p, t, s)
 
@@ -174,7 +175,7 @@ def advance(method, settings, t, state, s, scratch):
     run, x, out = state.run[0], state.x, scratch.out
     n = x.size
     if settings.stepping == at.BY_SERIES:
-        taylor.evaluate(scratch.workspace, out.size, s, out)
+        values(scratch.workspace, out.size, s, out)
         taylor.evaluate_vectors(scratch.workspace, s, run.live, state.vectors)
     else:
         method.stepper.advance(method.place, method.p, t, s)

@@ -288,13 +288,6 @@ def expand(functions, tables, settings, t, state, ws, scratch):
 
 
 @inlined
-def evaluate(ws, count, s, out):
-    """Polynomials of the first ``count`` rows at s."""
-    for i in range(count):
-        out[i] = value(ws, uint64(i), s)
-
-
-@inlined
 def evaluate_vectors(ws, s, live, vectors):
     """Live tangents at s, in place."""
     n = vectors.shape[1]
