@@ -7,6 +7,8 @@ from threading import RLock
 from typing import Any
 from unicodedata import is_normalized
 
+from chaosdrill.files import signals_wait
+
 MOST_BYTES = 256
 """Of a name in NetCDF."""
 
@@ -37,8 +39,15 @@ class Declared(Mapping[str, Any]):
     def _all(self) -> dict[str, Any]:
         with _completing:
             if self._complete is not None:
-                complete, self._complete = self._complete, None
-                self._entries = {name: self._entries[name] for name in complete()}
+                # what Ctrl-C raises while a class is made comes out as another error
+                with signals_wait():
+                    complete, self._complete = self._complete, None
+                    try:
+                        self._entries = {name: self._entries[name] for name in complete()}
+                    except BaseException:
+                        # such as too many open files: they may be fewer the next time
+                        self._complete = complete
+                        raise
         return self._entries
 
     def __getitem__(self, name: str) -> Any:

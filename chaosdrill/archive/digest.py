@@ -37,7 +37,10 @@ def with_digests(ds: Dataset) -> Dataset:
 
 def digests(ds: Dataset) -> dict[str, str]:
     """Digest of each variable (values, type, dimensions and attributes), and of the dataset's own attributes."""
-    found = {str(name): _of_variable(variable) for name, variable in sorted(ds.variables.items(), key=str)}
+    found = {
+        str(name): _of_variable(variable)
+        for name, variable in sorted(ds.variables.items(), key=lambda named: str(named[0]))
+    }
     found[""] = sha256(_text(ds.attrs)).hexdigest()[:32]
     return found
 

@@ -16,7 +16,7 @@ import xarray as xr
 import chaosdrill as cd
 from chaosdrill.archive import check_writable, save, writing
 from chaosdrill.archive import open as open_archive
-from chaosdrill.archive.digest import LENGTH
+from chaosdrill.archive.digest import LENGTH, digests
 from chaosdrill.dataset.provenance import FORMAT
 from chaosdrill.errors import ArchiveError
 from chaosdrill.files import draft_of, remove_drafts
@@ -574,6 +574,45 @@ def test_a_default_name_is_not_that_of_another_file(motion, tmp_path, command):
     with pytest.raises(ArchiveError, match="which you have not named"):
         cd.report(path) if command == ["report"] else plot_archive(path)
     assert victim.read_text() == "of somebody else"
+
+
+def test_digests_do_not_depend_on_how_values_are_printed(tree, monkeypatch):
+    """To print is slow, and imports: a process that was forked meanwhile waited for the end of that import."""
+    before = digests(tree["first"].to_dataset())
+    monkeypatch.setattr(xr.Variable, "__repr__", lambda _: pytest.fail("printed"))
+    assert digests(tree["first"].to_dataset()) == before
+
+
+INTERRUPTED_EARLY = """
+import os, signal
+from types import SimpleNamespace
+from chaosdrill.declared import Declared
+
+declared, done = Declared(), []
+
+def complete():
+    if not done:
+        done.append(1)
+        raise OSError("too many open files")
+    os.kill(os.getpid(), signal.SIGINT)
+    declared.enter("a", 1)
+    return ["a"]
+
+declared.completed_by(complete)
+for expected in (OSError, KeyboardInterrupt):
+    try:
+        list(declared)
+    except expected:
+        print("heard")
+print(list(declared))
+"""
+
+
+def test_what_interrupts_the_import_of_the_analyses_leaves_none_out():
+    """Ctrl-C waits for it, and what fails once is tried again."""
+    command = [sys.executable, "-c", INTERRUPTED_EARLY]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.stdout.split("\n") == ["heard", "heard", "['a']", ""], done.stderr[-2000:]
 
 
 FORKED_EARLY = """
