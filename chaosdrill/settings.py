@@ -418,8 +418,11 @@ def long(value: Any, least: int, most: int) -> Faults:
 
 
 def too_long(value: Any) -> str:
-    """Why an array is not listed, however little memory it takes; empty for what can be."""
+    """Why an array or a range is not listed, however little memory it takes; empty for what can be."""
     size = getattr(value, "size", 0)
+    if isinstance(value, range) and value:
+        # it may be too long for len()
+        size = (value[-1] - value[0]) // value.step + 1
     if not isinstance(size, int) or size <= TUNING.listed:
         return ""
     return f"has {size:.4g} entries, and at most {TUNING.listed} are taken"

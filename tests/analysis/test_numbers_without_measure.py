@@ -71,6 +71,12 @@ def test_a_sweep_of_more_points_than_there_is_time_for():
         cd.bifurcation_diagram(SYSTEM, {"omega": MANY}, periods=2, transient=1)
 
 
+@pytest.mark.parametrize("values", [range(10**15), range(10**30), range(10**15, 0, -2)])
+def test_a_range_that_no_memory_holds(values):
+    with pytest.raises(SettingsError, match=r"^sweep\.omega is range.*; has .* entries, and at most 100000000 are"):
+        cd.bifurcation_diagram(SYSTEM, {"omega": values}, periods=2, transient=1)
+
+
 def test_an_expression_with_a_number_that_no_double_holds():
     with pytest.raises(ChaosdrillError, match="larger than any double"):
         made(modes={"only": {x: v, v: -x + sympy.Integer(LONG)}})
