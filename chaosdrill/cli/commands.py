@@ -199,6 +199,8 @@ def report(archive: str, output: str | None, as_json: bool) -> int:
     path = str(made.path)
     answer(as_json, {**asdict(made), "path": path, "archive": str(made.archive)}, path)
     warn_of(made.unsealed)
+    if made.altered:
+        tell(f"altered since the archive was written: {', '.join(made.altered)}")
     for fault in made.faults:
         tell(f"could not be shown: {fault}")
     return 1 if made.faults else 0

@@ -88,6 +88,8 @@ class Report:
         Parts that could not be shown, as in an altered archive; empty if all are shown.
     unsealed : str
         A warning about groups without digests, whose alterations cannot be detected; empty if all have digests.
+    altered : tuple of str
+        What was altered after the archive was written, by its digests; empty if nothing was.
     """
 
     path: Path
@@ -98,6 +100,7 @@ class Report:
     charts: int
     faults: tuple[str, ...]
     unsealed: str
+    altered: tuple[str, ...]
 
 
 @expecting(SettingsError, path=PATH, output=PATH)
@@ -146,6 +149,7 @@ def report(path: str | os.PathLike[str], output: str | os.PathLike[str] | None =
         written.charts,
         tuple(written.faults),
         unsealed(tree),
+        tuple(written.altered),
     )
 
 
@@ -156,7 +160,7 @@ class _Writer:
         self.tree, self.path = tree, path
         results = (node for node in tree.subtree if "kind" in node.attrs)
         self.groups = {node.path.strip("/") or "result": undated(node.to_dataset()) for node in results}
-        self.pictures, self.charts, self.faults = 0, 0, list[str]()
+        self.pictures, self.charts, self.faults, self.altered = 0, 0, list[str](), list[str]()
 
     def page(self) -> str:
         title = str(self.tree.attrs.get("title", name_text(self.path.name)))
@@ -179,7 +183,8 @@ class _Writer:
         )
 
     def _altered(self) -> Markup:
-        if not (changed := ", ".join(altered_parts(self.tree))):
+        self.altered = altered_parts(self.tree)
+        if not (changed := ", ".join(self.altered)):
             return part("paragraph", bare, "fault") if (bare := unsealed(self.tree)) else NOTHING
         told = f"Altered since the archive was written, so this page may show numbers of no run: {changed}."
         return part("paragraph", told, "fault")

@@ -96,7 +96,9 @@ def test_values_that_were_altered_are_told(written, tmp_path):
     told = [dict(rows(read(written.path), "The archive's file"))["values"]]
     with netCDF4.Dataset(path, "a") as file:
         file["diagram/period"][3] = 7
-    told.append(dict(rows(read(cd.report(path).path), "The archive's file"))["values"])
+    made = cd.report(path)
+    assert made.altered == ("diagram period",)
+    told.append(dict(rows(read(made.path), "The archive's file"))["values"])
     assert told == [
         "as they were written, by the digests of all variables",
         "altered since they were written: diagram period",
