@@ -71,7 +71,7 @@ class Cycles:
     """Part of the residual that may be left after a round, beyond the first two."""
     settling: int = 32
     """Steps of the map in which tangents turn into their directions before growth is averaged."""
-    averaging: int = 16
+    averaging: int = 64
     """Steps over which growth is averaged, at least."""
     least_cycles: int = 4
     """Cycles in which tangents turn, and over which growth is averaged, at least."""

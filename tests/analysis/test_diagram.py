@@ -107,6 +107,23 @@ def test_progress_counts_points_and_outcomes(circle, workers):
     assert [sum(outcomes.values()) for _, _, outcomes in seen] == done
 
 
+def test_motions_do_not_depend_on_how_many_section_points_are_kept():
+    """Cycles of period 4 and 2, met while the record is extended."""
+    system = cd.build("impact-oscillator", {"wall": 0.3, "zeta": 0.05, "e": 0.8})
+    given = {"transient": 100, "periods": 64}
+    plain = cd.bifurcation_diagram(system, {"omega": [2.6, 2.7348]}, **given)
+    assert (plain["outcome"] == cd.Outcome.PERIODIC).all()
+    for count in (1, 1000):
+        other = cd.bifurcation_diagram(system, {"omega": [2.6, 2.7348]}, **given, section_points=count)
+        for name in ("outcome", "period", "lyapunov_exponent", "lyapunov_error"):
+            np.testing.assert_array_equal(other[name], plain[name], err_msg=name)
+        section = other["section"].values
+        assert section.shape[2] == count
+        assert np.isfinite(section).all()
+        many = min(count, 64)
+        np.testing.assert_allclose(section[:, :, -many:], plain["section"].values[:, :, -many:], atol=1e-9)
+
+
 def test_lengths_count_the_points_of_the_section(circle):
     """One crossing in five periods of the strobe: 8 points are 8 of them; more are kept only if there are more."""
     given = {"transient": 0, "periods": 8, "at": "axis", "exponents": 0, "seeds": [{"x": 0.8, "y": -0.6}]}

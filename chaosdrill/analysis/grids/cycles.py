@@ -14,7 +14,7 @@ from itertools import groupby
 
 import numpy as np
 
-from chaosdrill.analysis.grids.judging import Verdict, judge
+from chaosdrill.analysis.grids.judging import Verdict, judge, last_rows
 from chaosdrill.analysis.grids.plan import Plan
 from chaosdrill.analysis.judgement.classification import HYPERBOLIC, is_no_channel
 from chaosdrill.analysis.judgement.recurrence import CLOSE, ROUND_OFF, recurrence, sizes, trend
@@ -117,7 +117,7 @@ def trail_of(
     """Where some points of a batch stand, or soon after, and the points of the map beside that."""
     begun = continued(plan, batch, which, at_points(parameters, which))
     if plan.section is None:
-        return begun, batch.window[which, -plan.compared :]
+        return begun, last_rows(batch.window[which], plan.compared)
     mapped = begun.mapped(plan, 2 * plan.max_period)
     mapped.run(0, np.array([0, 2 * plan.max_period]))
     if not plan.at_events:
@@ -168,10 +168,16 @@ def _measure(
     """Run over cycles of one period, and say which of them are the answer."""
     states = begun.states
     batch = begun.let(plan.batch(begun.parameters, states, begun.modes, of_map=True))
-    ends = period * block_ends(_cycles(max(CYCLES.averaging, plan.rows), period), PLAN.blocks)
-    batch.run(_cycles(CYCLES.settling, period) * period, ends)
+    ends = period * block_ends(_cycles(CYCLES.averaging, period), PLAN.blocks)
+    settling = period * _cycles(CYCLES.settling, period)
+    batch.run(settling, ends)
     verdict = judge(plan, batch, np.arange(len(states)), ends)
-    path = batch.window
+    path = last_rows(batch.window, plan.judged)
+    if plan.rows > ends[-1]:
+        # of a run of its own: how many section points are kept moves no exponent
+        kept = begun.let(plan.section_of_map(begun.parameters, states, begun.modes))
+        kept.run(settling, np.array([0, period * _cycles(plan.rows, period)]))
+        batch.window[:] = kept.window
     if plan.section is not None:
         mapped = begun.mapped(plan, 2 * period)
         mapped.run(0, np.array([0, 2 * period]))

@@ -59,7 +59,8 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
 
     ``before`` are the states of all points before the record, to tell by what only grows.
     """
-    paths, size = aside(batch.window[which], plan.shifts), plan.shifts.sizes(batch.sizes[which])
+    window = last_rows(batch.window[which], plan.judged)
+    paths, size = aside(window, plan.shifts), plan.shifts.sizes(batch.sizes[which])
     points = np.full(len(which), ends[-1])
     if plan.section is not None:
         points = batch.counts[which][:, sorted(plan.section)].sum(axis=1)
@@ -84,7 +85,7 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     with np.errstate(invalid="ignore"):
         apart = np.abs(np.where(np.isneginf(plain), 0.0, plain - _means(sums, begin, times)))
     exponents, errors, apart = (np.take_along_axis(one, order, 1) for one in (plain, errors, apart))
-    full, known = undrawn(plan.system, batch.window[which]), batch.sizes[which]
+    full, known = undrawn(plan.system, window), batch.sizes[which]
     windows = last_rows(full, LENGTH) if full.shape[1] > LENGTH else full
     early = None if before is None else undrawn(plan.system, before[which])
     part = np.minimum(1.0, windows.shape[1] / np.maximum(points, 1))

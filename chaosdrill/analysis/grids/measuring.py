@@ -132,7 +132,7 @@ class _Group:
         runs.stand(batch.standing(np.arange(len(batch.x))))
         for length in np.unique(cycle).tolist():
             runs.proceed(chosen[cycle == length], 0, np.array([0, length]))
-        shifts, window = plan.shifts, np.nan_to_num(batch.window[chosen][:, :, :-1])
+        shifts, window = plan.shifts, np.nan_to_num(last_rows(batch.window[chosen], plan.judged)[:, :, :-1])
         size = sizes(shifts.quotient(window), shifts.sizes(batch.sizes[chosen]))
         back = (runs.outcome[chosen] == Outcome.OK) & (runs.mode[chosen] == batch.mode[chosen])
         away = np.abs(shifts.quotient(runs.x[chosen]) - shifts.quotient(batch.x[chosen]))
@@ -344,7 +344,8 @@ def _tell_by_passages(plan: Plan, begun: Begun, counts: np.ndarray, which: np.nd
 def _results(plan: Plan, batch: Batch, which: np.ndarray, verdict: Verdict) -> Arrays:
     """The results of some runs of a batch, whose verdict this is."""
     n, ended, window = len(plan.system.state_names), ~np.isin(verdict.outcome, MEASURED), batch.window[which]
-    of_motion, states = moments(undrawn(plan.system, window), batch.sizes[which], verdict.period, plan.shifts)
+    seen = undrawn(plan.system, last_rows(window, plan.judged))
+    of_motion, states = moments(seen, batch.sizes[which], verdict.period, plan.shifts)
     for row in np.flatnonzero(verdict.outcome == Outcome.EQUILIBRIUM):
         states[row], of_motion[row, :3] = batch.rest(int(which[row])), 0.0
         of_motion[row, 0] = plan.shifts.quotient(states[row])

@@ -86,9 +86,14 @@ class Plan:
         return max(2 * self.max_period, PLAN.least_rows)
 
     @property
+    def judged(self) -> int:
+        """Section points by which a point is judged, however many are kept."""
+        return max(self.compared, min(self.periods, PLAN.most_rows))
+
+    @property
     def window(self) -> int:
-        """Section points by which a point is judged."""
-        return max(self.rows, self.compared, min(self.periods, PLAN.most_rows))
+        """Section points that runs hold: by which a point is judged, and that are kept."""
+        return max(self.rows, self.judged)
 
     @property
     def ends(self) -> np.ndarray:
@@ -111,6 +116,10 @@ class Plan:
         """
         section = self.section if self.at_events else None
         return self._runs(parameters, starts, modes, section, returns=self.at_events, after=True, window=window)
+
+    def section_of_map(self, parameters: Mapping[str, np.ndarray], starts: np.ndarray, modes: np.ndarray) -> Batch:
+        """Runs without tangents over steps of the map, and all points of the section that are kept."""
+        return self._runs(parameters, starts, modes, self.section, returns=self.at_events, window=self.window)
 
     def passages(
         self, parameters: Mapping[str, np.ndarray], starts: np.ndarray, modes: np.ndarray, transition: int
