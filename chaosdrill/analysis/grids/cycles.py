@@ -168,7 +168,8 @@ def _measure(
     """Run over cycles of one period, and say which of them are the answer."""
     states = begun.states
     batch = begun.let(plan.batch(begun.parameters, states, begun.modes, of_map=True))
-    ends = period * block_ends(_cycles(CYCLES.averaging, period), PLAN.blocks)
+    steps = CYCLES.averaging if plan.where.counts == "time" else max(CYCLES.averaging, plan.periods)
+    ends = period * block_ends(_cycles(steps, period), PLAN.blocks)
     settling = period * _cycles(CYCLES.settling, period)
     batch.run(settling, ends)
     verdict = judge(plan, batch, np.arange(len(states)), ends)
