@@ -7,7 +7,7 @@ import numpy as np
 
 from chaosdrill.analysis.judgement.recurrence import CLOSE, ROUND_OFF, Recurrence, recurrence, residual_at_largest
 from chaosdrill.analysis.judgement.resting import is_still, lengthens, stirs
-from chaosdrill.analysis.judgement.stationarity import SAME, departs, stationarity
+from chaosdrill.analysis.judgement.stationarity import SAME, departs, shows, stationarity
 from chaosdrill.analysis.judgement.statistics import SINKS, STAYS, block_ends, leading
 from chaosdrill.analysis.judgement.tori import (
     END,
@@ -232,6 +232,12 @@ def evidence_of_records(
         cycles = (found.period > 0) & (points % np.maximum(found.period, 1) == 0)
         add_returns(e, found, found.period * averages.length / points, cycles, paths, size)
         add_ends(e, averages, paths, size, part)
+        moving = np.flatnonzero(e.leaving | e.settling)
+        states = aside(whole[moving], shifts)[:, :, :-1]
+        rows, sizes = windows.shape[1], shifts.sizes(known[moving])
+        e.leaving[moving], e.settling[moving] = stationarity(
+            states[:, -rows:], sizes, e.even[moving], states[:, :-rows]
+        )
     add_record(e, whole, known, coarse, shifts, points, flow)
     if passages is not None:
         # along an unstable cycle that round-off does not leave, tangents grow as in chaos
@@ -263,7 +269,9 @@ def add_record(
     period = np.where(closes_exactly(e, residual, found.period), found.period, 0)
     e.exact |= stays(paths, sizes, period, e.rounding)
     if lengths[0] < points:
-        earlier = stationarity(shifts.quotient(coarse), shifts.sizes(known))
+        few = shifts.quotient(coarse)
+        few = few * shows(few, shifts.quotient(windows[:, :, :-1]), points)[:, np.newaxis]
+        earlier = stationarity(few, shifts.sizes(known))
         e.leaving, e.settling = e.leaving | earlier[0], e.settling | earlier[1]
     drifts, open_ = e.drifts.copy(), np.flatnonzero(~e.positive & ~(e.negative & e.lasts))
     for count in sorted(set(lengths)):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chaosdrill.analysis.judgement.recurrence import CLOSE
+from chaosdrill.analysis.judgement.recurrence import ROUND_OFF
 
 GAPS, SHARE = 10, 0.01
 """Parts of the extent of a state each of which holds such a share of the points of a torus at least: a harmonic motion
@@ -15,7 +15,7 @@ CROSSINGS = 8
 
 def full(path: np.ndarray) -> np.ndarray:
     """Which states go round and leave no gaps along a path, shape (W, n); bool, shape (n,)."""
-    low, extent = path.min(axis=0), np.maximum(np.ptp(path, axis=0), CLOSE)
+    low, extent = path.min(axis=0), np.maximum(np.ptp(path, axis=0), ROUND_OFF)
     place = np.minimum((path - low) / extent * GAPS, GAPS - 1).astype(int)
     shares = np.array([np.bincount(one, minlength=GAPS).min() for one in place.T]) / len(path)
     above = place >= GAPS // 2

@@ -13,6 +13,7 @@ import numpy as np
 from chaosdrill.analysis.judgement.frequencies import frequencies, quickens
 from chaosdrill.analysis.judgement.gaps import full
 from chaosdrill.analysis.judgement.recurrence import CLOSE, ROUND_OFF
+from chaosdrill.analysis.judgement.stationarity import SAME
 
 FEWEST = 256
 """Number of points of a curve that decide: for random points the length is a third of their number."""
@@ -105,7 +106,8 @@ def ordered(points: np.ndarray) -> tuple[bool, bool, bool]:
     path = points[::curves]
     # in a few turns along one of several no rate is known, that from one to the next is
     moves |= any(quickens(told) for each in {1, curves} for told in points[::each, full(points[::each])].T)
-    back = comes_back(path[:, full(path)]) or (curves > 1 and _returns(points, len(points), 0.0, ROUND_OFF))
+    back = comes_back(path[:, full(path)])
+    back |= curves > 1 and _returns(points, len(points), 0.0, ROUND_OFF, _extents(points, curves))
     return not moves and not back, moves, cuts > 1
 
 
@@ -118,7 +120,7 @@ def goes_on(points: np.ndarray, others: np.ndarray, steps: np.ndarray) -> bool:
     shape (K,): how many points behind the first of them, negative before it.
     """
     curves, turn, *_ = _likeliest(points)
-    if not curves or _repeat(points, others, steps):
+    if not curves or _repeat(points, others, steps, _extents(points, curves)):
         return False
     paths = [points[k::curves] for k in range(curves)]
     asked = [(others[steps % curves == k], (steps[steps % curves == k] - k) // curves) for k in range(curves)]
@@ -131,11 +133,23 @@ def goes_on(points: np.ndarray, others: np.ndarray, steps: np.ndarray) -> bool:
     return False
 
 
-def _repeat(points: np.ndarray, others: np.ndarray, steps: np.ndarray) -> bool:
-    """Whether points are the same as other states, several of them, all after multiples of one number of steps."""
-    extent = np.ptp(points, axis=0)
-    nearest = np.array([(np.abs(points - other) / extent).max(axis=1).argmin() for other in others])
-    same = (np.abs(points[nearest] - others) <= ROUND_OFF * extent).all(axis=1)
+def _extents(points: np.ndarray, curves: int) -> np.ndarray:
+    """Extents, by which round-off counts, of the curve on which each point lies; shape (W, n).
+
+    A curve may be small beside the way to the next one. Digits of its points are those of their sizes.
+    """
+    of_curves = np.array([np.ptp(points[k::curves], axis=0) for k in range(curves)])
+    least = SAME / ROUND_OFF * np.abs(points).max(axis=0)
+    return np.maximum(of_curves, least)[np.arange(len(points)) % curves]
+
+
+def _repeat(points: np.ndarray, others: np.ndarray, steps: np.ndarray, extents: np.ndarray) -> bool:
+    """Whether points are the same as other states, several of them, all after multiples of one number of steps.
+
+    ``extents``, shape (W, n): in parts of which they are.
+    """
+    nearest = np.array([(np.abs(points - other) / extents).max(axis=1).argmin() for other in others])
+    same = (np.abs(points[nearest] - others) <= ROUND_OFF * extents[nearest]).all(axis=1)
     lags = (nearest - steps)[same]
     return len(lags) >= SEVERAL and bool((lags % lags.min() == 0).all())
 
@@ -277,15 +291,19 @@ def comes_back(points: np.ndarray, stays: float = STAYS) -> bool:
     return _returns(points, nearby, stays, CLOSE) or _returns(points, len(points), 0.0, CLOSE)
 
 
-def _returns(points: np.ndarray, most: int, stays: float, close: float) -> bool:
-    """The same for the nearest return after ``most`` points or fewer, to a part ``close`` of the extent."""
+def _returns(points: np.ndarray, most: int, stays: float, close: float, extents: np.ndarray | None = None) -> bool:
+    """The same for the nearest return after ``most`` points or fewer, to a part ``close`` of the extent.
+
+    ``extents``, shape (W, n): of the curve of each point; default that of all points.
+    """
     windows = np.lib.stride_tricks.sliding_window_view(points, LAST, axis=0)
     earlier = windows[:-1][-most:]
     # no window is nearer than its last point, so that few have to be looked at
     least = np.abs(earlier[:, :, -1] - points[-1]).max(axis=1)
     near = np.flatnonzero(least <= np.abs(earlier[least.argmin()] - windows[-1]).max())
     lag = len(earlier) - int(near[np.abs(earlier[near] - windows[-1]).max(axis=(1, 2)).argmin()])
-    apart = (np.abs(points[lag:] - points[:-lag]) / np.ptp(points, axis=0)).max(axis=1)
+    extent = np.ptp(points, axis=0) if extents is None else extents[lag:]
+    apart = (np.abs(points[lag:] - points[:-lag]) / extent).max(axis=1)
     # where a jump lies between two points they are far apart
     before, after = (np.median(part) for part in np.array_split(apart, 2))
     return bool(after <= max(stays * before, close))

@@ -42,13 +42,16 @@ LEAST_STEP = 1e-4
 
 
 def stationarity(
-    windows: np.ndarray, known: np.ndarray, parting: np.ndarray | bool = False
+    windows: np.ndarray, known: np.ndarray, parting: np.ndarray | bool = False, before: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Which motions still leave something, and which still settle.
 
+    What has been as far away before, and has come back, is not leaving, and what has been as close does not settle.
+
     ``windows``, shape (P, W, n): states in order, at equal intervals or at a section; NaN behind the last. ``known``,
     shape (P, n): sizes that states have had on the way. ``parting``, bool, shape (P,): where nearby motions part
-    evenly; what grows there is no error, however small it is.
+    evenly; what grows there is no error, however small it is. ``before``, shape (P, V, n): states before the windows,
+    at the same intervals; default none.
 
     Returns ``leaving``, ``settling``, bool, shape (P,).
     """
@@ -57,28 +60,56 @@ def stationarity(
     rows = np.isfinite(windows).all(axis=2).sum(axis=1)
     for count in np.unique(rows[rows >= PARTS * FEWEST]).tolist():
         here = np.flatnonzero(rows == count)
-        leaving[here], settling[here] = _of_full(windows[here, :count], known[here], parting[here])
+        earlier = None if before is None else before[here]
+        leaving[here], settling[here] = _of_full(windows[here, :count], known[here], parting[here], earlier)
     return leaving, settling
 
 
-def _of_full(points: np.ndarray, known: np.ndarray, parting: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def shows(few: np.ndarray, windows: np.ndarray, points: int) -> np.ndarray:
+    """Which states move as far in the last of the parts of a record when only few of its points are looked at.
+
+    What turns nearly a whole number of times between them seems to move slowly.
+
+    ``few``, shape (P, K, n): states at equal intervals in the whole record of that many ``points``, ``windows``, shape
+    (P, W, n), the last of these.
+
+    Returns: bool, shape (P, n).
+    """
+    seen, all_ = (one[:, -(count // PARTS) :].std(axis=1) for one, count in ((few, few.shape[1]), (windows, points)))
+    return np.asarray(FACTOR * seen >= all_)
+
+
+def _of_full(
+    points: np.ndarray, known: np.ndarray, parting: np.ndarray, before: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray]:
     size = sizes(points, known)
     rounding, close = (np.where(parting, SAME, usual)[:, np.newaxis] for usual in (ROUND_OFF, CLOSE))
-    scaled = points / size[:, np.newaxis]
     length = points.shape[1] // PARTS
-    # the last parts matter most, and all are of one length
-    scaled = scaled[:, -PARTS * length :]
-    parts = scaled.reshape(len(points), PARTS, length, -1)
-    spread = parts.std(axis=2)
+    spread, lacks = _by_parts(points[:, -PARTS * length :] / size[:, np.newaxis], length)
     moves = spread.max(axis=1) > rounding * np.maximum(1, known / size)
-    lags = range(1, min(LAGS, length // 2) + 1)
-    lacks = [np.abs(parts[:, :, lag:] - parts[:, :, :-lag]).max(axis=(2, 3)) for lag in lags]
-    told = np.concatenate([spread, np.stack(lacks, axis=2)], axis=2)
+    told = np.concatenate([spread, lacks], axis=2)
     up, down = (_grow(one) for one in (told, told[:, ::-1]))
-    states, tells = spread.shape[2], told[:, :, spread.shape[2] :].max(axis=1) > close
+    if before is not None and before.shape[1] >= length:
+        # the last parts matter most, and all are of one length
+        count = before.shape[1] // length * length
+        earlier = np.concatenate(_by_parts(before[:, -count:] / size[:, np.newaxis], length), axis=2)
+        up &= earlier.max(axis=1) < told.max(axis=1) / FACTOR
+        down &= earlier.min(axis=1) > told.min(axis=1) * FACTOR
+    states, tells = spread.shape[2], lacks.max(axis=1) > close
     leaving = (up[:, :states] & moves).any(axis=1) | (up[:, states:] & tells).any(axis=1)
     settling = (down[:, :states] | ~moves).all(axis=1) & moves.any(axis=1)
     return leaving, settling | (down[:, states:] & tells).any(axis=1)
+
+
+def _by_parts(points: np.ndarray, length: int) -> tuple[np.ndarray, np.ndarray]:
+    """Spread of every state, and the largest distances between points a few iterates apart, in parts of a length.
+
+    ``points``, shape (P, N length, n). Returns arrays of shapes (P, N, n) and (P, N, lags).
+    """
+    parts = points.reshape(len(points), -1, length, points.shape[2])
+    lags = range(1, min(LAGS, length // 2) + 1)
+    lacks = [np.abs(parts[:, :, lag:] - parts[:, :, :-lag]).max(axis=(2, 3)) for lag in lags]
+    return parts.std(axis=2), np.stack(lacks, axis=2)
 
 
 def departs(paths: np.ndarray, drifts: np.ndarray, growth: np.ndarray) -> np.ndarray:
