@@ -115,3 +115,26 @@ def test_earlier_states_of_a_torus_are_on_its_curve(turn, slip):
     begin, earlier = 16384 - 2048, np.arange(63, 16384 - 2048, 64)
     assert ordered(path[begin:])[:2] == (True, False)
     assert goes_on(path[begin:], path[earlier], earlier - begin) == (slip == 0.0)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1e-7])
+def test_small_curves_are_in_order_however_many_points_they_have(size):
+    """Four curves that are visited in turn, so small beside the ways between them that points seem to come back."""
+    k = np.arange(8192)
+    angle = 2 * np.pi * (np.sqrt(3) - 1) * (k + 0.3) / 4
+    places = np.array([[1.0, 2.0], [-2.5, 0.3], [0.7, -1.4], [2.2, 1.1]])
+    points = places[k % 4] + size * np.column_stack([np.cos(angle + k % 4), np.sin(angle)])
+    for count in (1024, 2048, 4096):
+        assert ordered(points[-count:])[0]
+        steps = np.arange(0, len(points) - count, 37) - (len(points) - count)
+        assert goes_on(points[-count:], points[: len(points) - count : 37], steps)
+
+
+def test_a_rotation_with_a_slow_passage_is_in_order():
+    """z -> (z - c)/(1 - c z), turned: on most of its way there are few points, however long the record."""
+    side, z, path = 0.9, 1j, []
+    for _ in range(8192):
+        z = np.exp(2j * np.arcsin(side) + 0.0015j) * (z - side) / (1 - side * z)
+        path.append((z.real, z.imag))
+    for count in (2048, 8192):
+        assert ordered(np.array(path[-count:]))[0]

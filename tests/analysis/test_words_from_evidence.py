@@ -19,7 +19,7 @@ from chaosdrill.analysis.judgement.classification import (
 )
 from chaosdrill.analysis.judgement.predicting import predicted
 from chaosdrill.analysis.judgement.recurrence import recurrence
-from chaosdrill.analysis.judgement.stationarity import departs
+from chaosdrill.analysis.judgement.stationarity import departs, shows, stationarity
 from chaosdrill.analysis.judgement.tori import examine, only_grows, stopped
 from chaosdrill.analysis.judgement.words import BOUNDED, RULES, Evidence, steady
 from chaosdrill.analysis.judgement.words import words as words_of
@@ -365,6 +365,10 @@ def test_only_a_torus_is_known_where_it_was_not_looked_at(base):
     assert not predicted(np.column_stack([points, np.tanh(points)]))
     angles = 2 * np.pi * np.outer(np.arange(2048), [np.sqrt(2), np.sqrt(3)])
     assert predicted(np.cos(angles) + np.cos(angles[:, ::-1]) / 2)
+    # an adding machine that shrinks fast has few frequencies, and comes back late
+    counts = np.arange(8192)[:, np.newaxis] // 5 ** np.arange(6) % 5
+    machine = 0.176 * counts @ 0.295 ** np.arange(6)
+    assert not predicted(np.column_stack([machine, np.tanh(machine)]))
     # a phase that runs ever faster has no frequency
     assert not predicted(np.cos(1e-4 * np.arange(2048.0) ** 2)[:, np.newaxis])
 
@@ -394,6 +398,26 @@ def test_tori_of_two_and_three_angles_need_few_points(count, points):
     assert not predicted(cycle)
     beat = np.cos(angle[:, 0]) + np.cos(angle[:, 0] * (1 + 0.5 / points))
     assert not predicted(beat[:, np.newaxis])
+
+
+def test_what_has_been_as_far_away_before_does_not_leave():
+    """A motion whose extent swings: it grows in the last 512 points, and did so before; and a growth that is the first.
+
+    Seen at every 64th point, a rotation by nearly as many turns seems to move slowly.
+    """
+    k, turn = np.arange(2048), np.array([1.0])
+    swings = ((1.5 - np.cos(2 * np.pi * k / 1024)) * np.cos(k))[np.newaxis, :, np.newaxis]
+    for states, leaves, settles in ((swings, False, False), (swings[:, ::-1], False, False)):
+        part, before = states[:, 1024:1536], states[:, :1024]
+        assert any(one.item() for one in stationarity(part, turn[np.newaxis] * 3))
+        found = stationarity(part, turn[np.newaxis] * 3, before=before)
+        assert (found[0].item(), found[1].item()) == (leaves, settles)
+    grows = (np.exp(k / 400) * np.cos(k))[np.newaxis, :, np.newaxis]
+    for states, which in ((grows, 0), (grows[:, ::-1], 1)):
+        assert stationarity(states[:, 1024:], np.abs(states).max(axis=1), before=states[:, :1024])[which].item()
+    angle = 2 * np.pi * np.arange(4096) * (3 + 1 / 500) / 64
+    path = np.stack([np.cos(angle), np.cos(np.sqrt(2) * angle)], axis=-1)[np.newaxis]
+    assert shows(path[:, ::64], path[:, -2048:], 4096).tolist() == [[False, True]]
 
 
 @pytest.mark.parametrize(("tail", "word"), [(-0.2, "periodic"), (0.0, "undecided"), (0.1, "transient")])

@@ -39,6 +39,16 @@ def test_a_motion_that_follows_its_drive_has_the_word_of_that(drive):
     assert cd.Outcome(int(chart.outcome.values.item())).meaning == said
 
 
+@pytest.mark.parametrize("periods", [128, 256, 1024])
+@pytest.mark.parametrize("drive", ["cos(t) + cos(sqrt(2)*t)", "cos(t)"])
+def test_where_points_of_a_surface_are_counted_it_is_the_same(drive, periods):
+    """One of the tones may turn almost whole times between the instants of so many returns."""
+    system, lengths = driven(drive), {"at": "x > 0", "periods": periods, "transient": 50}
+    assert cd.lyapunov_spectrum(system, **lengths).cd.outcome == DRIVES[drive]
+    diagram = cd.bifurcation_diagram(system, {"a": [1.0]}, **lengths)
+    assert cd.Outcome(int(diagram.outcome.values.item())).meaning == DRIVES[drive]
+
+
 def test_what_is_asked_for_decides_and_no_longer_record():
     """A rate that swings slowly: later the equations are others."""
     word = cd.lyapunov_spectrum(driven("cos(t + sin(t/1000))"), duration=6000.0, transient=200.0).cd.outcome

@@ -155,10 +155,12 @@ class _Known:
 def _settle(group: _Group) -> None:
     """Run a group until every point is decided or has been extended as far as it may be."""
     plan = group.plan
-    timed = plan.where.counts == "time" and plan.exponents > 0 and not plan.system.draws
+    known = plan.exponents > 0 and not plan.system.draws
+    changes = known and not (plan.system.autonomous or plan.system.forced)
     # a longer record of equations that change is one of other motions
-    extended = plan.max_extension > 0 and not (timed and not plan.system.autonomous)
-    begun = stands(group.batch, group.parameters) if timed and not extended else None
+    extended = plan.max_extension > 0 and not changes
+    timed = known and plan.where.counts == "time"
+    begun = stands(group.batch, group.parameters) if changes or (timed and not extended) else None
     known, left = _first(group)
     if not extended:
         if begun is not None:
@@ -187,25 +189,32 @@ def _first(group: _Group) -> tuple[_Known, np.ndarray]:
 
 
 def _look_at_instants(group: _Group, begun: Begun, evidence: Evidence, left: np.ndarray) -> None:
-    """Tell points of a duration by as many instants of it as spectra look at, where their section says too little."""
-    plan = group.plan
+    """Tell points by as many instants of their record as spectra look at, where their section says too little."""
+    plan, batch = group.plan, group.batch
     open_ = left[np.isin(group.outcomes[left], OPEN_ANSWERS)]
-    fine, which = plan.at_instants(), np.arange(len(open_))
-    runs = begun.at(open_, begun.states[open_]).instants(fine)
-    runs.run(fine.transient, np.array([0]))
-    first = runs.x[:, np.newaxis].copy()
-    runs.proceed(which, 0, np.array([0, fine.periods]))
-    sums, known = group.batch.sums_by_size(open_), runs.sizes
-    averages = averages_of(plan, group.batch, open_, sums, fine.periods, errors_of(plan, group.batch, open_, sums))
-    records = Records(plan.system, plan.structure, plan.shifts, averages, runs.window, known)
-    for p in which[runs.outcome == Outcome.OK].tolist():
-        one, at = np.array([p]), open_[[p]]
-        seen = evidence_of_records(records.at(one), first[one], partial(runs.rates, p))
-        before = evidence.at(at)
-        # whether it rests is known from the run with tangents
-        seen.ended, seen.rests, seen.sinks, seen.winds = before.ended, before.rests, before.sinks, before.winds
-        seen.stirs, seen.lengthens = seen.stirs | before.stirs, seen.lengthens | before.lengthens
-        evidence.put(at, seen)
+    if plan.where.counts == "time":
+        each = [(plan.at_instants(), open_)]
+    else:
+        since = batch.elapsed - batch.length
+        each = [(plan.at_instants_of(float(since[p]), float(batch.length[p])), np.array([p])) for p in open_]
+    for fine, here in each:
+        which = np.arange(len(here))
+        runs = begun.at(here, begun.states[here]).instants(fine)
+        runs.run(fine.transient, np.array([0]))
+        first = runs.x[:, np.newaxis].copy()
+        runs.proceed(which, 0, np.array([0, fine.periods]))
+        sums = batch.sums_by_size(here)
+        averages = averages_of(plan, batch, here, sums, fine.periods, errors_of(plan, batch, here, sums))
+        seen_last = runs.window[:, -LENGTH:], runs.sizes, LENGTH / fine.periods
+        records = Records(plan.system, plan.structure, plan.shifts, averages, *seen_last)
+        for p in which[runs.outcome == Outcome.OK].tolist():
+            one, at = np.array([p]), here[[p]]
+            seen = evidence_of_records(records.at(one), first[one], partial(runs.rates, p))
+            before = evidence.at(at)
+            # whether it rests is known from the run with tangents
+            seen.ended, seen.rests, seen.sinks, seen.winds = before.ended, before.rests, before.sinks, before.winds
+            seen.stirs, seen.lengthens = seen.stirs | before.stirs, seen.lengthens | before.lengthens
+            evidence.put(at, seen)
     group.tell(open_, words(evidence.at(open_)))
 
 

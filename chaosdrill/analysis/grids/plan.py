@@ -132,6 +132,14 @@ class Plan:
         finer = -(-LENGTH // self.periods)
         return replace(self, part=self.part / finer, transient=self.transient * finer, periods=self.periods * finer)
 
+    def at_instants_of(self, begin: float, length: float) -> "Plan":
+        """The same with a record that begins then and takes so long, in the parts in which spectra look at one.
+
+        They are so many more than `LENGTH` that instants do not fall on a few phases of the turns only.
+        """
+        parts = LENGTH + LENGTH // 8
+        return replace(self, part=length / parts, transient=round(begin * parts / length), periods=parts)
+
     def instants(self, parameters: Mapping[str, np.ndarray], starts: np.ndarray, modes: np.ndarray) -> Batch:
         """Runs without tangents, and their states at the ends of all parts of the duration."""
         return self._runs(parameters, starts, modes, None, returns=False, window=self.periods)

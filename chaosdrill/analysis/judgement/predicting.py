@@ -71,7 +71,7 @@ def predicted(path: np.ndarray, *, strobed: bool = True) -> bool:
         # frequencies that all points tell are no worse than those of the first, by which the last are to be known
         may_be_known = angles > 1 and _misses(off, turns, LOW, fitted) <= 2 * ROUGH
         if may_be_known and (degree := _known_by(off, _refined(off[:fitted], turns), fitted)):
-            cycle = _comes_back(points) if strobed else _have_common_measure(path, turns, degree)
+            cycle = _comes_back(path) if strobed else _have_common_measure(path, turns, degree)
             return not (cycle or _moves_on(off, turns, degree))
         columns = _columns(len(points), turns, _terms(angles, _degree(angles, FIRST)))
         rest = off - columns @ _solved(columns, off)
@@ -80,8 +80,11 @@ def predicted(path: np.ndarray, *, strobed: bool = True) -> bool:
 
 def _known_by(points: np.ndarray, turns: np.ndarray, fitted: int) -> int:
     """Degree by which the last points are known from the first ones that are fitted, and ever better; 0: by none."""
-    if _misses(points, turns, LOW, fitted) > ROUGH:
+    low = _misses(points, turns, LOW, fitted)
+    if low > ROUGH:
         return 0
+    if low <= EXACT:
+        return LOW
     most = _degree(len(turns), min(TERMS, int(PER_ROW * fitted)))
     for degree in (most, most * 2 // 3):
         fine = _misses(points, turns, degree, fitted)
