@@ -27,10 +27,9 @@ def test_what_passes_its_middle_seldom_only_drifts():
     assert full(path(seven, eight, below)).tolist() == [False, True, False]
 
 
-@pytest.mark.parametrize(("share", "filled"), [(0.012, True), (0.008, False)])
-def test_the_emptiest_tenth_holds_one_point_in_a_hundred(share, filled):
+@pytest.mark.parametrize(("rare", "filled"), [(3, True), (2, False)])
+def test_the_emptiest_tenth_holds_three_points_however_many_there_are(rare, filled):
     """Places in the fourth tenth are as rare as asked; the others are even, and the points go to and fro."""
-    rare = round(share * COUNT)
     others = np.linspace(0, 0.8999, COUNT - rare)
     others[others >= 0.3] += 0.1
     values = np.append(others, np.full(rare, 0.35))
