@@ -155,11 +155,11 @@ class _Known:
 def _settle(group: _Group) -> None:
     """Run a group until every point is decided or has been extended as far as it may be."""
     plan = group.plan
-    known = plan.exponents > 0 and not plan.system.draws
-    changes = known and not (plan.system.autonomous or plan.system.forced)
+    tells = plan.exponents > 0 and not plan.system.draws
+    changes = tells and not (plan.system.autonomous or plan.system.forced)
     # a longer record of equations that change is one of other motions
     extended = plan.max_extension > 0 and not changes
-    timed = known and plan.where.counts == "time"
+    timed = tells and plan.where.counts == "time"
     begun = stands(group.batch, group.parameters) if changes or (timed and not extended) else None
     known, left = _first(group)
     if not extended:

@@ -5,9 +5,9 @@ import numpy as np
 from chaosdrill.analysis.judgement.recurrence import ROUND_OFF
 
 GAPS, FILLED = 10, 3
-"""Parts of the extent of a state, and how many points of a torus each of these holds at least. Where a motion is slow on
-a part of its way the others hold few, however long the record is. An adding machine leaves gaps at all scales, and where
-bursts interrupt a cycle they hardly fill those between its points."""
+"""Parts of the extent of a state, and how many points of a torus each of these holds at least. Where a motion is slow
+on a part of its way the others hold few, however long the record is. An adding machine leaves gaps at all scales, and
+where bursts interrupt a cycle they hardly fill those between its points."""
 
 CROSSINGS = 8
 """Times that the points on such a curve pass its middle at least: a slow drift leaves no gaps either."""
