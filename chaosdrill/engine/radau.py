@@ -18,6 +18,7 @@ from chaosdrill.engine.dop853_tables import END, ROWS_A_VECTOR, VECTORS, WEIGHTS
 from chaosdrill.engine.guard_series import guard_polynomials
 from chaosdrill.engine.jit import inner
 from chaosdrill.engine.layout import ONGOING
+from chaosdrill.engine.polynomial import values
 from chaosdrill.engine.radau_growth import decay_error, forgive, growth, outgrown, take_growth
 from chaosdrill.engine.radau_step import (
     WIDTHS,
@@ -227,7 +228,10 @@ def _tangents(functions, settings, kind, t, state, h, tolerance, error, room, st
 
 @inner
 def _arrive(functions, tables, settings, t, state, s, scratch, out):
-    """States and quadratures after a step of length s, to ``out``; the step taken says where its stages may lie."""
+    """States and quadratures after a step of length s, to ``out``, or NaN; returns whether they are found.
+
+    The step taken says where its stages may lie.
+    """
     stages = scratch.stages
     kind = _kind(settings.tolerance)
     predict(kind, state.x.size, s, stages, scratch.workspace)
@@ -238,6 +242,7 @@ def _arrive(functions, tables, settings, t, state, s, scratch, out):
         finish(functions, kind, t, state, s, stages, out)
     else:
         out[:] = math.nan
+    return found
 
 
 locate = guard_series.locate
@@ -245,10 +250,14 @@ locate = guard_series.locate
 
 @offered
 def evaluate(place, p, t, s):
-    """States and quadratures after a step of length s: where it is stiff, no polynomial through stages is as exact."""
+    """States and quadratures after a step of length s: where it is stiff, no polynomial through stages is as exact.
+
+    At a place where the rates have no value, which a longer step passes, there is only that polynomial.
+    """
     machine = machine_at(place)
     state, scratch = state_of(machine.states, p), machine.scratch
-    _arrive(machine.functions, machine.tables, machine.settings[0], t, state, s, scratch, scratch.out)
+    if not _arrive(machine.functions, machine.tables, machine.settings[0], t, state, s, scratch, scratch.out):
+        values(scratch.workspace, scratch.out.size, s, scratch.out)
 
 
 @offered

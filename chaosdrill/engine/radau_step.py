@@ -182,7 +182,9 @@ def _update(kind, x, h, room, stages, count):
             changes[j, active[a]] = right[j * count + a] / weights[active[a]]
         for i in range(n):
             stages[Z + j, i] += changes[j, i]
-            changes[s, i] = max(changes[s, i], abs(changes[j, i]))
+            change = abs(changes[j, i])
+            if change > changes[s, i] or change != change:
+                changes[s, i] = change
 
 
 @inner
