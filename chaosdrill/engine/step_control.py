@@ -79,6 +79,7 @@ def begun(scale, i, slowest, most):
     """
     moved = max(slowest, EPSILON * most)
     if not SIZES.begun < moved < math.inf:
+        scale[i] = 0.0
         return math.inf
     scale[i] = max(scale[i], moved)
     return scale[i]

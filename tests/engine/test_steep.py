@@ -157,9 +157,11 @@ def test_a_pulse_moves_a_state_at_rest_in_any_unit(method):
     pulse = cd.HybridSystem(
         states="x y", parameters={"u": 1.0}, modes={"all": {"x": "1", "y": "u*exp(-(1000*x)**2)"}}, initial={"x": -1.0}
     )
-    for u in (1e9, 1e-80, 1e-240):
-        run = cd.trajectory(pulse.with_parameters(u=u), duration=2.0, samples=1, method=method)
-        assert run["states"].values[-1, 1] / u == pytest.approx(np.sqrt(np.pi) / 1000, rel=1e-10)
+    for u in (1e9, 1e-80, 1e-200, 1e-220, 1e-240):
+        for start in (-1.1, -1.01, -1.0, -0.98, -0.9):
+            system = pulse.with_parameters(u=u).with_initial(x=start)
+            run = cd.trajectory(system, duration=1 - start, samples=1, method=method)
+            assert run["states"].values[-1, 1] / u == pytest.approx(np.sqrt(np.pi) / 1000, rel=1e-10)
 
 
 @pytest.mark.parametrize("method", ["taylor", "dop853"])
