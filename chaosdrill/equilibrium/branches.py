@@ -468,7 +468,7 @@ def _told(task: Task, found: list[Branch], number: int, mark: Mark, detail: floa
         names = " or ".join(repr(task.system.transitions[i].name) for i in side.outcomes) or "what the mode asks"
         what, partner = Beyond.UNDECIDED, None
         if side.outcomes:
-            what, partner = beyond(task.system, curve, point, mark.side, task.sizes)
+            what, partner = beyond(task.system, curve, point, mark.side, task.sizes, mark.error)
         text = f"it meets the guard of {names}. {what.advice}"
         if partner is not None:
             mode = task.system.mode_names[partner.field.mode]

@@ -16,6 +16,8 @@ from chaosdrill.model.held import held_surfaces
 from chaosdrill.model.places import TIME, parameter
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from chaosdrill.model import HybridSystem
 
 
@@ -95,6 +97,22 @@ class Expressions:
         """What each outcome of a guard asks for; nothing if one of them asks for nothing."""
         found = [self.placed.transitions[i].conditions.get(self.mode, sympy.true) for i in self.sides[side][1]]
         return [] if sympy.true in found else found
+
+
+def may_rest(system: "HybridSystem", mode: str, numbers: "np.ndarray", errors: "np.ndarray") -> bool:
+    """Whether the rates of a mode may all be zero, as where it rests in a continuum of states.
+
+    ``numbers``, ``errors``: states and parameters, and how well they are known.
+    """
+    names = [*system.state_names, *system.parameters]
+    at, near = dict(zip(names, numbers.tolist(), strict=True)), dict(zip(names, errors.tolist(), strict=True))
+    for rate in map(sympy.sympify, system.modes[mode].values()):
+        read = {x: sympy.Float(at[x.name]) for x in rate.free_symbols if x.name in at}
+        value = rate.xreplace(read)
+        doubt = sympy.Add(*(near[x.name] * abs(differentiate(rate, x).xreplace(read)) for x in read))
+        if not (all(one.is_number and one.is_real for one in (value, doubt)) and abs(value) <= doubt):
+            return False
+    return True
 
 
 def expressions_of(system: "HybridSystem", mode: str) -> Expressions:

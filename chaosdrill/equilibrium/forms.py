@@ -230,26 +230,33 @@ def branch_point(curve: Curve, point: Point, reach: float) -> tuple[Point, float
 
 
 def beyond(
-    system: "HybridSystem", curve: Curve, point: Point, side: int, sizes: np.ndarray
+    system: "HybridSystem", curve: Curve, point: Point, side: int, sizes: np.ndarray, error: float
 ) -> tuple[Beyond, Equilibrium | None]:
     """What follows where a guard of the mode is met, and the equilibrium of another mode that is there.
 
-    ``side``: which guard. ``sizes``, shape (n,): how large each state is.
+    ``side``: which guard. ``sizes``, shape (n,): how large each state is. ``error``: of the parameter.
     """
+    from chaosdrill.equilibrium.expressions import may_rest
+
     field, numbers = curve.field, point.at.numbers
     own = _side_slope(curve, point.at, [side])
     partners: list[tuple[Equilibrium, int]] = []
+    rests, n = False, len(field.system.state_names)
+    values = numbers[n : n + len(field.system.parameters)]
+    known = np.concatenate([point.at.states, values])
+    errors = np.concatenate([TUNING.same * sizes, np.zeros(len(values))])
+    errors[field.place(curve.which)] = error
     outcomes = [field.system.transitions[i] for i in field.sides[side].outcomes]
     for target in dict.fromkeys(one.target for one in outcomes if one.target != field.system.mode_names[field.mode]):
         try:
             other = field_of(system, target)
         except NoFieldError:
+            rests |= may_rest(field.system, target, known, errors)
             continue
-        n = len(field.system.state_names)
-        values = numbers[n : n + len(field.system.parameters)]
         begin = other.numbers(point.at.states, values)
         found = polished(other, begin)
         if found is None:
+            rests |= may_rest(field.system, target, known, errors)
             continue
         there = equilibrium(other, found)
         apart = np.abs(there.states - point.at.states)
@@ -263,7 +270,7 @@ def beyond(
         twin = Curve(other, curve.which, curve.limits, sizes[list(other.free)], curve.bounds, curve.step)
         partners.append((there, _side_slope(twin, there, met.tolist())))
     if not partners:
-        return Beyond.NO_PARTNER, None
+        return (Beyond.UNDECIDED if rests else Beyond.NO_PARTNER), None
     if len(partners) > 1:
         return Beyond.UNDECIDED, partners[0][0]
     ((there, slope),) = partners

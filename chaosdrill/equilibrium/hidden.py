@@ -9,6 +9,7 @@ from scipy.optimize import linear_sum_assignment
 
 from chaosdrill.codegen.layout import UNIT
 from chaosdrill.equilibrium.curve import Curve, LostError, Point
+from chaosdrill.equilibrium.points import similar
 from chaosdrill.equilibrium.tuning import TUNING
 
 
@@ -34,7 +35,7 @@ def _moving(curve: Curve, point: Point) -> _Moving:
         moved[curve.places] += sign * way * curve.weights(point.at) * point.tangent
         sides.append(curve.field.jacobian(moved))
     change = (sides[0] - sides[1]) / (2 * way)
-    balanced, (scale, _) = scipy.linalg.matrix_balance(curve.field.jacobian(numbers), permute=False, separate=True)
+    balanced, scale = similar(curve.field.jacobian(numbers))
     values, left, right = scipy.linalg.eig(balanced, left=True)
     change = np.nan_to_num(change * scale / scale[:, np.newaxis])
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -133,6 +133,8 @@ def _newton_step(jacobian: np.ndarray, rates: np.ndarray) -> np.ndarray | None:
 def _balance(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Powers of two for rows and columns after which units do not matter."""
     size = np.abs(matrix)
+    # what has underflowed has no digits left, and no reciprocal
+    size[size < np.finfo(float).tiny] = 0.0
     columns = np.ones(size.shape[1])
     for _ in range(3):
         rows = 1 / np.where((most := (size * columns).max(axis=1)) > 0, most, 1.0)
@@ -141,13 +143,21 @@ def _balance(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return tuple(2.0 ** np.round(np.log2(one)) for one in (rows, columns))  # type: ignore[return-value]
 
 
+def similar(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The matrix in units of the states in which its rows and columns are about as large, and these units."""
+    # scipy reads a permutation from the units, which warns where they are too far apart for integers
+    with np.errstate(invalid="ignore"):
+        balanced, (scale, _) = scipy.linalg.matrix_balance(matrix, permute=False, separate=True)
+    return balanced, scale
+
+
 def spectrum_of(field: Field, numbers: np.ndarray, error: np.ndarray) -> Spectrum:
     """The eigenvalues of the free directions at an equilibrium whose free states are known to ``error``."""
     jacobian = field.jacobian(numbers)
     known = np.where(np.isfinite(error), error, 0.0)
     change = sum(np.abs(field.jacobian(moved(field, numbers, s * known)) - jacobian) for s in (1, -1))
     doubt = np.nan_to_num(field.jacobian_rounding(numbers) + change)
-    balanced, (scale, _) = scipy.linalg.matrix_balance(jacobian, permute=False, separate=True)
+    balanced, scale = similar(jacobian)
     doubt = doubt * scale / scale[:, np.newaxis]
     values, left, right = scipy.linalg.eig(balanced, left=True)
     m, size = len(values), float(np.linalg.norm(balanced))

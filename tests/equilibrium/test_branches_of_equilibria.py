@@ -347,6 +347,37 @@ def test_boundaries_of_a_continuous_field_and_of_a_wall():
     assert "hit" in found["special_text"].item()
 
 
+@pytest.mark.parametrize(("pull", "beyond"), [("F", "undecided"), ("F - b/10", "no_partner")])
+def test_a_mode_that_rests_anywhere_is_not_without_equilibria(pull, beyond):
+    # without load a gear rests anywhere in its backlash
+    gear = cd.HybridSystem(
+        name="gear",
+        states="x v",
+        parameters={"F": 0.1, "b": 1.0},
+        modes={"flank": {"x": "v", "v": "F - 0.1*v - (x - b)"}, "backlash": {"x": "v", "v": f"{pull} - 0.1*v"}},
+        transitions=[
+            cd.Transition("loses", "flank", "backlash", "x - b", -1),
+            cd.Transition("meets", "backlash", "flank", "x - b", +1),
+        ],
+        initial={"mode": "flank", "x": 1.1},
+    )
+    found = cd.equilibria(gear, {"F": (-0.5, 0.5)})
+    assert within(found, [0.0])
+    assert found.cd.words("special_beyond").values.tolist() == [beyond]
+
+
+def test_a_branch_is_followed_to_where_a_logarithm_runs_away():
+    # without infection beyond b = g + m: log I falls without bound there, and its column of the Jacobian underflows
+    rates = {"s": "m*exp(-s) - b*exp(i) - m", "i": "b*exp(s) - (g + m)"}
+    found = cd.equilibria(flow("epidemic", rates, {"b": 2.0, "g": 0.5, "m": 0.02}, s=-1.2, i=-4.6), {"b": (0.1, 3.0)})
+    assert found.cd.words("branch_end").values.tolist() == ["escaped"]
+    assert abs(float(found["b"].min()) - 0.52) < 1e-12
+    known = found["equilibrium_state"].sel(state="i").values > -30
+    b, (s, i) = found["b"].values[known], found["equilibrium_state"].values[known].T
+    assert np.abs(s - np.log(0.52 / b)).max() < 1e-12
+    assert np.abs(np.exp(i) - 0.02 * (1 / 0.52 - 1 / b)).max() < 1e-12
+
+
 def test_a_python_function_has_its_points_without_normal_forms():
     def rates(t, x, p):
         return x.v, p.k * x.x - x.x**3 - x.v
