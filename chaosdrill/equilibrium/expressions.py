@@ -156,7 +156,8 @@ def _derived(placed: "HybridSystem", mode: str, names: tuple[str, ...]) -> Expre
         total = sympy.expand(sympy.Add(*(c * inside[x] for c, x in zip(row, states, strict=True) if c)))
         words = " + ".join(name if c == 1 else f"{c:g} {name}" for c, name in zip(row, names, strict=True) if c)
         if total != 0:
-            raise NoRatesError(f"{words} changes at a rate of its own in mode {mode!r}, and so never rests")
+            rests = "rests only where parameters make it zero" if total.free_symbols else "so never rests"
+            raise NoRatesError(f"{words} changes at a rate of its own in mode {mode!r}, and {rests}")
         i = next(i for i in range(len(states)) if row[i] and states[i] not in values and i not in dropped)
         rest = sympy.Add(*(c * x for j, (c, x) in enumerate(zip(row, states, strict=True)) if c and j != i))
         value = (sympy.Symbol(f"level_{k}", real=True) - rest.xreplace(values)) / row[i]

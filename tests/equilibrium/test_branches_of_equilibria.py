@@ -364,6 +364,7 @@ def test_a_mode_that_rests_anywhere_is_not_without_equilibria(pull, beyond):
     found = cd.equilibria(gear, {"F": (-0.5, 0.5)})
     assert within(found, [0.0])
     assert found.cd.words("special_beyond").values.tolist() == [beyond]
+    assert "rests only where parameters make it zero" in found.attrs["message"]
 
 
 def test_a_branch_is_followed_to_where_a_logarithm_runs_away():
