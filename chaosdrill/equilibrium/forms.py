@@ -66,6 +66,9 @@ def _terms(curve: Curve, one: Equilibrium, near: float) -> _Terms:
     k = int(np.abs(values - 1j * near).argmin())
     others, left = np.linalg.eig(matrix.T)
     q, p = right[:, k], left[:, int(np.abs(others - values[k]).argmin())]
+    # a small product of the vectors, which have length 1, is about the distance of two eigenvalues
+    if abs(p @ q) ** 2 <= UNIT * len(q):
+        raise np.linalg.LinAlgError("two eigenvalues are not told apart")
     # <q, q> = 1 in the states' own units, whatever the phase
     q = q / np.linalg.norm(sizes * q)
     p = p / (p @ q)

@@ -211,6 +211,10 @@ def _terms(
         mu, q, p = mu.real, q.real, p.real
     elif min(abs(mu**m - 1) for m in (1, 2, 3, 4)) < TUNING.resonant:
         raise LostError("another normal form holds at a strong resonance")
+    product = p @ q / (np.linalg.norm(p) * np.linalg.norm(q))
+    # where two multipliers are one with one vector; a small product is about their distance
+    if abs(product) ** 2 <= TUNING.tangent_error:
+        raise np.linalg.LinAlgError("two multipliers are not told apart")
     q = q / np.linalg.norm(q)
     p = p / (p @ q)
     return extrapolated(lambda h: _coefficients(returns, at_rest, mu, q, p, h), enough)

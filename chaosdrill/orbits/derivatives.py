@@ -500,11 +500,12 @@ class _Linear:
                 change, error = images[i, k]
                 apart = np.abs(eigen.values - eigen.values[k])
                 apart[k] = np.inf
-                mixed = eigen.size * float((1 / (products * apart)).sum())
-                if np.abs(eigen.values[k]) * products[k] <= self.accuracy * eigen.size:
-                    # rounding of the largest hides it
+                hidden = np.abs(eigen.values[k]) * products[k] <= self.accuracy * eigen.size
+                if hidden or (products * apart == 0).any():
+                    # by rounding of the largest, or behind another one
                     changes[i, k], errors[i, k] = complex(np.nan, np.nan), np.nan
                     continue
+                mixed = eigen.size * float((1 / (products * apart)).sum())
                 changes[i, k] = eigen.left[:, k] @ change / (eigen.left[:, k] @ eigen.right[:, k])
                 errors[i, k] = (np.abs(eigen.left[:, k]) @ error + largest * mixed) / products[k]
                 if changes[i, k].any() and self.tasks[i].multipliers[k].imag * eigen.values[k].imag < 0:

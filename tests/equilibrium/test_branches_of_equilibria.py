@@ -401,6 +401,14 @@ def test_pairs_that_cross_together_are_one_point_of_multiplicity_four():
     assert abs(found["special_value"].item()) < 1e-14
 
 
+def test_pairs_that_share_a_vector_have_no_coefficient():
+    rates = {"x": "m*x - y + u", "y": "x + m*y + v", "u": "m*u - v - u**3", "v": "u + m*v"}
+    found = cd.equilibria(flow("chain", rates, {"m": -0.2}), {"m": (-0.5, 0.5)})
+    assert found["special_multiplicity"].values.tolist() == [4]
+    assert found.cd.words("special_criticality").item() == "undecided"
+    assert np.isnan(found["special_coefficient"].item())
+
+
 @pytest.mark.parametrize(("bend", "scale"), [(0.0, 1.0), (0.7, 5.0)])
 def test_crossings_there_and_back_within_a_step_are_found(bend, scale):
     """The real part is (m - 0.1003)(m - 0.1004) of one pair; or m - 0.1003 of one pair and 0.1004 - m of another."""

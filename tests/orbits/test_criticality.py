@@ -1,5 +1,7 @@
 """Soft or hard: coefficients of normal forms, against closed forms in several coordinates."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import sympy
@@ -8,6 +10,7 @@ from hypothesis import strategies as st
 
 import chaosdrill as cd
 from chaosdrill.dataset.branches import Criticality, Special
+from chaosdrill.orbits.criticality import _terms
 
 x, y, mu, c, unit, angle, bend = sympy.symbols("x y mu c unit angle bend", real=True)
 
@@ -137,3 +140,11 @@ def test_across_impacts_the_doubled_orbit_lies_where_the_coefficient_says():
         soft = int(branch["special_criticality"].values[doublings[k]]) == Criticality.SUPERCRITICAL
         assert bool(repels) == soft
     assert branch.sizes["branch_number"] > 1
+
+
+@pytest.mark.parametrize("beside", [0.0, 1e-16])
+def test_two_multipliers_with_one_vector_have_no_coefficient(beside):
+    """At a 1:2 resonance the left and the right vector are at a right angle, to rounding or exactly."""
+    returns = SimpleNamespace(basis=np.eye(2), derivative=lambda deviation: np.array([[-1.0, 1.0], [beside, -1.0]]))
+    with pytest.raises(np.linalg.LinAlgError):
+        _terms(returns, lambda values: np.abs(values + 1))

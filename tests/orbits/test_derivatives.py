@@ -325,3 +325,12 @@ def test_refused_in_a_scene(given, words):
 def test_refused(oscillator, given, words):
     with pytest.raises(cd.SettingsError, match=words):
         cd.periodic_orbit(oscillator, derivatives=given)
+
+
+@pytest.mark.parametrize("images", [{"x": "x/2 + k*y", "y": "y/2", "z": "z/4 + k*x"}, {"x": "x/2", "y": "k*y/2"}])
+def test_multipliers_that_are_one_have_no_derivative_and_others_do(images):
+    system = cd.Map(list(images), {"k": 1.0}, images, initial=dict.fromkeys(images, 0.0))
+    ds = cd.periodic_orbit(system, start="guess", derivatives=True)
+    apart = ds["multiplier_real"].values != 0.5
+    assert (np.isfinite(ds["multiplier_real_derivative"].values[:, 0]) == apart).all()
+    assert not ds["multiplier_real_derivative"].values[apart].any()
