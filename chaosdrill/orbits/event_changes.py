@@ -135,6 +135,11 @@ def branch_behind(curve: Curve, border: Border) -> Continuation | None:
         found = _branch_from(curve, guess, border, [])
         if found is not None:
             return found
+    ways = _ways(curve, border)
+    ahead = (_branch_from(curve, guess, border, further) for guess in _own_ahead(curve, border, ways))
+    # with several ways, which events come near the border is a matter of the errors of the orbits there
+    if len(ways) > 1 and (found := next(filter(None, ahead), None)) is not None:
+        return found
     # what is found on the way is tried last
     for guess in chain(_guesses(curve, border), further):
         if len(tried) > TUNING.border_tried:
@@ -147,8 +152,7 @@ def branch_behind(curve: Curve, border: Border) -> Continuation | None:
         if found is not None and not _same_cycle(found.orbit, border.good):
             return found
     # these are tried though the same events were, nearer to the border
-    beyond = (_branch_from(curve, guess, border, further) for guess in _own_ahead(curve, border))
-    return next((found for found in beyond if found is not None), None)
+    return next(filter(None, ahead), None)
 
 
 def recounted(problem: Problem, before: Orbit, after: Orbit) -> bool:
@@ -221,18 +225,29 @@ def _guesses(curve: Curve, border: Border) -> Iterator[Orbit]:
     yield from without_events(problem, border.good)
 
 
-def _own_ahead(curve: Curve, border: Border) -> Iterator[Orbit]:
-    """What the system does some way beyond a border, where the smooth continuation is no motion of it.
-
-    Nearer to the border the errors of the orbits may decide, as where a multiplier comes to 1 there.
-    """
+def _ways(curve: Curve, border: Border) -> np.ndarray:
+    """Directions in which the smooth continuation goes on at a border, as `Problem.loosely_null`; none without it."""
     problem, orbit = curve.problem, border.good
     shot = problem.shoot(orbit, False)
     if not shot.regular:
+        return np.zeros((0, problem.columns(orbit)))
+    return problem.loosely_null(orbit, shot, curve.weights(orbit))
+
+
+def _own_ahead(curve: Curve, border: Border, ways: np.ndarray) -> Iterator[Orbit]:
+    """What the system does some way beyond a border, where the smooth continuation is no motion of it.
+
+    Nearer to the border the errors of the orbits may decide, as where a multiplier comes to 1 there. Of several ways,
+    in the weights, that is taken along which least changes beside the parameter.
+    """
+    problem, orbit = curve.problem, border.good
+    direction = ways[:, -1] @ ways
+    length = float(np.linalg.norm(direction))
+    if length <= TUNING.loose:
         return
-    direction = problem.direction(orbit, shot, curve.weights(orbit))
-    for length in (TUNING.ahead, -TUNING.ahead):
-        moved = problem.moved(orbit, shot, length * direction)
+    shot, direction = problem.shoot(orbit, False), direction / length / curve.weights(orbit)
+    for step in (TUNING.ahead, -TUNING.ahead):
+        moved = problem.moved(orbit, shot, step * direction)
         seen = problem.shoot(moved)
         if seen.outcome == 0 and not admissible(moved, seen):
             guess = _own_path(problem, moved, moved.starts[0, problem.states :])

@@ -41,8 +41,8 @@ def special(branch, kind):
     return branch.isel(special=places[0])
 
 
-def follow(system, sweep, **given):
-    branch = cd.continue_orbit(system, sweep, transient=400, step=float(np.ptp(list(sweep.values()))) / 40, **given)
+def follow(system, sweep, steps=40, **given):
+    branch = cd.continue_orbit(system, sweep, transient=400, step=float(np.ptp(list(sweep.values()))) / steps, **given)
     assert not branch.attrs["message"]
     return branch
 
@@ -83,6 +83,13 @@ def test_switching_sliding_where_a_multiplier_is_one(name, omega, f, limits):
     exact = at(omega) if name == "f" else brentq(lambda w: at(w) - f, 0.3, 0.6, xtol=1e-15)
     error = float(found["special_error"])
     assert abs(float(found["special_value"]) - exact) <= error < 1e-4
+
+
+@pytest.mark.parametrize("steps", [20, 33])
+def test_a_switch_at_which_orbits_are_hardly_known_stands_once(steps):
+    """Which of the two stays begins there is a matter of rounding: they begin together, as the orbit is symmetric."""
+    found = special(follow(coulomb(omega=0.35, f=0.2), {"f": (0.05, 0.3)}, steps), Special.SWITCHING_SLIDING)
+    assert str(found["special_text"].values) == "cross-down and cross-up appear; the branch continues"
 
 
 @pytest.mark.parametrize("f", [0.04, 0.07])
