@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
     from chaosdrill.model.transition import Transition
 
+SMALLEST = float(np.finfo(float).tiny / np.finfo(float).eps)
+"""Size from which on rounding is a part of a state: below it numbers lose digits, and have no inverse in the end."""
+
 
 def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
     """Saltation matrices (transition, matrix of shape (n, n)) at random states on the guards, in sizes of states."""
@@ -84,7 +87,7 @@ def _sizes(system: "HybridSystem") -> tuple[np.ndarray, float]:
     kernels, n = kernels_of(system), len(system.state_names)
     c, guard = kernels.constants(system.parameters), kernels.functions.guard
     x = np.array([float(system.initial[name]) for name in system.state_names])
-    found, gradient = np.abs(x), np.zeros(n + 1)
+    found, gradient = np.where(np.abs(x) > SMALLEST, np.abs(x), 0.0), np.zeros(n + 1)
     for mode, events in enumerate(kernels.layout.events):
         for j in range(len(events)):
             value = guard(mode, j, 0.0, c, x, gradient)

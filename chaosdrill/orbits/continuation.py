@@ -213,7 +213,7 @@ def _on_own_section(curve: Curve, point: Point) -> Point:
         d, flow, ahead = problem.states, problem.flow_at(point.orbit), point.tangent.change.copy()
         normal = problem.plane(point.orbit)[at.NORMAL]
         ahead[:d] -= flow * (normal @ ahead[:d]) / (normal @ flow)
-        direction = problem.direction(point.orbit, shot, point.weights, ahead * point.weights**2)
+        direction = problem.direction(point.orbit, shot, point.weights, ahead * point.weights * point.weights)
         return replace(point, tangent=curve.directed(shot, direction, point.weights), section=point.orbit)
     plane = plane_at(problem, point.orbit, shot, point.weights, point.root.plane)
     return replace(

@@ -146,7 +146,7 @@ class Curve:
         """
         weights = self.weights(orbit)
         # over all points the error of ``ahead`` may matter, which grows along an orbit
-        row = None if ahead is None else ahead * weights**2
+        row = None if ahead is None else ahead * weights * weights
         tangent = self.directed(shot, self.problem.direction(orbit, shot, weights, row), weights)
         return Point(orbit, shot.bare(), weights, tangent, orbit)
 

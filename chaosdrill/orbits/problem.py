@@ -15,6 +15,7 @@ from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import forcing_periods
 from chaosdrill.engine.segment import BOUND
 from chaosdrill.engine.shifts import Shifts, shifts_of
+from chaosdrill.engine.structure import SMALLEST
 from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.neutral import Neutral, neutral_of
 from chaosdrill.orbits.orbit import Orbit
@@ -539,7 +540,8 @@ class Problem:
         self, orbit: Orbit, shot: Shot, way: np.ndarray, length: float, weights: np.ndarray
     ) -> tuple[int, Orbit, Shot, np.ndarray]:
         """What `newton` finds some way from an orbit in a direction of the reduced unknowns, at a right angle to it."""
-        conditions = (way * weights**2)[np.newaxis]
+        # in this order, since a square of a weight may be no number
+        conditions = (way * weights * weights)[np.newaxis]
         return self.newton(self.moved(orbit, shot, length * way), conditions, TUNING.reach_beside)
 
     def at(self, orbits: Sequence[Orbit], instants: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -639,7 +641,8 @@ class Problem:
         plane = np.vstack([np.zeros((at.LINES, self.states)), self.shifts.lines])
         if orbit.segments[0, at.SEGMENT_END] == at.PLANE:
             # across the flow in units of the states' sizes: in any others a plane may almost contain it
-            plane[at.START], plane[at.NORMAL] = orbit.starts[0, : self.states], self.flow_at(orbit) / self.sizes**2
+            plane[at.START] = orbit.starts[0, : self.states]
+            plane[at.NORMAL] = self.flow_at(orbit) / self.sizes / self.sizes
         return plane
 
     def flow_at(self, orbit: Orbit) -> np.ndarray:
@@ -681,7 +684,7 @@ def solve(matrix: np.ndarray, right: np.ndarray, weights: np.ndarray) -> np.ndar
     if len(rows) == n:
         # an unknown that hardly enters any equation is not a free one
         widest = np.abs(rows).max(axis=0)
-        widest[widest == 0] = 1.0
+        widest[widest < SMALLEST] = 1.0
         factors, pivots, _ = dgetrf(rows / widest)
         if np.abs(np.diagonal(factors)).min() > TUNING.smallest_pivot:
             return np.asarray(dgetrs(factors, pivots, right)[0]) / widest / weights

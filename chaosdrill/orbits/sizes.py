@@ -12,7 +12,7 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
-from chaosdrill.engine.structure import sizes_of
+from chaosdrill.engine.structure import SMALLEST, sizes_of
 from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.place import Place, events_until_escape
 from chaosdrill.orbits.tuning import TUNING
@@ -51,8 +51,9 @@ def sizes_met(system: HybridSystem, numerics: Numerics, unit: float | None) -> n
     found = np.where(np.isfinite(largest), largest, 0.0)
     for given in _given(system, numerics, found, length):
         found = np.where(found > TUNING.rounded * given, found, given)
-    found = sizes_beside(system, numerics, found, unit)
-    return np.where(found > 0, found, 1.0)
+    # what is smaller has decayed to nothing
+    found = sizes_beside(system, numerics, np.where(found > SMALLEST, found, 0.0), unit)
+    return np.where(found > SMALLEST, found, 1.0)
 
 
 def _given(system: HybridSystem, numerics: Numerics, sizes: np.ndarray, unit: float) -> Iterator[np.ndarray]:

@@ -97,6 +97,21 @@ def test_without_a_cubic_term_nothing_is_told_wherever_the_state_is(place, unit)
     assert int(found["special_criticality"]) == Criticality.UNDECIDED
 
 
+@pytest.mark.parametrize(("place", "unit"), [(1.6e-270, 1.0), (5e-324, 1e5), (0.1, 1e-160)])
+def test_states_as_small_as_numbers_can_be_have_their_branches(place, unit):
+    system = QUINTIC.with_parameters(c=place, unit=unit).with_initial(x=place * min(unit, 1.0))
+    found = special(system, {"mu": (-0.2, 0.15)}, Special.BRANCH_POINT)
+    assert abs(float(found["special_value"])) < 1e-15
+
+
+@pytest.mark.parametrize("decayed", [1e-264, 5e-324])
+def test_a_pitchfork_beside_a_state_that_has_decayed(decayed):
+    system = cd.Map((x, y), {"mu": -0.1}, {x: (1 + mu) * x - x**3, y: y / 2}, initial={x: 0.0, y: decayed})
+    branch = cd.continue_orbit(system, {"mu": (-0.2, 0.15)}, start="guess", step=0.05)
+    assert branch.cd.words("special_criticality").values.tolist() == ["supercritical"]
+    assert abs(branch["special_value"].item()) < 1e-15
+
+
 def test_the_logistic_map_doubles_softly():
     """Slope -1 and second derivative -6 at 2/3: the coefficient is 6^2 / 4 = 9, in parts of 2/3."""
     system = cd.Map(states=(x,), parameters={"mu": 2.9}, images={x: mu * x * (1 - x)}, initial={x: 1 - 1 / 2.9})
