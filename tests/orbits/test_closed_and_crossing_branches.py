@@ -187,3 +187,13 @@ def test_branches_that_are_not_followed_where_several_cross_are_told():
     # beside it there is nothing to tell
     aside = cd.continue_orbit(together, {"mu": (-0.5, -0.1)}, start="guess", doublings=1, step=0.05)
     assert not aside.attrs["message"]
+
+
+def test_an_isola_of_period_three_is_walked_once_between_its_folds():
+    """The logistic map with r = 3.84 - mu^2: its window of period 3 begins at r = 1 + sqrt(8)."""
+    system = cd.Map("x", {"mu": 0.0}, {"x": "(3.84 - mu**2)*x*(1 - x)"}, initial={"x": 0.1494})
+    branch = cd.continue_orbit(system, {"mu": (-0.3, 0.3)}, period=3, start="guess", step=0.005)
+    assert branch.cd.words("special_kind").values.tolist() == ["fold"] * 2
+    fold = np.sqrt(2.84 - np.sqrt(8))
+    assert np.abs(np.sort(branch["special_value"].values) - [-fold, fold]).max() < 1e-13
+    assert "closed loop" in branch["branch_end_text"].item()
