@@ -30,10 +30,11 @@ class Category:
 
 MINUS_INFINITY = Category("−∞ (all directions lost at events)", BELOW[0], "ooo")
 POSITIVE = Category("positive", "#FFFFFF", "....")
-NO_RESULT = Category("no result", "#FFFFFF", "oo")
+# lines, since circles and dots beside those of a section look like results
+NO_RESULT = Category("no result", "#FFFFFF", "////")
 """Where a run did not reach its end, or lacks the number: the same in every picture."""
 NO_ATTRACTOR = Category("none", "#FFFFFF", "xx")
-UNRECOGNISED = Category("attractor not recognised", "#FFFFFF", "oo")
+UNRECOGNISED = Category("attractor not recognised", "#FFFFFF", "|||")
 FURTHER = Category("further attractors", "#BBBBBB", "---")
 PERIOD_NOT_FOUND = Category("period not found", OUTCOMES["periodic"][0], "ooo")
 MOTIONS = tuple(outcome.meaning for outcome in MEASURED)

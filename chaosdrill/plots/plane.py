@@ -221,7 +221,7 @@ def hatch(axes: Axes, x: Floats, y: Floats, mask: Truths, category: Category, si
 def legend_entry(category: Category) -> Patch:
     """Return the legend's handle of a category."""
     name, colour, ink = category.name, category.colour, category.ink
-    return Patch(facecolor=colour, hatch=category.hatch, edgecolor=ink, linewidth=0, label=name)
+    return Patch(facecolor=colour, hatch=category.hatch, edgecolor=ink, linewidth=0.4, label=name)
 
 
 def _sample(x: Floats, y: Floats, codes: NDArray[Any], size: tuple[float, float]) -> NDArray[Any]:

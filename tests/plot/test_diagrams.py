@@ -38,6 +38,8 @@ def test_points_without_a_result_are_counted_and_shaded(diagram):
     assert _labels(figure.axes[0]) == ["no result: 1 of 101 points"]
     (shade,) = figure.axes[0].patches
     np.testing.assert_allclose([shade.get_x(), shade.get_x() + shade.get_width()], [0.695, 0.705])
+    # circles, dots and stars would look like points of the section
+    assert set(shade.get_hatch()) <= set("/\\|-")
 
 
 def test_a_point_that_one_of_two_seeds_has_a_result_at_is_not_shaded(diagram):
