@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from chaosdrill.annotations import Dataset, DataTree
+from chaosdrill.archive.digest import altered_parts, unsealed
 from chaosdrill.archive.trial import TruncatedError, borrowed
 from chaosdrill.dataset.provenance import FORMAT
 from chaosdrill.errors import ArchiveError
@@ -42,7 +43,23 @@ def open_archive(path: str | os.PathLike[str]) -> "DataTree":
     ------
     ArchiveError
         If there is no such file, or if it is not NetCDF-4, damaged, of a later format, or not of this package.
+
+    Warns
+    -----
+    UserWarning
+        If something in it was altered after it was written, or a group has no digests that would show that.
     """
+    tree = read_archive(path)
+    changed = altered_parts(tree)
+    told = (f"altered since the archive was written: {', '.join(changed)}" if changed else "", unsealed(tree))
+    if any(told):
+        warnings.warn(f"{os.fspath(path)!s}: {'; '.join(filter(None, told))}", stacklevel=3)
+    return tree
+
+
+@expecting(ArchiveError, path=PATH)
+def read_archive(path: str | os.PathLike[str]) -> "DataTree":
+    """The same without a warning of alterations, for those that tell of them themselves."""
     file = Path(path)
     _check_signature(file)
     with borrowed() as reader:

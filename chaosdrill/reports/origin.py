@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup
 
 from chaosdrill.annotations import Dataset, DataTree
-from chaosdrill.archive.digest import altered, unsealed
+from chaosdrill.archive.digest import altered_parts, unsealed
 from chaosdrill.archive.read import groups_of
 from chaosdrill.dataset.provenance import drawn
 from chaosdrill.dataset.references import mapping
@@ -206,12 +206,6 @@ def citations_section(tree: DataTree) -> Markup:
             part("paragraph", "chaosdrill cite --bibtex prints them for BibTeX.", "note"),
         ]
     )
-
-
-def altered_parts(tree: DataTree) -> list[str]:
-    """Attributes of the archive, and variables and attributes of its groups, altered after they were written."""
-    groups = groups_of(tree).items()
-    return [f"{path.strip('/')} {name}".strip() for path, group in groups for name in altered(group) or ()]
 
 
 def _integrity(tree: DataTree) -> str:

@@ -12,15 +12,15 @@ from markupsafe import Markup
 
 from chaosdrill.annotations import Dataset, DataTree
 from chaosdrill.archive import check_writable, writing
-from chaosdrill.archive import open as open_archive
-from chaosdrill.archive.digest import unsealed
+from chaosdrill.archive.digest import altered_parts, unsealed
+from chaosdrill.archive.read import read_archive
 from chaosdrill.dataset.dates import undated
 from chaosdrill.dataset.outcomes import count_outcomes
 from chaosdrill.errors import ArchiveError, ChaosdrillError, SettingsError
 from chaosdrill.files import name_text
 from chaosdrill.reports import charts, tables
 from chaosdrill.reports.html import NOTHING, joined, part, render, shown, table
-from chaosdrill.reports.origin import altered_parts, citations_section, origin_section, scene_section
+from chaosdrill.reports.origin import citations_section, origin_section, scene_section
 from chaosdrill.typed import PATH, expecting
 from chaosdrill.version import __version__
 
@@ -133,7 +133,7 @@ def report(path: str | os.PathLike[str], output: str | os.PathLike[str] | None =
     if output is not None and Path(output).suffix.lower() not in SUFFIXES:
         raise SettingsError(f"output: a report is a page, and {os.fspath(output)!r} does not end with .html")
     # what can be opened has a name, from which that of the page is made
-    tree = open_archive(source)
+    tree = read_archive(source)
     target = Path(output) if output is not None else source.with_suffix(".html")
     check_writable(target, ".html", named=output is not None)
     written = _Writer(tree, source)

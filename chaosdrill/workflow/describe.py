@@ -8,7 +8,7 @@ from typing import Any
 
 from chaosdrill.annotations import Dataset, DataTree
 from chaosdrill.archive.digest import DIGESTS, altered, unsealed
-from chaosdrill.archive.read import groups_of, open_archive
+from chaosdrill.archive.read import groups_of, open_archive, read_archive
 from chaosdrill.dataset.branches import count_special_points
 from chaosdrill.dataset.outcomes import count_outcomes
 from chaosdrill.dataset.provenance import drawn
@@ -50,7 +50,7 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
     ArchiveError
         If the archive cannot be opened.
     """
-    tree = open_archive(path)
+    tree = read_archive(path)
     described: dict[str, Any] = {"path": str(path), "bytes": Path(path).stat().st_size}
     described |= {name: _plain(tree.attrs[name]) for name in _ORIGIN if name in tree.attrs}
     described["versions"] = stored_versions(tree.attrs) or _versions_of_groups(tree)

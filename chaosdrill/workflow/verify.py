@@ -8,7 +8,7 @@ from typing import Any
 
 from chaosdrill.annotations import Dataset, DataTree
 from chaosdrill.archive.digest import altered, error_context, unsealed
-from chaosdrill.archive.read import format_of, groups_of, open_archive
+from chaosdrill.archive.read import format_of, groups_of, read_archive
 from chaosdrill.dataset.provenance import FORMAT, library_versions
 from chaosdrill.errors import ArchiveError, ChaosdrillError, SettingsError
 from chaosdrill.typed import COUNT, FUNCTION, PATH, expecting
@@ -114,7 +114,7 @@ def verify(
     ArchiveError
         If the archive cannot be opened, or holds neither a scene nor an analysis that can be run again.
     """
-    tree = open_archive(path)
+    tree = read_archive(path)
     text = tree.attrs.get("scene")
     if isinstance(text, str):
         differences, checks, notes = _from_scene(path, tree, text, workers, report)

@@ -483,9 +483,31 @@ def test_an_archive_whose_digests_were_deleted_is_told_by_all_that_read_it(tmp_p
         assert ("sealed" in told.out) == (command != ["report"])
     page = path.with_suffix(".html").read_text(encoding="utf-8")
     assert '<p class="fault">not sealed' in page
+    with pytest.warns(UserWarning, match=r"a.nc: not sealed: / has no digests") as told:
+        tree = cd.open(path)
+    # whoever reads it sees the line of his own that opened it
+    assert [one.filename for one in told] == [__file__]
     # as the sentence says
-    cd.save(cd.open(path), path)
+    cd.save(tree, path)
     assert cd.verify(path).unsealed == ""
+
+
+def test_altered_values_are_told_once_by_all_that_read_them(tmp_path, capsys):
+    path = cd.save(cd.trajectory(cd.build("ueda"), periods=1), tmp_path / "a.nc")
+    cd.open(path)
+    with netCDF4.Dataset(path, "a") as file:
+        file["states"][0] = 7.0
+    for read in (cd.open, cd.system, cd.cite):
+        with pytest.warns(UserWarning, match=r"a.nc: altered since the archive was written: states$") as told:
+            read(path)
+        assert len(told) == 1
+    capsys.readouterr()
+    with pytest.warns(UserWarning, match="altered since the archive was written: states") as told:
+        assert main(["plot", str(path)]) == 0
+    assert len(told) == 1
+    for command in ("info", "report"):
+        assert main([command, str(path)]) == 0
+        assert "".join(capsys.readouterr()).count("since the archive was written") == 1
 
 
 def test_a_system_of_the_library_is_no_archive():
