@@ -13,7 +13,7 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
 from chaosdrill.engine import setup
 from chaosdrill.engine.ahead import LANES, ONE_RUN, await_part
-from chaosdrill.engine.lengths import lengths_by_size, sizes_of_states
+from chaosdrill.engine.lengths import extents, lengths_by_size, sizes_of_states
 from chaosdrill.engine.methods import METHODS
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import check_period, forcing_periods, repeats
@@ -321,7 +321,8 @@ class Batch:
         if not sums.size:
             return sums
         frames = self._frames[which].reshape(*sums.shape, -1)
-        sizes = sizes_of_states(self.sizes[which], shifts_of(self.system, but_of=self._parameters))
+        seen = extents(self._states.extent[which], self._states.scale[which, : self.x.shape[1]])
+        sizes = sizes_of_states(seen, shifts_of(self.system, but_of=self._parameters))
         lengths = lengths_by_size(frames[..., :-1], frames[..., -1].astype(np.int64) - 1, sizes)
         return np.asarray(sums + (lengths - lengths[:, :1]))
 

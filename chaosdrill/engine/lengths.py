@@ -11,6 +11,12 @@ if TYPE_CHECKING:
     from chaosdrill.engine.shifts import Shifts
 
 
+def extents(extent: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Sizes of states by their largest values at strobes, which no step changes; where these show next to nothing of a
+    state by its ``scale``, which depends on the steps of a method."""
+    return np.where(extent >= TANGENTS.shown * scale, extent, np.fmax(extent, scale))
+
+
 def sizes_of_states(sizes: np.ndarray, shifts: "Shifts") -> np.ndarray:
     """Sizes of states, shape (..., n); an angle has that of its circle, however often it has turned."""
     for turn in shifts.turns:

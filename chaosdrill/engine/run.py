@@ -11,6 +11,7 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.schema import names_of_rate
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.ahead import ONE_RUN, await_part
+from chaosdrill.engine.lengths import extents
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import check_period
 from chaosdrill.engine.setup import modes_of_starts, scratch_of, settings_of, states_of, tables_of
@@ -129,6 +130,11 @@ class Run:
     def sizes(self) -> np.ndarray:
         """Sizes that states have had on the way, shape (n,)."""
         return np.fmax(self.states.extent[0], self.states.scale[0, : len(self.x)])
+
+    @property
+    def extents(self) -> np.ndarray:
+        """Sizes that lengths of tangents are in parts of, shape (n,)."""
+        return extents(self.states.extent[0], self.states.scale[0, : len(self.x)])
 
     @property
     def vectors(self) -> np.ndarray:

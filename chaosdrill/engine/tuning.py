@@ -260,6 +260,9 @@ class Tangents(NamedTuple):
     lost. In saltation matrices, part of the largest entry below which one is round-off."""
     finest: float = 1e-140
     """Least size of a state as a part of the largest: the square of one over it is a double."""
+    shown: float = 0.125
+    """Part of a state's recent size that strobes show at least, if lengths of tangents are to be in parts of what they
+    show."""
     once: float = 0.25
     """Part of its squared length that a tangent must keep for one projection to be enough (Kahan; Parlett 1998,
     6.9)."""

@@ -287,3 +287,15 @@ def test_on_a_cycle_the_error_is_that_of_the_method(tolerance):
         error = found[f"{name}_rate_error"].values[once]
         assert np.mean(gap <= 2 * error) >= 0.95
         assert np.median(error) < 10 * tolerance
+
+
+def test_errors_of_means_do_not_depend_on_steps(systems):
+    """Those of the filters, whose rates are the same in all blocks, are the method's."""
+    system = systems["driven first"].with_parameters(e=0.735)
+    taylor, *others = (
+        cd.lyapunov_spectrum(system, periods=7, method=method).lyapunov_error.values[:2]
+        for method in ("taylor", "dop853", "radau")
+    )
+    diagram = cd.bifurcation_diagram(system, {"e": [0.735]}, transient=0, periods=7, max_extension=1)
+    for errors in (*others, diagram.lyapunov_error.values[0, 0, :2]):
+        np.testing.assert_allclose(errors, taylor, rtol=1e-6)

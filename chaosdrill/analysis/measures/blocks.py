@@ -48,7 +48,7 @@ class Blocks:
 
     def sums_by_size(self, sizes: np.ndarray | None = None) -> np.ndarray:
         """The same of lengths in parts of the ``sizes`` of the states, those by now by default: `lengths_by_size`."""
-        size = self._run.sizes if sizes is None else sizes
+        size = self._run.extents if sizes is None else sizes
         return self.sums() + lengths_by_size(self._vectors, self._exponent_of, size)
 
     def go_on(

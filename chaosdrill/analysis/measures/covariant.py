@@ -137,7 +137,7 @@ class _Forward:
                 self.sums[first + begin :][: len(growth)] = along[:-1] + self._in_sizes(part.frames)
                 self._total = along[-1]
             self._last = chunk
-        self.known = sizes_of_states(self.run.sizes, shifts_of(self.run.system, but_of=()))
+        self.known = sizes_of_states(self.run.extents, shifts_of(self.run.system, but_of=()))
         return outcome
 
     def _in_sizes(self, frames: np.ndarray) -> np.ndarray:

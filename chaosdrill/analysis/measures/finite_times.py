@@ -186,7 +186,7 @@ def _sums(run: Run, plan: Span, m: int, job: Job) -> tuple[Outcome, np.ndarray, 
         sums[begin : done + count + 1] = units.sums_by_size(unit_sizes)[begin - done :]
         whole, done = units.sums()[-1], done + count
     if held:
-        known = sizes_of_states(run.sizes, shifts_of(run.system, but_of=()))
+        known = sizes_of_states(run.extents, shifts_of(run.system, but_of=()))
         by_size = held[-1].sums_by_size(known)[-1] - held[0].sums_by_size(known)[0]
     return outcome, whole, by_size, sums
 

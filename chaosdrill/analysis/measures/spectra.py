@@ -186,7 +186,7 @@ class _Path:
         """The same of lengths that no unit changes, see `Blocks`: others change by as much as units differ, even on
         a cycle. An angle has the size of its circle, however often it has turned.
         """
-        sums = self._blocks.sums_by_size(sizes_of_states(self._run.sizes, shifts))[self._wanted]
+        sums = self._blocks.sums_by_size(sizes_of_states(self._run.extents, shifts))[self._wanted]
         return np.asarray(sums - sums[0])
 
     @property
