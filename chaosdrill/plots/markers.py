@@ -231,7 +231,7 @@ def failures(datasets: Iterable[Dataset]) -> str:
         one = MEASURES.get(kind) in dataset and dataset["outcome"].ndim == 0
         if not (one or kind in SINGLE):
             continue
-        measured = not one or bool(dataset[MEASURES[kind]].notnull().any())
+        measured = not one or not np.isnan(dataset[MEASURES[kind]].values).all()
         names = flag_names(dataset["outcome"])
         codes = np.atleast_1d(dataset["outcome"].values)
         runs = np.atleast_1d(dataset["run"].values) if "run" in dataset.variables else np.arange(1, codes.size + 1)
