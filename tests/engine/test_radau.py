@@ -154,8 +154,8 @@ def test_multipliers_of_the_relaxation_are_one_and_nothing(relaxing, mu):
         large, small = sorted(np.abs(np.linalg.eigvals(around.vectors)), reverse=True)
         assert small < 1e-12
         found.append(large)
-    # what rounding does to one of them is by chance
-    assert np.mean(found) == pytest.approx(1, abs=1e-8 + 1e-15 * mu**2)
+    # what rounding does to one of them is by chance; to the mean of nine it does a third of that
+    assert np.mean(found) == pytest.approx(1, abs=5e-9 + 5e-16 * mu**2)
 
 
 def test_exponents_add_up_to_the_mean_trace(relaxing):
