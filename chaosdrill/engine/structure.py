@@ -6,7 +6,7 @@ guards, at the parameters of the run and around the sizes that its states have t
 
 import contextlib
 import math
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from statistics import NormalDist
@@ -21,15 +21,13 @@ from chaosdrill.engine.events import saltate, saltation_jump
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.passages import brought_onto, leads_beyond, normal_speed
 from chaosdrill.engine.records import functions_type
+from chaosdrill.engine.scales import SMALLEST
 from chaosdrill.engine.tuning import STRUCTURE, TANGENTS
 from chaosdrill.engine.uncompiled import in_python
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
     from chaosdrill.model.transition import Transition
-
-SMALLEST = float(np.finfo(float).tiny / np.finfo(float).eps)
-"""Size from which on rounding is a part of a state: below it numbers lose digits, and have no inverse in the end."""
 
 
 def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
@@ -419,12 +417,8 @@ def general_position(n: int) -> np.ndarray:
     # by this seed those of two numbers, the most frequent ones, are far from both axes
     rng = np.random.default_rng(20260578)
     # the last digits of a library's are those of a processor
-    frame = np.round(np.linalg.qr(rng.normal(size=(n, n)))[0], 8).astype(np.longdouble)
-    for k, row in enumerate(frame):
-        for _ in range(2):
-            row -= (frame[:k] @ row) @ frame[:k]
-        row /= np.sqrt((row * row).sum())
-    frame = np.ascontiguousarray(frame, dtype=float)
+    rows = np.round(np.linalg.qr(rng.normal(size=(n, n)))[0], 8).astype(np.longdouble)
+    frame = np.array(_orthonormal(rows), dtype=float)
     # it is handed out again
     frame.flags.writeable = False
     return frame
@@ -563,19 +557,24 @@ def _frame(groups: list[list[int]], symmetries: list[list[float]], sizes: np.nda
         general[:, group] = general_position(len(group)) * sizes[group]
         # sizes may be so different that only unit vectors can be told apart
         rows += [*(general if len(group) > 1 else ()), *np.eye(n)[group]]
+    made = np.pad(np.array(_orthonormal(rows)), ((0, 0), (0, states - n)))
+    # it is handed out again
+    made.flags.writeable = False
+    return made
+
+
+def _orthonormal(rows: Iterable[np.ndarray]) -> list[np.ndarray]:
+    """Orthonormal vectors that span what these span, without those that are not apart from the ones before."""
     frame: list[np.ndarray] = []
     for row in rows:
         row = row / np.sqrt(_product(row, row))
         for _ in range(2):
-            near = [frame[i] for i in np.flatnonzero(_product(np.abs(np.reshape(frame, (-1, n))), np.abs(row)))]
-            row = row - sum((v * _product(v, row) for v in near), np.zeros(n))
+            near = [frame[i] for i in np.flatnonzero(_product(np.abs(np.reshape(frame, (-1, len(row)))), np.abs(row)))]
+            row = row - sum((v * _product(v, row) for v in near), np.zeros(len(row)))
         length = np.sqrt(_product(row, row))
         if length > STRUCTURE.apart:
             frame.append(row / length)
-    made = np.pad(np.array(frame), ((0, 0), (0, states - n)))
-    # it is handed out again
-    made.flags.writeable = False
-    return made
+    return frame
 
 
 def _jacobians(system: "HybridSystem", samples: int = STRUCTURE.samples) -> Iterator[np.ndarray]:

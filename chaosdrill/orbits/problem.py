@@ -13,9 +13,9 @@ from chaosdrill.engine import shooting as at
 from chaosdrill.engine.layout import DONE, ESCAPED
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import forcing_periods
+from chaosdrill.engine.scales import SMALLEST
 from chaosdrill.engine.segment import BOUND
 from chaosdrill.engine.shifts import Shifts, shifts_of
-from chaosdrill.engine.structure import SMALLEST
 from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.neutral import Neutral, neutral_of
 from chaosdrill.orbits.orbit import Orbit

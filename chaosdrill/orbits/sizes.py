@@ -12,7 +12,8 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
-from chaosdrill.engine.structure import SMALLEST, sizes_of
+from chaosdrill.engine.scales import SMALLEST
+from chaosdrill.engine.structure import sizes_of
 from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.place import Place, events_until_escape
 from chaosdrill.orbits.tuning import TUNING
