@@ -135,8 +135,9 @@ def branch_behind(curve: Curve, border: Border) -> Continuation | None:
         found = _branch_from(curve, guess, border, [])
         if found is not None:
             return found
-    ways = _ways(curve, border)
-    ahead = (_branch_from(curve, guess, border, further) for guess in _own_ahead(curve, border, ways))
+    shot = curve.problem.shoot(border.good, False)
+    ways = _ways(curve, border, shot)
+    ahead = (_branch_from(curve, guess, border, further) for guess in _own_ahead(curve, border, shot, ways))
     # with several ways, which events come near the border is a matter of the errors of the orbits there
     if len(ways) > 1 and (found := next(filter(None, ahead), None)) is not None:
         return found
@@ -225,16 +226,15 @@ def _guesses(curve: Curve, border: Border) -> Iterator[Orbit]:
     yield from without_events(problem, border.good)
 
 
-def _ways(curve: Curve, border: Border) -> np.ndarray:
+def _ways(curve: Curve, border: Border, shot: Shot) -> np.ndarray:
     """Directions in which the smooth continuation goes on at a border, as `Problem.loosely_null`; none without it."""
     problem, orbit = curve.problem, border.good
-    shot = problem.shoot(orbit, False)
     if not shot.regular:
         return np.zeros((0, problem.columns(orbit)))
     return problem.loosely_null(orbit, shot, curve.weights(orbit))
 
 
-def _own_ahead(curve: Curve, border: Border, ways: np.ndarray) -> Iterator[Orbit]:
+def _own_ahead(curve: Curve, border: Border, shot: Shot, ways: np.ndarray) -> Iterator[Orbit]:
     """What the system does some way beyond a border, where the smooth continuation is no motion of it.
 
     Nearer to the border the errors of the orbits may decide, as where a multiplier comes to 1 there. Of several ways,
@@ -245,7 +245,7 @@ def _own_ahead(curve: Curve, border: Border, ways: np.ndarray) -> Iterator[Orbit
     length = float(np.linalg.norm(direction))
     if length <= TUNING.loose:
         return
-    shot, direction = problem.shoot(orbit, False), direction / length / curve.weights(orbit)
+    direction = direction / length / curve.weights(orbit)
     for step in (TUNING.ahead, -TUNING.ahead):
         moved = problem.moved(orbit, shot, step * direction)
         seen = problem.shoot(moved)

@@ -346,7 +346,7 @@ def describe(
         rank=rank,
         residual=repeated.residual,
         newton=residuals,
-        **_events(problem, orbit),
+        **_events(problem, orbit, shot),
         **dict(zip(("path_times", "path_states"), path(problem, orbit), strict=True)),
         checks=_nothing_to_check(problem.states),
         neutral=problem.neutral.count,
@@ -391,7 +391,7 @@ def _nothing_to_check(d: int) -> Checks:
     return Checks(np.full(d, nothing), nothing, nothing, nothing, False)
 
 
-def _events(problem: "Problem", orbit: "Orbit") -> dict[str, Any]:
+def _events(problem: "Problem", orbit: "Orbit", shot: "Shot") -> dict[str, Any]:
     """Events in the order in which they come from the first strobe on, as fields of a `FoundOrbit`."""
     d = problem.states
     before = np.array([state for _, state in problem.segment_by_segment(orbit)])
@@ -405,7 +405,7 @@ def _events(problem: "Problem", orbit: "Orbit") -> dict[str, Any]:
         before, after = before + again * orbit.drift, after + again * orbit.drift
     return {
         "event_times": times[order],
-        "event_speeds": problem.shoot(orbit, False).rates[order],
+        "event_speeds": shot.rates[order],
         "event_transitions": orbit.segments[order, at.SEGMENT_OUTCOME],
         "event_states_before": before[order],
         "event_states_after": after[order],
