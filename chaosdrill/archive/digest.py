@@ -65,12 +65,6 @@ def altered(ds: Dataset) -> list[str] | None:
     return [name or ":" for name in names if stored.get(name) != now.get(name)] + scene
 
 
-def altered_parts(tree: DataTree) -> list[str]:
-    """Attributes of the archive, and variables and attributes of its groups, altered after they were written."""
-    groups = {node.path.strip("/"): node.to_dataset(inherit=False) for node in tree.subtree}
-    return [f"{path} {name}".strip() for path, group in groups.items() for name in altered(group) or ()]
-
-
 def unsealed(tree: DataTree) -> str:
     """Warning about an archive with groups without digests; empty if all have them."""
     bare = [node.path for node in tree.subtree if "kind" in node.attrs and DIGESTS not in node.attrs]

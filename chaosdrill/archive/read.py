@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from chaosdrill.annotations import Dataset, DataTree
-from chaosdrill.archive.digest import altered_parts
+from chaosdrill.archive.digest import altered
 from chaosdrill.archive.trial import TruncatedError, borrowed
 from chaosdrill.dataset.provenance import FORMAT
 from chaosdrill.errors import ArchiveError
@@ -100,6 +100,12 @@ def read_archive(path: str | os.PathLike[str]) -> "DataTree":
 def groups_of(tree: DataTree) -> dict[str, Dataset]:
     """The groups of an archive by their paths, each with what is its own."""
     return {node.path: node.to_dataset(inherit=False) for node in tree.subtree}
+
+
+def altered_parts(tree: DataTree) -> list[str]:
+    """Attributes of the archive, and variables and attributes of its groups, altered after they were written."""
+    groups = groups_of(tree).items()
+    return [f"{path.strip('/')} {name}".strip() for path, group in groups for name in altered(group) or ()]
 
 
 def format_of(attributes: Mapping[Any, Any]) -> int:

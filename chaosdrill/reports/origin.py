@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup
 
 from chaosdrill.annotations import Dataset, DataTree
-from chaosdrill.archive.digest import altered_parts, unsealed
-from chaosdrill.archive.read import groups_of
+from chaosdrill.archive.digest import unsealed
+from chaosdrill.archive.read import altered_parts, groups_of
 from chaosdrill.dataset.provenance import drawn
 from chaosdrill.dataset.references import mapping
 from chaosdrill.errors import ChaosdrillError

@@ -12,8 +12,8 @@ from markupsafe import Markup
 
 from chaosdrill.annotations import Dataset, DataTree
 from chaosdrill.archive import check_writable, writing
-from chaosdrill.archive.digest import altered_parts, unsealed
-from chaosdrill.archive.read import read_archive
+from chaosdrill.archive.digest import unsealed
+from chaosdrill.archive.read import altered_parts, read_archive
 from chaosdrill.dataset.dates import undated
 from chaosdrill.dataset.outcomes import count_outcomes
 from chaosdrill.errors import ArchiveError, ChaosdrillError, SettingsError
