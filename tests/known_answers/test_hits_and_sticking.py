@@ -1,10 +1,11 @@
-"""Systems that hit, roll and stick: closed forms and published multipliers."""
+"""Systems that hit, roll, stick and fire: closed forms and published multipliers."""
 
 from math import atan, cos, log, pi, sin, sqrt, tan
 
 import mpmath
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import chaosdrill as cd
 
@@ -237,3 +238,31 @@ def test_exponents_are_zero_and_minus_infinity(case):
     exponents = spectrum["lyapunov_exponent"].values
     assert abs(exponents[0]) < 1e-10
     assert exponents[1] == -np.inf
+
+
+# Oscillators that fire.
+
+
+def test_two_pulse_coupled_oscillators_repel_from_their_alternate_firing():
+    """Mirollo and Strogatz 1990, doi:10.1137/0150098: p returns as h(h(p)), f(h(p)) = f(1 - p) + eps."""
+    leak, eps = 1.0, 0.1
+    top = 1 / (1 - np.exp(-leak))
+
+    def fired(phase):
+        return -np.log(1 - (eps + top * (1 - np.exp(-leak * (1 - phase)))) / top) / leak
+
+    phase = brentq(lambda p: fired(p) - p, 0.3, 0.9, xtol=1e-15)
+    rate, kick = "g*(1/(1 - exp(-g)) - {})", "{} + eps"
+    fires = [
+        cd.Transition(f"fire-{one}", "on", "on", f"{one} - 1", 1, reset={one: "0", other: kick.format(other)})
+        for one, other in ("ab", "ba")
+    ]
+    system = cd.HybridSystem(
+        name="pair", states="a b", parameters={"g": leak, "eps": eps}, transitions=fires,
+        modes={"on": {one: rate.format(one) for one in "ab"}},
+        initial={"a": 0.0, "b": top * (1 - np.exp(-leak * phase)) + 1e-4},
+    )  # fmt: skip
+    found = cd.periodic_orbit(system, start="guess", at="fire-a")
+    assert abs(float(found["period_time"]) - 2 * (1 - phase)) < 1e-14
+    exact = [np.exp(2 * leak * (2 * phase - 1)), 1.0]
+    assert np.abs(found["multiplier_real"].values - exact).max() < 1e-13

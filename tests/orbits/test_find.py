@@ -674,28 +674,3 @@ def at_rest_again(found):
     assert not found["multiplier_real"].any()
     off = found["event_kind"] == 2
     assert np.allclose(found["event_state_before"].sel(state="x")[off], [1.0], rtol=0, atol=1e-12)
-
-
-def test_two_pulse_coupled_oscillators_repel_from_their_alternate_firing():
-    """Mirollo and Strogatz 1990, doi:10.1137/0150098: p returns as h(h(p)), f(h(p)) = f(1 - p) + eps."""
-    leak, eps = 1.0, 0.1
-    top = 1 / (1 - np.exp(-leak))
-
-    def fired(phase):
-        return -np.log(1 - (eps + top * (1 - np.exp(-leak * (1 - phase)))) / top) / leak
-
-    phase = brentq(lambda p: fired(p) - p, 0.3, 0.9, xtol=1e-15)
-    rate, kick = "g*(1/(1 - exp(-g)) - {})", "{} + eps"
-    fires = [
-        cd.Transition(f"fire-{one}", "on", "on", f"{one} - 1", 1, reset={one: "0", other: kick.format(other)})
-        for one, other in ("ab", "ba")
-    ]
-    system = cd.HybridSystem(
-        name="pair", states="a b", parameters={"g": leak, "eps": eps}, transitions=fires,
-        modes={"on": {one: rate.format(one) for one in "ab"}},
-        initial={"a": 0.0, "b": top * (1 - np.exp(-leak * phase)) + 1e-4},
-    )  # fmt: skip
-    found = cd.periodic_orbit(system, start="guess", at="fire-a")
-    assert abs(float(found["period_time"]) - 2 * (1 - phase)) < 1e-14
-    exact = [np.exp(2 * leak * (2 * phase - 1)), 1.0]
-    assert np.abs(found["multiplier_real"].values - exact).max() < 1e-13

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import chaosdrill as cd
 from chaosdrill.dataset import Outcome, label
 
 
@@ -187,3 +188,17 @@ def basin():
         },
     )
     return label(ds, "basins", system=_system(), settings={"grid": {"x": None, "v": None}})
+
+
+@pytest.fixture
+def runs(ball):
+    """The ball, and another of twice the height and speed whose last four events are missing."""
+    other = ball.isel(event=slice(6)).copy()
+    for name in ("states", "event_state_before", "event_state_after"):
+        other[name] = 2 * other[name]
+    return {"low": ball, "high": other}
+
+
+@pytest.fixture
+def joined(runs):
+    return cd.join(runs)

@@ -200,20 +200,6 @@ def test_nothing_is_left_changed_in_matplotlib(archive):
 # Joined runs are drawn each by itself, with its own events.
 
 
-@pytest.fixture
-def runs(ball):
-    """The ball, and another of twice the height and speed whose last four events are missing."""
-    other = ball.isel(event=slice(6)).copy()
-    for name in ("states", "event_state_before", "event_state_after"):
-        other[name] = 2 * other[name]
-    return {"low": ball, "high": other}
-
-
-@pytest.fixture
-def joined(runs):
-    return cd.join(runs)
-
-
 @pytest.mark.parametrize("kind", ["time-history", "phase-portrait"])
 def test_one_that_is_drawn_over_another_has_a_colour_of_its_own(ball, kind):
     axes = Figure().subplots()
@@ -334,52 +320,6 @@ def test_the_order_of_dimensions_changes_no_chart(chart):
     """Of a chart that a user had transposed, other values were drawn, without a word."""
     drawn = [cd.plot(ds, kind="lyapunov-chart").collections[0].get_array() for ds in (chart, chart.transpose())]
     assert np.array_equal(*drawn)
-
-
-# A run that failed has little to draw, and says why and what to do.
-
-
-@pytest.mark.parametrize("outcome", [Outcome.ESCAPED, Outcome.INVALID_START, Outcome.NONFINITE, Outcome.STALLED])
-def test_a_run_that_failed_says_so_with_its_advice(ball, outcome):
-    names = " ".join(one.meaning for one in Outcome)
-    flags = {"flag_values": np.arange(len(Outcome), dtype=np.int8), "flag_meanings": names}
-    failed = ball.isel(time=slice(1), event=slice(0)).assign(outcome=((), np.int8(outcome), flags))
-    told = f"{outcome.meaning.replace('_', ' ')}. {outcome.advice}"
-    for draw in (time_history, phase_portrait):
-        figure = draw(failed)
-        title = figure.legends[0].get_title().get_text() if figure.legends else figure.get_suptitle()
-        figure.draw_without_rendering()
-        shown = figure.legends[0].get_title() if figure.legends else figure.texts[-1]
-        assert title == told
-        assert shown.get_window_extent().x1 <= figure.bbox.x1
-    axes = mpl.figure.Figure().subplots()
-    cd.plot(failed, ax=axes)
-    assert [text.get_text().replace("\n", " ") for text in axes.texts] == [told]
-    assert time_history(ball).get_suptitle() == ""
-
-
-@pytest.mark.parametrize(
-    "analysis",
-    [cd.lyapunov_spectrum, cd.poincare_section, cd.zero_one_test, cd.regularity, cd.dimensions],
-)
-def test_a_run_that_came_to_rest_before_its_section_says_so(analysis):
-    """x begins below 1/2 and rests; the pictures were empty."""
-    mark = cd.Transition("half", "all", "all", "x - 1/2", direction=-1)
-    rests = cd.HybridSystem(states="x", modes={"all": {"x": "-x"}}, transitions=[mark], initial={"x": 0.4})
-    assert f"equilibrium. {Outcome.EQUILIBRIUM.advice}" in _told(analysis(rests, at="half", periods=50))
-    assert _told(cd.lyapunov_spectrum(rests, duration=100, transient=100)) == ""
-
-
-def _told(ds):
-    figure = cd.plot(ds).figure
-    title = figure.legends[0].get_title().get_text() if figure.legends else figure.get_suptitle()
-    return title.replace("\n", " ")
-
-
-def test_of_several_runs_those_that_failed_are_named(joined):
-    codes = joined["outcome"].copy(data=np.array([0, 4], dtype=np.int8))
-    figure = time_history(joined.assign(outcome=codes))
-    assert figure.legends[0].get_title().get_text() == f"run high: escaped. {Outcome.ESCAPED.advice}"
 
 
 # Results of scenes in SI units are shown in SI units.
