@@ -316,7 +316,7 @@ MEASURES: dict[str, tuple[str, Callable[[int, np.random.Generator], Iterator[Tol
     "spectra": ("baker's map, 512 iterates", of_spectra),
     "vectors": ("baker's map, 512 iterates; Hénon map, 2000", of_vectors),
     "dimensions": ("dimension of 2000 iterates", of_dimensions),
-    "independent": ("dimension of 2000 points", of_independent),
+    "independent": ("dimension of 2000 points, or as said", of_independent),
     "lives": ("open tent map, 1500 starts", of_lives),
     "walkers": ("open tent map, 300 starts", of_walkers),
     "flights": ("flow of flights, 500 starts", of_flights),
