@@ -11,12 +11,9 @@ from chaosdrill.plots._types import Axes, Dataset, Figure
 from chaosdrill.plots.figures import is_narrow, legend_outside, new_figure, note
 from chaosdrill.plots.labels import exponent_text, subscript, time_unit
 from chaosdrill.plots.markers import tell
-from chaosdrill.plots.palette import DASHES, PALETTE
+from chaosdrill.plots.palette import DASHES, MARKERS, PALETTE
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.tuning import TUNING
-
-# colours, markers and dashes each distinguish the methods, also on grey paper
-_MARKERS = ("o", "s", "^", "D")
 
 
 @picture("lyapunov-spectrum", "convergence", "running means of the exponents")
@@ -135,7 +132,8 @@ def _line(panel: Axes, dataset: Dataset, number: int, x: np.ndarray) -> float:
         return float("nan")
     known = known[np.argsort(-tolerances[known], kind="stable")]
     x, time = x[known], time[known]
-    colour, marker = PALETTE[number % len(PALETTE)], _MARKERS[number % len(_MARKERS)]
+    # each distinguishes the methods, also on grey paper
+    colour, marker = PALETTE[number % len(PALETTE)], MARKERS[number % len(MARKERS)]
     panel.plot(x, time, DASHES[number % len(DASHES)], marker=marker, color=colour, markersize=4, label=method)
     panel.set_yscale("log")
     return float(np.exp(np.polyfit(x, np.log(time), 1)[0]) - 1) if np.ptp(x) > 1 else float("nan")
@@ -183,20 +181,16 @@ def _heading(dataset: Dataset) -> str:
     period = int(dataset["period"])
     where = f"on a cycle of period {period}" if period else "from a state of the attractor"
     system = str(dataset.attrs.get("system", "")) or "the system"
-    missing = "; ".join(_missing(dataset))
+    codes, names = dataset["outcome"].transpose("method", "tolerance").values, flag_names(dataset["outcome"])
+    # methods that came to an early end at every tolerance
+    missing = "; ".join(
+        f"{method}, {names[int(row[0])]}"
+        for method, row in zip(dataset["method"].values, codes, strict=True)
+        if all(names[int(code)] != "ok" for code in row)
+    )
     tolerances = dataset["tolerance"].values.tolist()
     return (
         f"Cost of a digit: {system}, {where}{f' (not measured: {missing})' if missing else ''}\n"
         f"Lower is cheaper, right is more exact. Points: tolerances {_power(max(tolerances))} to "
         f"{_power(min(tolerances))}. Ring: use this for {MANY} digits."
     )
-
-
-def _missing(dataset: Dataset) -> list[str]:
-    """Methods that came to an early end at every tolerance, with their outcome."""
-    codes, names = dataset["outcome"].transpose("method", "tolerance").values, flag_names(dataset["outcome"])
-    return [
-        f"{method}, {names[int(row[0])]}"
-        for method, row in zip(dataset["method"].values, codes, strict=True)
-        if all(names[int(code)] != "ok" for code in row)
-    ]

@@ -318,10 +318,10 @@ def _curves(axes: Axes, curves: list[_Curve]) -> None:
     reasons: dict[str, None] = {}
     for curve in curves:
         for kind, points in curve.specials():
-            mark(axes, curve.x[points], curve.y[points], kind, 6.5)
+            mark(axes, curve.x[points], curve.y[points], kind, TUNING.special_mark)
         for point, name in zip(*ends(curve.dataset), strict=True):
             if curve.inside[point]:
                 reasons[name] = None
-                bar(axes, curve.x[point], curve.y[point], 11)
+                bar(axes, curve.x[point], curve.y[point], TUNING.branch_bar)
     if reasons:
-        bar(axes, [], [], 11, end_label(reasons))
+        bar(axes, [], [], TUNING.branch_bar, end_label(reasons))

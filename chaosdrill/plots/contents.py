@@ -58,15 +58,9 @@ def fits(dataset: Dataset, other: Dataset) -> bool:
     If both hold sections, these must be the same.
     """
     names = set(swept(dataset))
-    places = {_section_of(ds) for ds in (dataset, other)}
-    return names == set(swept(other)) and _fixed(dataset, names) == _fixed(other, names) and len(places - {None}) < 2
-
-
-def _section_of(dataset: Dataset) -> str | None:
-    """The section at which the points of a dataset are taken; None for a dataset without points."""
-    if not {"section", "orbit_section"} & set(map(str, dataset.variables)):
-        return None
-    return settings(dataset).get("at") or "strobe"
+    with_points = (ds for ds in (dataset, other) if {"section", "orbit_section"} & ds.variables.keys())
+    places = {settings(ds).get("at") or "strobe" for ds in with_points}
+    return names == set(swept(other)) and _fixed(dataset, names) == _fixed(other, names) and len(places) < 2
 
 
 def _fixed(dataset: Dataset, apart: set[str]) -> tuple[Any, ...]:

@@ -116,8 +116,7 @@ def equilibria(dataset: Dataset, state: States = None) -> Figure:
     stacked = is_narrow()
     figure = new_figure(3.6, least=4.6 if stacked else 0.0)
     left, right = figure.subplots(*((2, 1) if stacked else (1, 2)))
-    count = dataset.sizes["state"]
-    chosen = list(range(min(count, 2))) if state is None else places_of(dataset, state, min(count, 2))
+    chosen = places_of(dataset, state, min(dataset.sizes["state"], 2))
     values = dataset["equilibrium_state"].values
     x = values[:, chosen[0]]
     y = values[:, chosen[1]] if len(chosen) > 1 else np.arange(1.0, len(x) + 1)

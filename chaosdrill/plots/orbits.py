@@ -22,13 +22,12 @@ from chaosdrill.plots.labels import (
     wrapped,
 )
 from chaosdrill.plots.markers import WARNING, caveat, mark, named_once, period_categories, room, specials, warn
-from chaosdrill.plots.palette import DOTS, EVENT_MARKERS, PALETTE, sequential
+from chaosdrill.plots.palette import DOTS, EVENT_MARKERS, MARKERS, PALETTE, sequential
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.tuning import TUNING
 
 _SECTION = PALETTE[1]
 _EVENT_COLOURS = tuple(colour for colour in PALETTE if colour != _SECTION)
-_MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 _CROSSINGS = ("fold", "period_doubling", "neimark_sacker")
 FEIGENBAUM = 4.669201609102990
 """Feigenbaum, J. Stat. Phys. 19, 25 (1978), doi:10.1007/BF01020332; digits from Briggs, Math. Comp. 57, 435 (1991),
@@ -52,7 +51,12 @@ def orbit(dataset: Dataset, *, ax: Axes | None = None, state: States = None) -> 
     """
     if "orbit" in dataset.dims:
         return orbits(dataset, ax=ax, state=state)
-    dataset = _own(dataset)
+    # without the rows that pad one orbit of a search
+    dataset = dataset.isel(
+        event=dataset["event_kind"].values >= 0,
+        iterate=np.isfinite(dataset["section"].values).all(axis=1),
+        iteration=np.isfinite(dataset["newton_residual"].values),
+    )
     plane = places_of(dataset, state, 2)
     if ax is not None:
         _points(ax, dataset, plane, owns=False)
@@ -77,15 +81,6 @@ def orbit(dataset: Dataset, *, ax: Axes | None = None, state: States = None) -> 
     text = "\n".join([*heading, *[warning] * bool(warning)])
     figure.suptitle(text, x=0.01, ha="left", fontsize="medium", color=WARNING if warning else "black")
     return figure
-
-
-def _own(dataset: Dataset) -> Dataset:
-    """The dataset without the rows that pad one orbit of a search."""
-    return dataset.isel(
-        event=dataset["event_kind"].values >= 0,
-        iterate=np.isfinite(dataset["section"].values).all(axis=1),
-        iteration=np.isfinite(dataset["newton_residual"].values),
-    )
 
 
 def _heading(dataset: Dataset) -> str:
@@ -215,7 +210,7 @@ def orbits(dataset: Dataset, *, ax: Axes | None = None, state: States = None) ->
     shortest_first = np.unique(period)
     # a shorter orbit has fewer points, which lie on top
     for place, length in reversed(list(enumerate(shortest_first))):
-        colour, marker = PALETTE[place % len(PALETTE)], _MARKERS[place % len(_MARKERS)]
+        colour, marker = PALETTE[place % len(PALETTE)], MARKERS[place % len(MARKERS)]
         for attracts in (False, True):
             here = np.flatnonzero((period == length) & (stable == attracts))
             if not here.size:
@@ -307,7 +302,7 @@ def _plane(figure: Figure, axes: Axes, dataset: Dataset, name: str, values: Comp
     for kind, points in specials(dataset):
         if kind in _CROSSINGS:
             crossing = np.concatenate([_crossing(values[point], kind) for point in points])
-            mark(axes, crossing.real, crossing.imag, kind, 6.5)
+            mark(axes, crossing.real, crossing.imag, kind, TUNING.special_mark)
     if outside:
         axes.set_title(f"{outside} of {np.isfinite(values).sum()} lie outside; their moduli are below")
 
@@ -342,10 +337,11 @@ def _moduli(axes: Axes, dataset: Dataset, name: str, moduli: Floats) -> None:
     for height, own in ((1.0, True), (0.05, False)):
         here = [(kind, points) for kind, points in found if (kind in _CROSSINGS) == own]
         every = x[np.concatenate([np.zeros(0, dtype=np.int64), *(points for _, points in here)])]
-        sizes = np.minimum(6.5 if own else 5.0, room(axes, np.column_stack([every, np.zeros(len(every))])))
+        widest = TUNING.special_mark if own else TUNING.foot_mark
+        sizes = np.minimum(widest, room(axes, np.column_stack([every, np.zeros(len(every))])))
         more: dict[str, Any] = {} if own else {"transform": foot}
         for kind, points in here:
-            mark(axes, [], [], kind, 6.5)
+            mark(axes, [], [], kind, TUNING.special_mark)
             kept, sizes = sizes[: len(points)], sizes[len(points) :]
             for size in np.unique(kept)[::-1]:
                 part = points[kept == size]

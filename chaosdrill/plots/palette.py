@@ -50,6 +50,8 @@ MODE_SHADES = ("#FFFFFF", "#DCE6F0", "#F5E6D3", "#E3EFE3", "#EFE3EC")
 DASHES = ("-", "--", "-.", ":")
 DOTS = (0, (1, 2))
 """Dashes of jumps."""
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+"""Of methods and of periods, beside their colours."""
 EVENT_MARKERS = ("v", "o", "s", "D", "^", "P", "X")
 
 

@@ -54,7 +54,9 @@ def bifurcation(dataset: Dataset, *, ax: Axes | None = None, state: States = Non
     states = dataset["section"].values
     index = first_that_varies(states) if state is None else places_of(dataset, state, 1)[0]
     edges = bounds(dataset[sweep].values)
-    lost = _without_result(dataset)
+    ended = [code for code, name in flag_names(dataset["outcome"]).items() if name in MOTIONS]
+    # no seed has a result there
+    lost = np.isin(dataset["outcome"].values, ended).sum(axis=1) == 0
     x = dataset[sweep].values
     limits = edges[[0, -1]] if len(x) == 1 else x[[0, -1]]
     has_spectrum = ax is None and "lyapunov_exponent" in dataset.variables
@@ -75,7 +77,10 @@ def bifurcation(dataset: Dataset, *, ax: Axes | None = None, state: States = Non
     if has_spectrum:
         _spectrum(panels[1], dataset, sweep)
     if has_rate:
-        _rate(panels[-2], dataset)
+        rate = dataset["progression_rate"]
+        for seed, (colour, _, step) in enumerate(seed_lines(dataset)):
+            _draw(panels[-2], dataset, seed, rate.values[:, seed], colour, step)
+        panels[-2].set_ylabel(wrapped(label(rate), 12))
     _periods(panels[-1], dataset, sweep, edges, row)
     panels[-1].set_xlim(*limits)
     # one line each has room beside the panels
@@ -84,13 +89,6 @@ def bifurcation(dataset: Dataset, *, ax: Axes | None = None, state: States = Non
     shown = ["section", *["exponents"] * has_spectrum, *["progression"] * has_rate]
     figure.set_label(f"{', '.join(shown)} and periods")
     return figure
-
-
-def _without_result(dataset: Dataset) -> Truths:
-    """Points at which no seed has a result."""
-    ended = [code for code, name in flag_names(dataset["outcome"]).items() if name in MOTIONS]
-    lost: Truths = np.isin(dataset["outcome"].values, ended).sum(axis=1) == 0
-    return lost
 
 
 def _shade(panel: Axes, edges: Floats, mask: Truths, category: Category) -> None:
@@ -178,13 +176,6 @@ def _spectrum(panel: Axes, dataset: Dataset, sweep: str) -> None:
         panel.set_ylim(-TUNING.zero_growth / between.max(), TUNING.zero_growth / between.max())
     # the shades are named above
     legend_above(panel, handles=[line for line in panel.get_lines() if str(line.get_label()).startswith("λ")])
-
-
-def _rate(panel: Axes, dataset: Dataset) -> None:
-    rate = dataset["progression_rate"]
-    for seed, (colour, _, step) in enumerate(seed_lines(dataset)):
-        _draw(panel, dataset, seed, rate.values[:, seed], colour, step)
-    panel.set_ylabel(wrapped(label(rate), 12))
 
 
 def _periods(panel: Axes, dataset: Dataset, sweep: str, edges: Floats, height: float) -> None:

@@ -31,7 +31,6 @@ from chaosdrill.plots.tuning import TUNING
 
 _GREY = "0.4"
 _MODE_HATCHES = ("", "///", "...")
-_HATCHED = "0.7"
 
 
 @picture("trajectory", "time-history", "integrals and states over time, events and modes")
@@ -78,9 +77,18 @@ def time_history(dataset: Dataset, *, ax: Axes | None = None, state: States = No
     if ax is None:
         figure.align_ylabels(list(panels))
     modes = {} if joined else flag_names(first["mode"])
+    looks = _looks(curve, modes)
     for panel in panels if modes else ():
-        _shade(panel, curve, modes)
-    handles = [*panels[-1].get_legend_handles_labels()[0], *(_mode_entries(curve, modes) if len(modes) > 1 else ())]
+        for start, end, mode in curve.bands():
+            shade, hatch = looks[mode]
+            if shade != MODE_SHADES[0] or hatch:
+                panel.axvspan(start, end, facecolor=shade, edgecolor="0.7", hatch=hatch, linewidth=0, zorder=0)
+    handles = [*panels[-1].get_legend_handles_labels()[0]]
+    handles += [
+        Patch(facecolor=shade, edgecolor="0.6", hatch=hatch, linewidth=0.5, label=f"{readable(modes[code])} (mode)")
+        for code, (shade, hatch) in (looks if len(modes) > 1 else {}).items()
+        if code in modes
+    ]
     handles += _event_entries(runs) if joined else []
     legend_outside(figure, handles, ax=ax, handlelength=1.4)
     title = [runs_left_out(dataset), _title(first, whole[0]) if first is not whole[0] else ""]
@@ -138,14 +146,6 @@ def _event_entries(runs: list[Dataset]) -> list[Artist]:
     return [Line2D([], [], **_event_marker(place, readable(name), _GREY)) for place, (c, name) in names if c in present]
 
 
-def _shade(panel: Axes, curve: Curve, modes: dict[int, str]) -> None:
-    looks = _looks(curve, modes)
-    for start, end, mode in curve.bands():
-        colour, hatch = looks[mode]
-        if colour != MODE_SHADES[0] or hatch:
-            panel.axvspan(start, end, facecolor=colour, edgecolor=_HATCHED, hatch=hatch, linewidth=0, zorder=0)
-
-
 def _looks(curve: Curve, modes: dict[int, str]) -> dict[int, tuple[str, str]]:
     """Shade and hatching of each mode that a run was in; shades repeat with hatching."""
     present = set(curve.mode.tolist())
@@ -154,15 +154,6 @@ def _looks(curve: Curve, modes: dict[int, str]) -> dict[int, tuple[str, str]]:
         turn, place = divmod(number, len(MODE_SHADES))
         found[code] = MODE_SHADES[place], _MODE_HATCHES[turn % len(_MODE_HATCHES)]
     return found | dict.fromkeys(present - modes.keys(), (MODE_SHADES[0], ""))
-
-
-def _mode_entries(curve: Curve, modes: dict[int, str]) -> list[Artist]:
-    """Entries of the legend for the modes that a run was in."""
-    return [
-        Patch(facecolor=colour, edgecolor="0.6", hatch=hatch, linewidth=0.5, label=f"{readable(modes[code])} (mode)")
-        for code, (colour, hatch) in _looks(curve, modes).items()
-        if code in modes
-    ]
 
 
 def _title(shown: Dataset, dataset: Dataset) -> str:
@@ -188,7 +179,12 @@ def phase_portrait(dataset: Dataset, *, ax: Axes | None = None, state: States = 
     if is_joined(dataset):
         shown = list(zip(runs, _unused(axes), strict=False))
         jumps = [_draw(axes, run, (across, up), (one, one), (name, None, None)) for (name, run), one in shown]
-        _explain(axes, jumps=any(jumps), strobe=strobe_words(runs[0][1]))
+        # in grey, the lines and marks that have the colours of several runs
+        if any(jumps):
+            axes.plot([], [], color="0.4", linewidth=0.8, linestyle=DOTS, label="jump")
+        if axes.collections:
+            name = strobe_words(runs[0][1])
+            axes.scatter([], [], s=20, color="0.4", edgecolor="white", linewidth=0.4, label=name)
     else:
         words = (None if is_map(dataset) else "flow", "jump", strobe_words(dataset))
         _draw(axes, dataset, (across, up), _unused(axes)[:2], words)
@@ -225,14 +221,6 @@ def _draw(
         look: dict[str, Any] = {"edgecolor": "white", "linewidth": 0.4, "zorder": 3}
         axes.scatter(points[:, 0], points[:, 1], s=size, color=colours[1], label=labels[2], **look)
     return bool(jumps.size)
-
-
-def _explain(axes: Axes, jumps: bool, strobe: str) -> None:
-    """Name in the legend, in grey, the lines and marks that have the colours of several runs."""
-    if jumps:
-        axes.plot([], [], color="0.4", linewidth=0.8, linestyle=DOTS, label="jump")
-    if axes.collections:
-        axes.scatter([], [], s=20, color="0.4", edgecolor="white", linewidth=0.4, label=strobe)
 
 
 def _walls(axes: Axes, runs: Sequence[Dataset], plane: tuple[int, int]) -> None:

@@ -151,6 +151,8 @@ class Tuning:
     """Modulus up to which multipliers widen the picture."""
     special_mark: float = 6.5
     """Width in points of a special point's mark."""
+    foot_mark: float = 5.0
+    """The same at the foot of a panel, where marks only tell where something is."""
     branch_bar: float = 11.0
     """Length in points of the bar that marks where events change."""
     crowd: int = 16
