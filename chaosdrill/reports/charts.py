@@ -13,17 +13,12 @@ from chaosdrill.annotations import Dataset
 from chaosdrill.dataset.outcomes import ADVICE, flag_names
 from chaosdrill.reports.html import NOTHING, count, part, render
 from chaosdrill.reports.tables import unit
+from chaosdrill.reports.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.plots import Picture
 
-MOST_SVG = 500_000
-"""Bytes above which a picture is stored as PNG, whose size does not grow with the number of its points."""
-
 KINDS = ("bifurcation-diagram", "parameter-chart")
-SECTION_BYTES = 6_000_000
-GRID_BYTES = 6_000_000
-"""Largest numbers of bytes in one chart, for its sections and for everything else."""
 
 
 def figure(picture: "Picture", names: Sequence[str], groups: Mapping[str, Dataset]) -> Markup:
@@ -38,7 +33,7 @@ def figure(picture: "Picture", names: Sequence[str], groups: Mapping[str, Datase
         drawn = picture.draw(*(groups[name] for name in names), over=behind(picture, groups[names[0]], dict(groups)))
         stored, kind = BytesIO(), "svg+xml"
         drawn.savefig(stored, format="svg", metadata={"Date": None})
-        if stored.tell() > MOST_SVG:
+        if stored.tell() > TUNING.svg_bytes:
             stored, kind = BytesIO(), "png"
             drawn.savefig(stored, format="png")
         width, height = drawn.get_size_inches()
@@ -109,7 +104,7 @@ def explorer_data(dataset: Dataset, share: float = 1.0) -> tuple[dict[str, Any],
     quantities = _quantities(dataset, axes)
     depth = sum(4 * dataset["lyapunov_exponent"].shape[-1] if name == "lyapunov_exponent" else 4 for name in quantities)
     cells = int(np.prod([dataset.sizes[name] for name in (*axes, "seed")]))
-    stride = int(np.ceil((max(1.0, cells * (depth + 3) / (share * GRID_BYTES))) ** (1 / len(axes))))
+    stride = int(np.ceil((max(1.0, cells * (depth + 3) / (share * TUNING.grid_bytes))) ** (1 / len(axes))))
     if stride > 1:
         whole = " x ".join(str(dataset.sizes[name]) for name in axes)
         dataset = dataset.isel({name: slice(None, None, stride) for name in axes})
@@ -134,7 +129,7 @@ def explorer_data(dataset: Dataset, share: float = 1.0) -> tuple[dict[str, Any],
     }
     if "section" in dataset:
         section = dataset["section"].transpose(*axes, "seed", "iterate", "state").values
-        most = max(1, int(share * SECTION_BYTES) // max(1, 4 * section[..., 0, :].size))
+        most = max(1, int(share * TUNING.section_bytes) // max(1, 4 * section[..., 0, :].size))
         if section.shape[-2] > most:
             left_out.append(f"Of {section.shape[-2]} section points of each run this chart holds the last {most}.")
             section = section[..., -most:, :]

@@ -10,14 +10,10 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from chaosdrill.model.grammar import PLAIN_NAME
+from chaosdrill.reports.tuning import TUNING
 
-LONGEST_TEXT = 20_000
-MOST_ROWS = 200
 MISSING = "–"
 NOTHING = Markup("")
-
-_SHORT = 24
-"""Largest number of letters in a narrow column; longer texts need more width."""
 
 GREEK = {"eps": "epsilon", "lam": "lambda"}
 """Programmers' short names of Greek letters."""
@@ -35,7 +31,7 @@ class Quantity(str):
     __slots__ = ()
 
 
-def shown(value: Any, most: int = LONGEST_TEXT) -> str:
+def shown(value: Any, most: int = TUNING.text) -> str:
     """Any value as readable text, shortened to ``most`` characters with a note; HTML unchanged."""
     if isinstance(value, Markup):
         return value
@@ -119,7 +115,7 @@ def known_columns(head: Sequence[str], rows: Sequence[Sequence[Any]]) -> tuple[l
     return [head[k] for k in kept], [[row[k] for k in kept] for row in rows]
 
 
-def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[Any]], most: int = MOST_ROWS) -> Markup:
+def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[Any]], most: int = TUNING.rows) -> Markup:
     """A table whose first column names its rows; empty without rows. The digits of numbers are aligned.
 
     ``head``: names of the columns. ``most``: rows shown; a line counts the others.
@@ -146,7 +142,7 @@ def _look(value: Any, is_wide: bool = False) -> str | None:
     """Class of a cell: words are aligned left, numbers right, and names of columns like the cells below them."""
     if isinstance(value, Quantity) or not isinstance(value, bool | str):
         return "number"
-    return "text" if is_wide and not isinstance(value, Markup) and len(str(value)) > _SHORT else None
+    return "text" if is_wide and not isinstance(value, Markup) and len(str(value)) > TUNING.narrow else None
 
 
 def number(value: Any, digits: int = 6) -> str:

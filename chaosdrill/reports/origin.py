@@ -21,17 +21,10 @@ from chaosdrill.files import name_text
 from chaosdrill.model import HybridSystem
 from chaosdrill.model.grammar import PLAIN_NAME
 from chaosdrill.reports.html import GREEK, NOTHING, Quantity, joined, known_columns, number, part, render, shown, table
+from chaosdrill.reports.tuning import TUNING
 
 if TYPE_CHECKING:
     from chaosdrill.scene import Scene
-
-MOST_SYSTEMS = 10
-LONGEST_ARGUMENT = 200
-
-_APART = ("scene", "versions")
-
-MOST_EQUATIONS = 200
-"""Number of equations above which a system is not written out: a notebook stores them for every such cell."""
 
 _STYLE = Markup(
     "<style>.chaosdrill-system .equations {list-style: none; padding: 0; margin: 0}"
@@ -129,16 +122,15 @@ def _defined(tree: DataTree) -> Markup:
         told = "The archive holds no scene and no definition of a system, so its equations are not known here."
         return part("paragraph", told) + _known(tree)
     parts = [part("paragraph", "The archive holds no scene; each analysis holds its system and its arguments.")]
-    for groups in list(found.values())[:MOST_SYSTEMS]:
+    for groups in list(found.values())[: TUNING.systems]:
         try:
             parts.append(_with_numbers(groups))
         except ChaosdrillError as fault:
             parts.append(part("paragraph", f"The definition cannot be read: {fault}", "fault"))
-    if len(found) > MOST_SYSTEMS:
-        told = f"{len(found) - MOST_SYSTEMS} more systems are in the archive."
-        parts.append(part("paragraph", told, "left-out"))
+    if (more := len(found) - TUNING.systems) > 0:
+        parts.append(part("paragraph", f"{more} more systems are in the archive.", "left-out"))
     arguments = [
-        (node.path.strip("/") or "result", name, json.dumps(value, ensure_ascii=False)[:LONGEST_ARGUMENT])
+        (node.path.strip("/") or "result", name, json.dumps(value, ensure_ascii=False)[: TUNING.argument])
         for node in tree.subtree
         for name, value in mapping(node.attrs.get("settings")).items()
         if value is not None
@@ -181,7 +173,9 @@ def origin_section(tree: DataTree, path: Path) -> Markup:
     with path.open("rb") as stream:
         digest = hashlib.file_digest(stream, "sha256").hexdigest()
     file = [("name", name_text(path.name)), ("size in bytes", str(path.stat().st_size)), ("SHA-256", digest)]
-    file.append(("values", _integrity(tree)))
+    changed = ", ".join(altered_parts(tree))
+    whole = unsealed(tree) or "as they were written, by the digests of all variables"
+    file.append(("values", f"altered since they were written: {changed}" if changed else whole))
     versions = [(str(name), str(version)) for name, version in mapping(tree.attrs.get("versions")).items()]
     parts = [
         part("paragraph", "The numbers of this page are those of this file.", "note"),
@@ -189,7 +183,8 @@ def origin_section(tree: DataTree, path: Path) -> Markup:
         table("Versions", ("library", "version"), versions),
     ]
     for node in tree.subtree:
-        rows = [(str(name), _words(value)) for name, value in node.attrs.items() if name not in _APART]
+        told = {str(name): value for name, value in node.attrs.items() if name not in ("scene", "versions")}
+        rows = [(name, str(value.tolist() if hasattr(value, "tolist") else value)) for name, value in told.items()]
         caption = "Attributes of the archive" if node.path == "/" else f"Attributes of {node.path.strip('/')}"
         parts.append(table(caption, ("attribute", "value"), rows))
     return joined(parts)
@@ -208,20 +203,9 @@ def citations_section(tree: DataTree) -> Markup:
     )
 
 
-def _integrity(tree: DataTree) -> str:
-    """Whether all groups are as they were written, by their digests."""
-    if changed := altered_parts(tree):
-        return f"altered since they were written: {', '.join(changed)}"
-    return unsealed(tree) or "as they were written, by the digests of all variables"
-
-
-def _words(value: Any) -> str:
-    return str(value.tolist() if hasattr(value, "tolist") else value)
-
-
 def system_html(system: HybridSystem) -> str | None:
     """The system as HTML with its equations in MathML, which loads nothing; None if it is too large."""
-    if _equations(system) > MOST_EQUATIONS:
+    if _is_long(system):
         return None
     return str(Markup('<div class="chaosdrill-system">{}{}</div>').format(_STYLE, system_part(system)))
 
@@ -232,7 +216,7 @@ def system_latex(system: HybridSystem) -> str | None:
     An event is its guard, with an arrow for the direction in which it passes zero, the condition of its outcome, and
     its reset.
     """
-    if _equations(system) > MOST_EQUATIONS:
+    if _is_long(system):
         return None
     if system.discrete:
         images = [rf"{_latex(x)} &\mapsto {_latex(image)}" for x, image in vars(system)["images"].items()]
@@ -257,9 +241,10 @@ def system_latex(system: HybridSystem) -> str | None:
     return "$$\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}$$"
 
 
-def _equations(system: HybridSystem) -> int:
+def _is_long(system: HybridSystem) -> bool:
     fields = len(system.modes) * len(system.state_names)
-    return fields + sum(1 + len(event.reset) for event in system.transitions) + len(system.quadratures)
+    events = sum(1 + len(event.reset) for event in system.transitions)
+    return fields + events + len(system.quadratures) > TUNING.equations
 
 
 def _latex(expression: Any) -> str:

@@ -21,6 +21,7 @@ from chaosdrill.files import name_text
 from chaosdrill.reports import charts, tables
 from chaosdrill.reports.html import NOTHING, joined, part, render, shown, table
 from chaosdrill.reports.origin import citations_section, origin_section, scene_section
+from chaosdrill.reports.tuning import TUNING
 from chaosdrill.typed import PATH, expecting
 from chaosdrill.version import __version__
 
@@ -28,10 +29,6 @@ if TYPE_CHECKING:
     from chaosdrill.plots import Picture
 
 SUFFIXES = (".html", ".htm")
-MOST_PICTURES = 100
-LONGEST_TITLE = 200
-WHOLE_CHARTS = 2
-"""Number of interactive charts of the largest size; more charts share it."""
 
 _LEADS_AWAY = re.compile(r"<\s*/?\s*(meta|base|link|iframe|frame|object|embed|form)\b", re.IGNORECASE)
 """Elements that only the frame may contain. No policy of a page prevents browsers from following a ``meta`` refresh."""
@@ -175,7 +172,7 @@ class _Writer:
         made = str(self.tree.attrs.get("history", "")).split("\n")[-1]
         digests = self._try("digests", self._altered)
         return _framed(
-            title=shown(title, LONGEST_TITLE),
+            title=shown(title, TUNING.title),
             intro=f"{name_text(self.path.name)}. {made}",
             digests=digests,
             faults=self.faults,
@@ -204,10 +201,10 @@ class _Writer:
         drawn: dict[str, list[Markup]] = {name: [] for name in self.groups}
         planned: list[tuple[list[str], Picture]] = []
         self._try("pictures", lambda: planned.extend(plan(self.groups)))
-        for names, picture in planned[MOST_PICTURES:]:
-            told = f"the picture {picture.name}, after {MOST_PICTURES} others."
+        for names, picture in planned[TUNING.pictures :]:
+            told = f"the picture {picture.name}, after {TUNING.pictures} others."
             drawn[names[0]].append(part("paragraph", told, "left-out"))
-        for names, picture in planned[:MOST_PICTURES]:
+        for names, picture in planned[: TUNING.pictures]:
             drawn[names[0]].append(self._try(f"{names[0]}: {picture.name}", self._figure, picture, names))
         sections = []
         for place, (name, dataset) in enumerate(self.groups.items()):
@@ -230,7 +227,7 @@ class _Writer:
 
     def _explorer(self, dataset: Dataset, name: str) -> Markup:
         many = sum(one.attrs["kind"] in charts.KINDS for one in self.groups.values())
-        made = charts.explorer(dataset, name, self.charts, min(1.0, WHOLE_CHARTS / max(many, 1)))
+        made = charts.explorer(dataset, name, self.charts, min(1.0, TUNING.whole_charts / max(many, 1)))
         self.charts += bool(made)
         return made
 

@@ -24,13 +24,9 @@ from chaosdrill.reports.html import (
     table,
     uncertain,
 )
+from chaosdrill.reports.tuning import TUNING
 
-MOST_INTERVALS = 60
 _PERIODIC = ("ok", "periodic")
-_DIGITS = 12
-
-TRUSTED = 1e-6
-"""Error up to which a chaotic trajectory counts as known."""
 
 
 def single_numbers(dataset: Dataset) -> Markup:
@@ -107,7 +103,7 @@ def outcomes(dataset: Dataset) -> Markup:
 
 
 def _precise(value: Any) -> Quantity:
-    return Quantity(number(value, _DIGITS))
+    return Quantity(number(value, TUNING.digits))
 
 
 def _error(value: Any) -> Quantity:
@@ -182,7 +178,7 @@ def intervals(dataset: Dataset) -> Markup:
         rows.append((values[start], values[end - 1], names[start], int(end - start), *most))
     head = [f"from {parameter}", "to", "motion", "points", *(["greatest exponent"] if largest is not None else [])]
     of = " of the first seed" if dataset.sizes["seed"] > 1 else ""
-    return table(f"Motions along {long_name(dataset, parameter)} {parameter}{of}", head, rows, MOST_INTERVALS)
+    return table(f"Motions along {long_name(dataset, parameter)} {parameter}{of}", head, rows, TUNING.intervals)
 
 
 def attractors(dataset: Dataset) -> Markup:
@@ -222,7 +218,7 @@ def _followed(dataset: Dataset) -> Markup:
         words = (_words(names.get(int(one[f"end_{side}"]), "")) for side, names in ends.items())
         rows.append((int(place), float(one["first_value"]), float(one["last_value"]), part_of, *words))
     head = ["attractor", f"from {parameter}", "to", "largest part of the starts", "end below", "end above"]
-    return table(f"Attractors along {long_name(dataset, parameter)} {parameter}", head, rows, MOST_INTERVALS)
+    return table(f"Attractors along {long_name(dataset, parameter)} {parameter}", head, rows, TUNING.intervals)
 
 
 def _kinds(dataset: Dataset) -> Any:
@@ -357,17 +353,12 @@ def _special(dataset: Dataset, parameters: list[str]) -> Markup:
         at = [_precise(column[i]) for column in values]
         error = _error(dataset["special_error"].values[i])
         kind, words = meaning(kinds.values[i], kinds), str(dataset["special_text"].values[i])
-        rows.append((kind, *at, error, int(owner[place]), _coefficient(dataset, i), _onset(dataset, i), words))
+        code = int(dataset["special_onset"].values[i]) if "special_onset" in dataset else 0
+        onset = meaning(code, dataset["special_onset"]) if code else MISSING
+        rows.append((kind, *at, error, int(owner[place]), _coefficient(dataset, i), onset, words))
     coefficient = "first Lyapunov coefficient" if "special_frequency" in dataset else "cubic coefficient"
     head = ("kind", *parameters, "error", "branch", coefficient, "after grazing", "what happens")
     return table("Special points", *known_columns(head, rows))
-
-
-def _onset(dataset: Dataset, i: int) -> str:
-    """What follows where an orbit grazes."""
-    if "special_onset" not in dataset or not (code := int(dataset["special_onset"].values[i])):
-        return MISSING
-    return meaning(code, dataset["special_onset"])
 
 
 def _coefficient(dataset: Dataset, i: int) -> Quantity:
@@ -423,12 +414,12 @@ def accuracy_section(groups: Mapping[str, Dataset]) -> Markup:
         row += [Quantity(number(speeds.min() if speeds.size else np.nan, 3)), Quantity(_horizon(dataset))]
         rows.append(row)
     head = ["analysis", "method", "tolerance", "runs", "wall time", "a run", "largest standard error of an exponent"]
-    head += ["smallest normal speed", f"trajectory known to {TRUSTED:g} until"]
+    head += ["smallest normal speed", f"trajectory known to {TUNING.trusted:g} until"]
     note = (
-        f"The tolerance bounds the error of a step. A chaotic trajectory is known only for the time ln({TRUSTED:g}"
-        "/tolerance)/λ₁. Averages have standard errors instead; two of them to either side contain the true value in "
-        "95 % of cases. Tangents, and with them errors, grow without bound as the smallest normal speed at an event "
-        "goes to zero."
+        "The tolerance bounds the error of a step. A chaotic trajectory is known only for the time "
+        f"ln({TUNING.trusted:g}/tolerance)/λ₁. Averages have standard errors instead; two of them to either side "
+        "contain the true value in 95 % of cases. Tangents, and with them errors, grow without bound as the smallest "
+        "normal speed at an event goes to zero."
     )
     return table("Accuracy and cost", head, rows) + part("paragraph", note, "note")
 
@@ -464,6 +455,6 @@ def _finite(dataset: Dataset, *names: str) -> Any:
 def _horizon(dataset: Dataset) -> str:
     """Time up to which the most chaotic motion of the dataset is predictable."""
     tolerance, known = float(dataset.attrs.get("tolerance", 0.0)), _finite(dataset, "lyapunov_exponent")
-    if not 0 < tolerance < TRUSTED or not known.size or known.max() <= 0:
+    if not 0 < tolerance < TUNING.trusted or not known.size or known.max() <= 0:
         return MISSING
-    return f"t = {number(log(TRUSTED / tolerance) / float(known.max()), 3)}"
+    return f"t = {number(log(TUNING.trusted / tolerance) / float(known.max()), 3)}"

@@ -17,7 +17,8 @@ import chaosdrill
 import chaosdrill as cd
 from chaosdrill.archive import save
 from chaosdrill.errors import ArchiveError, SettingsError
-from chaosdrill.reports.charts import GRID_BYTES, SECTION_BYTES, explorer_data
+from chaosdrill.reports.charts import explorer_data
+from chaosdrill.reports.tuning import TUNING
 
 # The page as text: well formed, complete in itself, and readable without eyes.
 
@@ -184,13 +185,13 @@ def test_large_charts_are_thinned_and_say_so():
     zeta = np.frombuffer(base64.b64decode(data["axes"][0]["values"]))
     np.testing.assert_array_equal(zeta, np.linspace(0.1, 0.4, 1200)[::2])
     held = sum(len(text) for text in (data["outcome"], data["period"], *(q["values"] for q in data["quantities"])))
-    assert held < 4 / 3 * GRID_BYTES
+    assert held < 4 / 3 * TUNING.grid_bytes
 
 
 def test_of_long_sections_the_last_points_are_kept():
     data, left_out = explorer_data(diagram(200, 8001))
     assert left_out == ["Of 8001 section points of each run this chart holds the last 3750."]
-    assert len(data["section"]["values"]) <= 4 / 3 * SECTION_BYTES
+    assert len(data["section"]["values"]) <= 4 / 3 * TUNING.section_bytes
     section = np.frombuffer(base64.b64decode(data["section"]["values"]), dtype="<f4").reshape(200, 3750, 2)
     # the last of 8001 points of a cycle of two is its first one
     assert section[0, -1, 0] == -0.125
@@ -207,6 +208,6 @@ def test_points_stand_in_ascending_order():
 def test_many_charts_share_what_a_page_holds():
     data, _ = explorer_data(chart(1200, 900), 0.25)
     held = sum(len(text) for text in (data["outcome"], data["period"], *(q["values"] for q in data["quantities"])))
-    assert 0.1 * GRID_BYTES < held < 0.25 * 4 / 3 * GRID_BYTES
+    assert 0.1 * TUNING.grid_bytes < held < 0.25 * 4 / 3 * TUNING.grid_bytes
     whole, part = (explorer_data(diagram(200, 8001), share)[0]["section"]["iterates"] for share in (1.0, 0.25))
     assert part == whole // 4
