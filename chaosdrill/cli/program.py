@@ -73,23 +73,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return code
 
 
-def _has_no_folder() -> bool:
-    """Whether the working directory has been removed; its name still leads to it."""
-    try:
-        os.getcwd()
-    except FileNotFoundError:
-        return True
-    return False
-
-
 def _told(fault: BaseException) -> tuple[int, str, str] | None:
     """Exit code, kind and text of an exception; None for a bug of the program."""
     if isinstance(fault, click.ClickException):
         return fault.exit_code, "UsageError", fault.format_message()
     if isinstance(fault, click.Abort | KeyboardInterrupt):
         return INTERRUPTED, "KeyboardInterrupt", "\ninterrupted"
-    if isinstance(fault, FileNotFoundError | SceneError) and _has_no_folder():
-        return FAILED, "OSError", "the working directory has been removed; change to another one"
+    if isinstance(fault, FileNotFoundError | SceneError):
+        try:
+            os.getcwd()
+        except FileNotFoundError:
+            # its name still leads to it
+            return FAILED, "OSError", "the working directory has been removed; change to another one"
     if isinstance(fault, OSError):
         # the fault lies in the file, not in the program
         return FAILED, "OSError", f"{fault.filename}: {fault.strerror}" if fault.filename else str(fault)

@@ -112,7 +112,11 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
         for name in ("initial", "drives", "noise", "symmetry"):
             setattr(checked, name, arguments.get(name, {}))
         if "filippov" in raw and not problems:
-            _make_filippov(checked, raw["filippov"])
+            try:
+                made, checked.definition = sliding(raw["filippov"], checked.parameters, checked.initial)
+                checked.initial, checked.states = made.start, made.state_names
+            except ChaosdrillError as fault:
+                problems.append(Problem(("system", "filippov"), str(fault)))
     if checked.known is not None:
         # a driven parameter is no longer a parameter
         checked.known = {name: value for name, value in checked.known.items() if name not in table_in(raw, "drives")}
@@ -209,8 +213,13 @@ def _check_written(checked: CheckedSystem, raw: Mapping[str, Any], key: str) -> 
     """Check the definition of a system or a map, which has images."""
     checked.definition = {**({"images": None} if key == "map" else {}), **raw[key]}
     drives = table_in(raw, "drives")
-    if (found := _before(checked, raw)) is not None:
-        checked.states = found.state_names
+    if drives or table_in(raw, "symmetry"):
+        before = _made_before(checked, raw)
+    else:
+        before = checked_before(checked.definition, checked.known or {})
+    if before is not None:
+        # what was run before has no faults
+        checked.states = before.state_names
     else:
         _check_drives(checked, drives if key == "definition" else {})
         _check_definition(checked, key, driven=bool(drives))
@@ -250,23 +259,6 @@ def _check_filippov(checked: CheckedSystem, raw: Mapping[str, Any]) -> None:
         checked.states = check_made.begun_by(table)
 
 
-def _make_filippov(checked: CheckedSystem, table: Mapping[str, Any]) -> None:
-    """Replace two fields and a surface by their modes."""
-    try:
-        system, checked.definition = sliding(table, (checked.parameters, checked.initial))
-    except ChaosdrillError as fault:
-        checked.problems.append(Problem(("system", "filippov"), str(fault)))
-        return
-    checked.initial, checked.states = system.start, system.state_names
-
-
-def _before(checked: CheckedSystem, raw: Mapping[str, Any]) -> HybridSystem | None:
-    """The system of a definition that was run before, and so has no faults."""
-    if table_in(raw, "drives") or table_in(raw, "symmetry"):
-        return _made_before(checked, raw)
-    return checked_before(checked.definition or {}, checked.known or {})
-
-
 def _made_before(checked: CheckedSystem, raw: Mapping[str, Any]) -> HybridSystem | None:
     """The system with drives, or over half of its motion, of a scene that was run before, and so has no faults."""
     drives, symmetry, parameters = (table_in(raw, name) for name in ("drives", "symmetry", "parameters"))
@@ -286,7 +278,7 @@ def _made_before(checked: CheckedSystem, raw: Mapping[str, Any]) -> HybridSystem
 def _slid_before(checked: CheckedSystem, raw: Mapping[str, Any]) -> bool:
     """Whether two fields and a surface, and their drives, were run before, and so have no faults."""
     parameters, drives = table_in(raw, "parameters"), table_in(raw, "drives")
-    found = sliding_before(raw["filippov"], (parameters, table_in(raw, "initial")))
+    found = sliding_before(raw["filippov"], parameters, table_in(raw, "initial"))
     if found is None or not drives:
         return found is not None
     tables = (found.shared["definition"], checked.effects, parameters, found.start, drives)

@@ -11,9 +11,6 @@ from chaosdrill.model import HybridSystem
 from chaosdrill.model.tables import finite
 from chaosdrill.scene.check_made import driven_system, filippov_system, halved_system
 
-Given = tuple[Mapping[str, Any], Mapping[str, Any]]
-"""Parameters, and the initial state."""
-
 
 def checked_before(definition: Mapping[str, Any], parameters: Mapping[str, Any]) -> HybridSystem | None:
     """The system of a definition that was run before, and so has no faults; any initial state is allowed.
@@ -24,20 +21,23 @@ def checked_before(definition: Mapping[str, Any], parameters: Mapping[str, Any])
     return None if key is None else _kind(definition).known(key, partial(_build, definition, parameters), {})
 
 
-def sliding_before(table: Mapping[str, Any], given: "Given") -> HybridSystem | None:
-    """The system of two fields and a surface that were run before, and so have no faults, with its definition."""
+def sliding_before(table: Mapping[str, Any], *given: Mapping[str, Any]) -> HybridSystem | None:
+    """The system of two fields and a surface that were run before, and so have no faults, with its definition.
+
+    ``given``: parameters, and the initial state.
+    """
     key = _made_key("filippov", table, *given)
     make = partial(filippov_system, table, *given)
     found = None if key is None else HybridSystem.known(key, make, {})
     return found if found is not None and isinstance(found.shared.get("definition"), dict) else None
 
 
-def sliding(table: Mapping[str, Any], given: "Given") -> tuple[HybridSystem, dict[str, Any]]:
+def sliding(table: Mapping[str, Any], *given: Mapping[str, Any]) -> tuple[HybridSystem, dict[str, Any]]:
     """The system of two fields and a surface, and its definition; both are kept.
 
     Raises `ChaosdrillError` if they make none.
     """
-    found = sliding_before(table, given)
+    found = sliding_before(table, *given)
     if found is None:
         from chaosdrill.codegen.record import remember
         from chaosdrill.model.definition import write_definition

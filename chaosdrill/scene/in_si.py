@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.annotations import Dataset, Variable
+from chaosdrill.annotations import Dataset
 from chaosdrill.dataset import SCHEMA, describe
 from chaosdrill.dataset.label import axes_of
 from chaosdrill.systems.drill.si import MADE, QUANTITIES, STATE_UNITS, UNITS, ReadSI, metres_per_hour
@@ -33,7 +33,10 @@ def in_si(result: Dataset, kind: str, system: "HybridSystem", scales: Mapping[st
     }
     dimensionless = dict(result.variables)
     if kind == "trajectory":
-        dimensionless["force"] = _force(result, system)
+        # y + 2 xi (u - w), in static frictions; a rock that is fixed has no speed
+        state = {name: result["states"].sel(state=name).variable for name in system.state_names}
+        speed = state["u"] - state["w"] if "w" in state else state["u"]
+        dimensionless["force"] = state["y"] + 2 * system.parameters["xi"] * speed
     added: dict[str, Any] = {}
     for name, declared in SCHEMA[kind].items():
         given = dimensionless.get(name.removesuffix(SUFFIX))
@@ -47,14 +50,6 @@ def in_si(result: Dataset, kind: str, system: "HybridSystem", scales: Mapping[st
         return result
     settings = json.loads(result.attrs["settings"])
     return describe(result.assign(added), kind, system=system, sweep=axes_of(settings))
-
-
-def _force(result: Dataset, system: "HybridSystem") -> Variable:
-    """Force of spring and damper, y + 2 xi (u - w), over the static friction; a rock that is fixed has no speed."""
-    state = {name: result["states"].sel(state=name).variable for name in system.state_names}
-    speed = state["u"] - state["w"] if "w" in state else state["u"]
-    force: Variable = state["y"] + 2 * system.parameters["xi"] * speed
-    return force
 
 
 def si_table(si: ReadSI, system: "HybridSystem") -> dict[str, Any]:

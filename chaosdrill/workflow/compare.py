@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from chaosdrill.annotations import DataArray, Dataset, DataTree, Variable
+from chaosdrill.annotations import Dataset, DataTree, Variable
 from chaosdrill.archive.digest import DIGESTS
 from chaosdrill.archive.read import groups_of
 from chaosdrill.dataset.outcomes import Outcome
@@ -209,6 +209,13 @@ def _largest(one: Any, other: Any, differs: Any) -> float:
     return float(np.where(np.isnan(apart), np.inf, apart).max())
 
 
+def _apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """How far numbers are apart: not at all where both are NaN, infinitely far where one is."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        apart = np.where((a == b) | (np.isnan(a) & np.isnan(b)), 0.0, np.abs(a - b))
+    return np.where(np.isnan(apart), np.inf, apart)
+
+
 def agreement(name: str, first: Dataset, second: Dataset) -> tuple[str, np.ndarray]:
     """How one variable of the same shape in two groups is compared, in words for a table, and where they disagree."""
     table = table_of(str(second.attrs.get("kind")), map(str, second.variables))
@@ -221,10 +228,7 @@ def agreement(name: str, first: Dataset, second: Dataset) -> tuple[str, np.ndarr
     loose = ~np.broadcast_to(_settled(first, second, one), a.shape)
     axis = name in first.coords
     bound = TUNING.stated if axis else _stated(second)
-    with np.errstate(invalid="ignore", over="ignore"):
-        apart = np.where((a == b) | (np.isnan(a) & np.isnan(b)), 0.0, np.abs(a - b))
-    apart = np.where(np.isnan(apart), np.inf, apart)
-    least = _least(name, first, second)
+    apart, least = _apart(a, b), _least(name, first, second)
     allowed = bound * np.maximum(least, np.where(np.isfinite(b), np.abs(b), least))
     if rule == "magnitude":
         least = np.minimum(np.abs(a), np.abs(b))
@@ -265,16 +269,13 @@ def _least(name: str, *both: Dataset) -> Any:
         return np.where(most > 0, most, 1.0)
 
     if both[0][name].dims[-1:] == ("state",):
-        states = [v.values for ds in both for key, v in ds.data_vars.items() if _holds_states(key, v)]
+        of_states = [v for ds in both for key, v in ds.data_vars.items() if "tangent" not in str(key)]
+        # tangents have their own sizes
+        states = [v.values for v in of_states if v.dims[-1:] == ("state",) and v.dtype.kind == "f"]
         return largest(states, lambda values: tuple(range(values.ndim - 1)))
     if "time" in name:
         return largest([ds[name].values for ds in both], lambda values: None)
     return 1.0
-
-
-def _holds_states(name: Any, variable: DataArray) -> bool:
-    """Whether a variable holds states; tangents have their own sizes."""
-    return variable.dims[-1:] == ("state",) and variable.dtype.kind == "f" and "tangent" not in str(name)
 
 
 def _stated(ds: Dataset) -> float:
@@ -327,10 +328,8 @@ def _parting(dim: str, first: Dataset, second: Dataset, bound: float) -> tuple[A
         return None, None
     leader = second[name].variable
     a, b = first[name].values, leader.values
-    with np.errstate(invalid="ignore"):
-        apart = np.where((a == b) | (np.isnan(a) & np.isnan(b)), 0.0, np.abs(a - b))
     least = _least(name, first, second)
-    distance = (np.where(np.isnan(apart), np.inf, apart) / least).max(axis=-1, initial=0.0)
+    distance = (_apart(a, b) / least).max(axis=-1, initial=0.0)
     size = np.maximum(1.0, (np.nan_to_num(np.abs(b)) / least).max(axis=-1, initial=0.0))
     axis = leader.dims.index(dim)
     distance, size = np.moveaxis(distance, axis, 0), np.moveaxis(size, axis, 0)
