@@ -60,6 +60,11 @@ def brief(value: object, most: int = 60) -> str:
     return f"{text[: most - 3].rstrip()}..." if len(text) > most else text
 
 
+def names_in(value: Any) -> Any:
+    """The names in a text, parted by blanks, commas or semicolons; what is no text stays as it is."""
+    return value.replace(",", " ").replace(";", " ").split() if isinstance(value, str) else value
+
+
 def key_text(key: object) -> str:
     """The name that a key stands for: text, or a symbol."""
     return shown(key) if isinstance(key, int) else str(key)

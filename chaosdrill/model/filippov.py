@@ -22,6 +22,7 @@ from chaosdrill.model.places import parameter
 from chaosdrill.model.tables import UNNAMED
 from chaosdrill.model.transition import Transition
 from chaosdrill.model.tuning import TUNING
+from chaosdrill.names import names_in
 from chaosdrill.typed import expecting
 
 if TYPE_CHECKING:
@@ -210,7 +211,7 @@ class Written:
 
     @staticmethod
     def read(name: str, states: Any, time: Any, parameters: Any, more: More) -> "Written":
-        listed = states.replace(",", " ").replace(";", " ").split() if isinstance(states, str) else states
+        listed = names_in(states)
         if not isinstance(listed, Iterable):
             raise ModelError(f"{name}: states is {states!r}; expected names in order, as in 'x v' or ['x', 'v']")
         symbols = tuple(read_symbol(f"{name}: state {place}", s) for place, s in enumerate(listed))

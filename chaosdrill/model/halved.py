@@ -13,7 +13,7 @@ from chaosdrill.errors import ModelError, SettingsError
 from chaosdrill.model.crossings import ratio, same_surface
 from chaosdrill.model.derive import image_of
 from chaosdrill.model.held import Trial, kept_apart
-from chaosdrill.model.parts import read_expression, read_table
+from chaosdrill.model.parts import read_of_states, read_table
 from chaosdrill.model.places import parameter, rewritten
 from chaosdrill.model.system import SYSTEM, HybridSystem
 from chaosdrill.model.tables import DEFAULT_BOUNDS
@@ -91,12 +91,7 @@ def _images(system: "HybridSystem", symmetry: Any) -> dict[Any, Any]:
     for name in given:
         if name not in states:
             raise ModelError(f"{where}: unknown state {name!r:.60}; {remedy(name, states)}")
-    known = {*system.states, *map(parameter, system.parameters)}
-    names = {symbol.name for symbol in known}
-    images = {x: read_expression(f"{where}: {x.name}", given.get(x.name, x), names) for x in system.states}
-    for x, image in images.items():
-        if strange := sorted(one.name for one in image.free_symbols - known):
-            raise ModelError(f"{where}: {x.name} = {image!s:.60} holds {strange[0]!r:.60}; give states and parameters")
+    images = {x: read_of_states(f"{where}: {x.name}", given.get(x.name, x), system) for x in system.states}
     if all(x == image for x, image in images.items()):
         raise ModelError(f"{where}: it changes no state; name one with its image, as in {{'x': '-x'}}")
     return images

@@ -103,9 +103,7 @@ class MapReader(Reader):
             self._fault(path, f"{given}; expected the next value of every state, as in {{{states[0]!r}: ...}}")
             return {}
         table = self._table(path, listed)
-        missing = [state for state in states if state not in table]
-        unknown = [name for name in table if name not in states]
-        for state in missing if len(missing) != len(unknown) else ():  # else each is misspelt, which is said
+        for state in self._left_out(table):
             self._fault(path, f"gives no image of {state!r:.60}; write {state} = {state!r:.60} if it stays as it is")
         read = self._assignments(path, table, CONDITION)
         return {x: read[x] for x in (sympy.Symbol(state, real=True) for state in states) if x in read}

@@ -10,7 +10,7 @@ from chaosdrill.errors import ModelError
 from chaosdrill.model.crossings import crossings
 from chaosdrill.model.derive import image_of, rate_by_states
 from chaosdrill.model.held import Trial, kept_apart
-from chaosdrill.model.parts import is_name, read_expression, read_table
+from chaosdrill.model.parts import is_name, read_of_states, read_table
 from chaosdrill.model.places import parameter
 from chaosdrill.model.system import SYSTEM, HybridSystem
 from chaosdrill.model.tuning import TUNING
@@ -159,12 +159,8 @@ def _read(system: "HybridSystem", conserved: Any) -> dict[str, Any]:
             raise ModelError(f"{where}: unknown mode {strange[0]!r:.60}; {remedy(strange[0], system.modes)}")
         if missing := [mode for mode in system.modes if mode not in given]:
             raise ModelError(f"{where}: mode {missing[0]!r:.60} is missing; give the quantity in every mode")
-    known = {*system.states, *map(parameter, system.parameters)}
-    names = {symbol.name for symbol in known}
-    found = {mode: sympy.sympify(read_expression(f"{where}: {mode}", one, names)) for mode, one in given.items()}
+    found = {mode: read_of_states(f"{where}: {mode}", one, system) for mode, one in given.items()}
     for mode, one in found.items():
-        if strange_ones := sorted(symbol.name for symbol in one.free_symbols - known):
-            raise ModelError(f"{where} = {one!s:.60} holds {strange_ones[0]!r:.60}; give states and parameters")
         if not one.free_symbols & set(system.states):
             raise ModelError(f"{where}: in mode {mode!r:.60} it is {one!s:.60}, which holds no state")
     return found

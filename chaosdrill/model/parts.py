@@ -167,6 +167,11 @@ class PartReader:
                 self._stranger((*path, state), state)
         return read
 
+    def _left_out(self, table: Mapping[str, Any]) -> list[str]:
+        """The states that a table lacks; none if it has as many other names, since they are misspelt then."""
+        missing = [state for state in self.states or () if state not in table]
+        return missing if len(missing) != sum(name not in (self.states or ()) for name in table) else []
+
     def _stranger(self, path: Path, state: str) -> None:
         """Record that a name is not a state."""
         if not self._lacking.get(state):
@@ -367,6 +372,15 @@ def read_expression(where: str, value: Any, names: Collection[str] = ()) -> Any:
     """
     found = _alone(where, lambda reader: reader._expression((), value))
     return found if PI.name in names else found.xreplace({PI: sympy.pi})
+
+
+def read_of_states(where: str, value: Any, system: Any) -> Any:
+    """An expression of the states and parameters of a system alone; errors as for `read_expression`."""
+    known = {*system.states, *(sympy.Symbol(name, real=True) for name in system.parameters)}
+    found = sympy.sympify(read_expression(where, value, {symbol.name for symbol in known}))
+    if strange := sorted(symbol.name for symbol in found.free_symbols - known):
+        raise ModelError(f"{where} = {found!s:.60} holds {strange[0]!r:.60}; give states and parameters")
+    return found
 
 
 def read_symbol(where: str, value: Any) -> Any:

@@ -22,7 +22,7 @@ from chaosdrill.model.special import FLOW
 from chaosdrill.model.tables import DEFAULT_BOUNDS, OF_NOISE, UNNAMED, finite
 from chaosdrill.model.transition import CORNER, Transition
 from chaosdrill.model.values import Definition
-from chaosdrill.names import brief, remedy, shown
+from chaosdrill.names import brief, names_in, remedy, shown
 from chaosdrill.settings import real
 
 MOST_CODES = 127
@@ -118,7 +118,7 @@ class Reader(PartReader):
 
     def _states(self, value: Any) -> tuple[str, ...] | None:
         """Names of the states; None if what is given are no names."""
-        listed = value.replace(",", " ").replace(";", " ").split() if isinstance(value, str) else value
+        listed = names_in(value)
         ordered = isinstance(listed, Iterable) and not isinstance(listed, Mapping | set | frozenset | bytes)
         names = [self._name(("states", place), one) for place, one in enumerate(listed)] if ordered else []
         if not names:
@@ -174,9 +174,7 @@ class Reader(PartReader):
                 read[mode] = self._all_states(path, rates)
                 continue
             rates = self._table(path, rates)
-            missing = [state for state in self.states or () if state not in rates]
-            unknown = [name for name in rates if name not in (self.states or ())]
-            for state in missing if len(missing) != len(unknown) else ():  # else they are misspelt
+            for state in self._left_out(rates):
                 self._fault(path, f"gives no rate for {state!r:.60}; write 0 if the mode holds it")
             read[mode] = self._assignments(path, rates, FLOW)
         return read

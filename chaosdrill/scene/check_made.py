@@ -9,7 +9,7 @@ from typing import Any
 
 from chaosdrill.errors import ChaosdrillError, SettingsError
 from chaosdrill.model.tables import UNNAMED
-from chaosdrill.names import remedy
+from chaosdrill.names import names_in, remedy
 from chaosdrill.scene.lines import Path
 from chaosdrill.scene.tuning import TUNING
 from chaosdrill.settings import Faults
@@ -66,22 +66,17 @@ def filippov_system(table: Mapping[str, Any], parameters: Mapping[str, float], i
     from chaosdrill.model.text import read_open_text
 
     given: dict[str, Any] = {"name": UNNAMED, **table, "parameters": parameters, "initial": initial}
-    if "time" not in given and TIME not in (*parameters, *_states(table)):
+    if "time" not in given and TIME not in (*parameters, *names_in(table["states"])):
         texts = _texts({key: table[key] for key in ("surface", *SIDES, "quadratures") if key in table})
         if any(symbol.name == TIME for text in texts for symbol in read_open_text(text).free_symbols):
             given["time"] = TIME
     return filippov(**given)
 
 
-def _states(table: Mapping[str, Any]) -> list[str]:
-    states = table["states"]
-    return states.replace(",", " ").split() if isinstance(states, str) else list(states)
-
-
 def begun_by(table: Mapping[str, Any]) -> tuple[str, ...]:
     """Names of the states that two fields may start from: their own, and that which is made of the surface."""
     surface = table["surface"]
-    return (*_states(table), *(map(str, surface) if isinstance(surface, Mapping) else ()))
+    return (*names_in(table["states"]), *(map(str, surface) if isinstance(surface, Mapping) else ()))
 
 
 def _texts(value: Any) -> Iterator[str]:

@@ -56,6 +56,12 @@ def test_two_fields_and_a_driven_parameter_are_the_system_of_python():
     same(cd.parse_scene(FRICTION).system, cd.driven(plain, "u", {0: "1", "duty": "-1"}))
 
 
+@pytest.mark.parametrize("names", ["x v", "x, v", "x; v", "x;v"])
+def test_names_of_states_are_parted_in_the_ways_of_python(names):
+    made = cd.parse_scene(FRICTION.replace('"x v"', f'"{names}"')).system
+    assert (made.state_names, made.initial["x"]) == (("x", "v"), 1.0)
+
+
 def test_a_surface_with_a_name_and_time_and_the_state_that_it_replaces():
     text = """
 [system.filippov]
