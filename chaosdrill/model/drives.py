@@ -111,34 +111,7 @@ def driven(
         for start, end, shape in found
     ]
     each = [rewritten(system, methodcaller("xreplace", put)) for put in puts]
-    modes = {f"{mode}-{k}": field for k, one in enumerate(each) for mode, field in one.modes.items()}
-    # what a mode holds is held in the next piece too
-    held = {mode: pinned_values(system, mode) for mode in system.modes}
-    transitions: list[Transition] = []
-    corners: list[Transition] = []
-    for k, (one, (_, end, _)) in enumerate(zip(each, found, strict=True)):
-        following = (k + 1) % len(found)
-        guard = sympy.sin(sympy.expand(turn - 2 * sympy.pi * end))
-        resets = {
-            mode: {system.states[i]: value.xreplace(puts[following]) for i, value in states.items()}
-            for mode, states in held.items()
-        }
-        turns = {
-            mode: Transition(f"corner-{drive}-{mode}-{k}", f"{mode}-{k}", f"{mode}-{following}", guard, +1, reset,
-                             kind=CORNER)
-            for mode, reset in resets.items()
-        }  # fmt: skip
-        pieces_of = [_in_piece(t, k) for t in one.transitions]
-        corner, *ways = crossings((next(iter(turns.values())), *pieces_of))
-        for t, piece, way in zip(system.transitions, pieces_of, ways, strict=True):
-            if way == corner:
-                # what happens at the corner leads into the next piece
-                piece = replace(piece, target=f"{t.target}-{following}", reset={**piece.reset, **resets[t.target]})
-                if not piece.conditions:
-                    turns = {mode: one for mode, one in turns.items() if mode not in t.source}
-            transitions.append(piece)
-        corners += turns.values()
-    transitions += corners
+    corners = [sympy.sin(sympy.expand(turn - 2 * sympy.pi * end)) for _, end, _ in found]
     regions = _regions(system, symbol, given, found)
     start = {name: value for name, value in system.initial.items() if name != "mode"}
     if list(regions.values()) == [sympy.true]:
@@ -146,8 +119,8 @@ def driven(
     made = system.remade(
         time=clock,
         parameters=values,
-        modes=modes,
-        transitions=transitions,
+        modes={f"{mode}-{k}": field for k, one in enumerate(each) for mode, field in one.modes.items()},
+        transitions=_transitions(system, drive, each, corners, puts),
         period=length if own is None else own,
         initial=start,
         regions=regions,
@@ -158,6 +131,45 @@ def driven(
         labels={key: label for key, label in system.labels.items() if key != drive},
     )
     return made.limited(system.limits)
+
+
+def _transitions(
+    system: "HybridSystem",
+    drive: str,
+    each: Sequence["HybridSystem"],
+    corners: Sequence[Any],
+    puts: Sequence[Mapping[Any, Any]],
+) -> list[Transition]:
+    """The transitions of the system in every piece, then the corners.
+
+    ``each``: the system in every piece. ``corners``: what is zero, and rises, at its end. ``puts``: the drive in it.
+    """
+    # what a mode holds is held in the next piece too
+    held = {mode: pinned_values(system, mode) for mode in system.modes}
+    found: list[Transition] = []
+    ends: list[Transition] = []
+    for k, (one, guard) in enumerate(zip(each, corners, strict=True)):
+        following = (k + 1) % len(each)
+        resets = {
+            mode: {system.states[i]: value.xreplace(puts[following]) for i, value in states.items()}
+            for mode, states in held.items()
+        }
+        turns = {
+            mode: Transition(f"corner-{drive}-{mode}-{k}", f"{mode}-{k}", f"{mode}-{following}", guard, +1, reset,
+                             kind=CORNER)
+            for mode, reset in resets.items()
+        }  # fmt: skip
+        pieces = [_in_piece(t, k) for t in one.transitions]
+        corner, *ways = crossings((next(iter(turns.values())), *pieces))
+        for t, piece, way in zip(system.transitions, pieces, ways, strict=True):
+            if way == corner:
+                # what happens at the corner leads into the next piece
+                piece = replace(piece, target=f"{t.target}-{following}", reset={**piece.reset, **resets[t.target]})
+                if not piece.conditions:
+                    turns = {mode: one for mode, one in turns.items() if mode not in t.source}
+            found.append(piece)
+        ends += turns.values()
+    return [*found, *ends]
 
 
 def _check_modes(system: "HybridSystem", drive: Any) -> None:
