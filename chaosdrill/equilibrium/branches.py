@@ -116,12 +116,12 @@ def _enter(task: Task, found: list[Branch], one: Equilibrium, words: str, parent
         return
     if any(b.curve.field is one.field and b.curve.holds(b.points, first.at) for b in found):
         return
-    branch = _both_ways(curve, first, task.most, words, parent)
+    branch = _both_ways(curve, (first, first.turned()), task.most, words, parent)
     if len(branch.points) == 1:
         # where branches cross, each has a direction of its own
         for way in [] if curve.field.system.sources else reversed(crossing(curve, first)):
             if sides := _sides(curve, first, way):
-                branch = _through(curve, Point(first.at, way), sides, task.most, words, parent)
+                branch = _both_ways(curve, sides, task.most, words, parent, Point(first.at, way))
                 break
     found.append(branch)
 
@@ -153,12 +153,16 @@ def _beside_crossing(curve: Curve, first: Point) -> tuple[Curve, Point]:
     return curve, curve.first(point.at)
 
 
-def _both_ways(curve: Curve, first: Point, most: int, words: str, parent: int) -> Branch:
-    ahead, end = followed(curve, first, most)
+def _both_ways(
+    curve: Curve, starts: Sequence[Point], most: int, words: str, parent: int, middle: Point | None = None
+) -> Branch:
+    """The branch from two starts on: a point and the same turned round, or points on both sides of a ``middle``."""
+    ahead, end = followed(curve, starts[0], most)
     if end == BranchEnd.CLOSED:
         return Branch(curve, ahead, words, (end, end), parent)
-    back, start = followed(curve, first.turned(), most)
-    return Branch(curve, [*(p.turned() for p in reversed(back[1:])), *ahead], words, (start, end), parent)
+    back, start = followed(curve, starts[1], most)
+    before = [p.turned() for p in reversed(back[1:] if middle is None else back)]
+    return Branch(curve, [*before, *([] if middle is None else [middle]), *ahead], words, (start, end), parent)
 
 
 def _switch(task: Task, found: list[Branch], parent: int, mark: Mark) -> None:
@@ -174,7 +178,7 @@ def _switch(task: Task, found: list[Branch], parent: int, mark: Mark) -> None:
     if not sides or any(b.curve.field is curve.field and b.curve.holds(b.points, p.at) for p in sides for b in found):
         return
     words = f"the branch point at {task.parameter} = {curve.value(here.at):.12g}"
-    found.append(_through(curve, Point(here.at, ways[0]), sides, task.most, words, parent))
+    found.append(_both_ways(curve, sides, task.most, words, parent, Point(here.at, ways[0])))
 
 
 def _sides(curve: Curve, here: Point, way: np.ndarray) -> list[Point]:
@@ -188,15 +192,6 @@ def _sides(curve: Curve, here: Point, way: np.ndarray) -> list[Point]:
         except LostError:
             return []
     return sides
-
-
-def _through(curve: Curve, here: Point, sides: Sequence[Point], most: int, words: str, parent: int) -> Branch:
-    """The branch through a branch point from points on both sides."""
-    ahead, end = followed(curve, sides[0], most)
-    if end == BranchEnd.CLOSED:
-        return Branch(curve, ahead, words, (end, end), parent)
-    back, start = followed(curve, sides[1], most)
-    return Branch(curve, [*(p.turned() for p in reversed(back)), here, *ahead], words, (start, end), parent)
 
 
 @dataclass(frozen=True)
@@ -451,7 +446,7 @@ def _together(curve: Curve, found: list[Place]) -> list[Place]:
     for one in found:
         for k, other in enumerate(kept):
             near = 10 * (one[2] + other[2]) + TUNING.same * (curve.limits[1] - curve.limits[0])
-            if one[1] == other[1] and abs(curve.value(one[0].at) - curve.value(other[0].at)) <= near:
+            if one[1] == other[1] and _apart(curve, one, other[0]) <= near:
                 kept[k] = (other[0], other[1], max(other[2], one[2]), other[3] + one[3], other[4])
                 break
         else:

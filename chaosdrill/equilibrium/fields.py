@@ -121,15 +121,8 @@ class Field:
         at = self.place(which)
         return self._value(f"by {which}", len(self.free), lambda e: e.by(at), numbers).astype(float)
 
-    def second(self, numbers: np.ndarray, which: int, *ways: np.ndarray) -> np.ndarray:
-        """Second derivative of the rates along two directions (m + 1,) of free states and a parameter, shape (m,)."""
-        return self._along(numbers, which, *ways)
-
-    def third(self, numbers: np.ndarray, which: int, *ways: np.ndarray) -> np.ndarray:
-        """Third derivative of the rates along three directions, as `second`."""
-        return self._along(numbers, which, *ways)
-
-    def _along(self, numbers: np.ndarray, which: int, *ways: np.ndarray) -> np.ndarray:
+    def along(self, numbers: np.ndarray, which: int, *ways: np.ndarray) -> np.ndarray:
+        """Derivative of the rates along up to three directions (m + 1,) of free states and a parameter, shape (m,)."""
         names, at = ("u", "v", "w")[: len(ways)], self.place(which)
         given = list(zip(names, map(np.asarray, ways), strict=True))
         name = f"along {len(ways)} with {which}"
@@ -166,7 +159,7 @@ def field_of(system: "HybridSystem", mode: str) -> Field:
         plain = system.shared.setdefault(KEPT, {})
         if mode not in plain:
             plain[mode] = _plain(system, mode)
-        known[mode] = plain[mode] if isinstance(plain[mode], str) else _field(system, mode, *plain[mode])
+        known[mode] = plain[mode] if isinstance(plain[mode], str) else _of_plain(system, mode, *plain[mode])
     if isinstance(known[mode], str):
         raise NoFieldError(known[mode])
     found: Field = known[mode]
@@ -191,7 +184,9 @@ def _plain(system: "HybridSystem", mode: str) -> str | list[Any]:
     return [list(found.free), list(found.dropped.items()), found.slides, sides, levels]
 
 
-def _field(system: "HybridSystem", mode: str, free: Any, dropped: Any, slides: bool, sides: Any, levels: Any) -> Field:
+def _of_plain(
+    system: "HybridSystem", mode: str, free: Any, dropped: Any, slides: bool, sides: Any, levels: Any
+) -> Field:
     return Field(
         system=system,
         mode=system.mode_names.index(mode),

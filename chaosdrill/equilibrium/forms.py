@@ -74,16 +74,14 @@ def _terms(curve: Curve, one: Equilibrium, near: float) -> _Terms:
     p = p / (p @ q)
     omega, m = float(values[k].imag), len(sizes)
 
-    def along(order: int, *ways: np.ndarray) -> np.ndarray:
-        wide = [np.append(sizes * way, 0.0) for way in ways]
-        found = field.second(one.numbers, which, *wide) if order == 2 else field.third(one.numbers, which, *wide)
-        return found / sizes
+    def along(*ways: np.ndarray) -> np.ndarray:
+        return field.along(one.numbers, which, *(np.append(sizes * way, 0.0) for way in ways)) / sizes
 
     bar = q.conj()
     resolvent = 2j * omega * np.eye(m) - matrix
-    level = -np.linalg.solve(matrix, along(2, q, bar))
-    twice = np.linalg.solve(resolvent, along(2, q, q))
-    parts = [along(3, q, q, bar), 2 * along(2, q, level), along(2, bar, twice)]
+    level = -np.linalg.solve(matrix, along(q, bar))
+    twice = np.linalg.solve(resolvent, along(q, q))
+    parts = [along(q, q, bar), 2 * along(q, level), along(bar, twice)]
     worst = max(float(np.linalg.cond(matrix)), float(np.linalg.cond(resolvent)))
     size = float(sum(np.abs(p) @ np.abs(part) for part in parts)) * worst
     return _Terms(omega, complex(p @ sum(parts)) / 2, size, q, p, level, twice)
@@ -124,7 +122,7 @@ def eigenvalue_slope(curve: Curve, one: Equilibrium, q: np.ndarray, p: np.ndarra
     matrix = curve.matrix(one.numbers)
     moves = -np.linalg.solve(matrix[:, :-1], matrix[:, -1])
     wide, along = np.append(sizes * q, 0.0), np.append(moves, 1.0)
-    change = curve.field.second(one.numbers, curve.which, wide, along) / sizes
+    change = curve.field.along(one.numbers, curve.which, wide, along) / sizes
     return complex(p @ change), moves
 
 
@@ -164,7 +162,7 @@ def _derivatives(curve: Curve, numbers: np.ndarray, weights: np.ndarray) -> tupl
     """
     ways = weights * np.eye(len(weights))
     first = curve.matrix(numbers) * weights
-    second = np.real([[curve.field.second(numbers, curve.which, one, other) for other in ways] for one in ways])
+    second = np.real([[curve.field.along(numbers, curve.which, one, other) for other in ways] for one in ways])
     lengths = np.linalg.norm(first, axis=1) + np.linalg.norm(second, axis=(0, 1))
     return first, second, 1 / np.where(lengths > 0, lengths, 1.0)
 
