@@ -38,14 +38,20 @@ def _operator(name: str, *, turned: bool = False) -> Callable[["Number", Any], "
     return operate
 
 
-class Number:
-    """A floating-point value."""
+class _Value:
+    """A value in the code of a function."""
 
     __slots__ = ("function", "value")
 
     def __init__(self, function: "Function", value: Any) -> None:
         self.function = function
         self.value = value
+
+
+class Number(_Value):
+    """A floating-point value."""
+
+    __slots__ = ()
 
     __add__, __radd__ = _operator("fadd"), _operator("fadd", turned=True)
     __sub__, __rsub__ = _operator("fsub"), _operator("fsub", turned=True)
@@ -70,14 +76,10 @@ def total(terms: Sequence[Number]) -> Number:
     return result
 
 
-class Index:
+class Index(_Value):
     """A whole number, for places in memory."""
 
-    __slots__ = ("function", "value")
-
-    def __init__(self, function: "Function", value: Any) -> None:
-        self.function = function
-        self.value = value
+    __slots__ = ()
 
     def __add__(self, other: Any) -> "Index":
         return Index(self.function, self.function.builder.add(self.value, self.function.index(other).value))
@@ -98,14 +100,10 @@ class Index:
         return self.function.spread(self.function.builder.sitofp(self.value, DOUBLE))
 
 
-class Test:
+class Test(_Value):
     """A truth value."""
 
-    __slots__ = ("function", "value")
-
-    def __init__(self, function: "Function", value: Any) -> None:
-        self.function = function
-        self.value = value
+    __slots__ = ()
 
     def __and__(self, other: "Test") -> "Test":
         return Test(self.function, self.function.builder.and_(self.value, other.value))
@@ -249,23 +247,19 @@ class Module:
 
     def reciprocals(self) -> Any:
         """The table of 1/k; its first number is infinite."""
-        found = self.module.globals.get("reciprocals")
-        if found is None:
-            kind = ir.ArrayType(DOUBLE, RECIPROCALS)
-            found = ir.GlobalVariable(self.module, kind, "reciprocals")
-            found.linkage = "internal"
-            found.global_constant = True
-            found.initializer = ir.Constant(kind, [float("inf"), *(1.0 / k for k in range(1, RECIPROCALS))])
-        return found
+        kind = ir.ArrayType(DOUBLE, RECIPROCALS)
+        values = [float("inf"), *(1.0 / k for k in range(1, RECIPROCALS))]
+        return self.module.globals.get("reciprocals") or self._table("reciprocals", ir.Constant(kind, values))
 
     def whole_numbers(self, name: str, values: Sequence[int]) -> Any:
         """A constant table of whole numbers."""
-        kind = ir.ArrayType(_SHORT, max(len(values), 1))
-        found = ir.GlobalVariable(self.module, kind, name)
-        found.linkage = "internal"
-        found.global_constant = True
         # as text: an object a number takes longer than all else that a large table needs
-        found.initializer = ir.FormattedConstant(kind, f"[{', '.join(f'{_SHORT} {value}' for value in values or [0])}]")
+        text = f"[{', '.join(f'{_SHORT} {value}' for value in values or [0])}]"
+        return self._table(name, ir.FormattedConstant(ir.ArrayType(_SHORT, max(len(values), 1)), text))
+
+    def _table(self, name: str, content: ir.Constant) -> Any:
+        found = ir.GlobalVariable(self.module, content.type, name)
+        found.linkage, found.global_constant, found.initializer = "internal", True, content
         return found
 
     def once(self, name: str, write: Callable[[str], Any]) -> Any:
