@@ -7,7 +7,6 @@ needs is computed in that outcome's branch.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import sympy
@@ -29,6 +28,7 @@ from chaosdrill.model.derive import (
     throw,
 )
 from chaosdrill.model.special import SPECIAL
+from chaosdrill.model.touching import is_long
 
 if TYPE_CHECKING:
     from chaosdrill.codegen.constants import Constants
@@ -170,10 +170,6 @@ class Pointwise:
     def event_map(self, name: str, event: "Event") -> Any:
         """Write ``(t, c, x, tangents, scale, tolerance, event)``: one guard's event, whole."""
         return _Transit(self, name, event).write()
-
-
-def _is_short(expression: Any) -> bool:
-    return next(islice(sympy.preorder_traversal(expression), TUNING.told_nodes, None), None) is None
 
 
 class _Transit:
@@ -351,7 +347,9 @@ class _Transit:
         As of a hit that keeps nothing but round-off, the exponent of a superstable cycle is then minus infinity.
         """
         f, n = self.f, self.n
-        slopes = (e for (_, j), e in self.slopes[index].items() if j < n and _is_short(e) and cancels(e))
+        slopes = (
+            e for (_, j), e in self.slopes[index].items() if j < n and not is_long(e, TUNING.told_nodes) and cancels(e)
+        )
         found = {e: rounding_bound(e) for e in slopes}
         # of a derivative of a special function no derivative is known, and so no rounding
         bounds = {e: bound for e, bound in found.items() if not bound.has(sympy.Derivative)}

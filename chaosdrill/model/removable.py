@@ -10,14 +10,14 @@ does not cancel are zero, the power is taken out, and what is left is divided. P
 import math
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
-from itertools import islice, permutations, product
+from itertools import permutations, product
 from typing import Any
 
 import sympy
 
-from chaosdrill.model.logarithms import base_and_power, with_parts
+from chaosdrill.model.logarithms import base_and_power, is_positive_number, with_parts
 from chaosdrill.model.special import RESTS, gate, log1p, power_rest, taylor_rest
-from chaosdrill.model.touching import degree_bound, exact
+from chaosdrill.model.touching import degree_bound, exact, is_long
 from chaosdrill.model.tuning import TUNING
 
 _BY_TYPE: dict[Any, int] = {g: i for i, g in enumerate(RESTS) if isinstance(g, type)}
@@ -137,7 +137,7 @@ def _conjugate(e: Any) -> tuple[Any, Any] | None:
 @lru_cache(maxsize=512)
 def _quotient(e: Any) -> Any:
     """A product without such a quotient; itself if it has none."""
-    if _is_long(e):
+    if is_long(e):
         return e
     # poles that are a sum are factors of one divisor
     parted = _factored(
@@ -208,7 +208,7 @@ def _apart(base: Any, slope: Any, other: Any, by: Any) -> Any:
 @lru_cache(maxsize=512)
 def _joined(e: Any) -> Any:
     """A sum whose poles that cancel each other are one quotient that has none."""
-    if _is_long(e) or sum(map(_divides, e.args)) < 2:
+    if is_long(e) or sum(map(_divides, e.args)) < 2:
         return e
     for symbol, distance in dict.fromkeys(place for term in e.args for place in _places(term)):
         terms = [one for term in e.args for one in sympy.Add.make_args(sympy.expand(_turned(term)))]
@@ -221,11 +221,6 @@ def _joined(e: Any) -> Any:
         if found != whole:
             return sympy.Add(found, *others)
     return e
-
-
-def _is_long(e: Any) -> bool:
-    most = TUNING.decomposed_parts
-    return sum(1 for _ in islice(sympy.preorder_traversal(e), most + 1)) > most
 
 
 def _places(e: Any) -> Iterator[tuple[Any, Any]]:
@@ -355,7 +350,7 @@ def _centred(e: Any) -> Any:
 
 
 def _is_positive(number: Any) -> bool:
-    return number is not None and bool(number.is_number and number.is_positive)
+    return number is not None and is_positive_number(number)
 
 
 def _start(e: Any) -> Any:

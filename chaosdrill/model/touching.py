@@ -168,9 +168,9 @@ def _touched(base: Any, power: Any, moving: frozenset[Any], numbers: Mapping[Any
     return _Touched(where, short, _shortest(rest))
 
 
-def _parts(expression: Any) -> int:
-    """How many parts an expression has, or more than `TUNING.decomposed_parts`."""
-    return sum(1 for _ in islice(sympy.preorder_traversal(expression), TUNING.decomposed_parts + 1))
+def is_long(expression: Any, most: int = TUNING.decomposed_parts) -> bool:
+    """Whether an expression has more parts than a number, without looking at all of them."""
+    return next(islice(sympy.preorder_traversal(expression), most, None), None) is not None
 
 
 def exact(expression: Any) -> Any:
@@ -181,7 +181,7 @@ def exact(expression: Any) -> Any:
 
 def _shortest(expression: Any) -> Any:
     """A form of an expression that is short enough to be read."""
-    if _parts(expression) > TUNING.decomposed_parts:
+    if is_long(expression):
         return expression
     units = _units(expression, _CIRCULAR)
     names: dict[Any, Any] = {}
@@ -300,7 +300,7 @@ def _decomposed(expression: Any) -> tuple[Any, dict[Any, int]] | None:
 
     Sines and cosines of half the angles take the place of their tangents, so that no factor has a pole.
     """
-    if _parts(expression) > TUNING.decomposed_parts:
+    if is_long(expression):
         return None
     decimal, variables = exact(expression), _Variables()
     variables.read_angles(decimal)
