@@ -12,10 +12,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
 
-PATIENCE_S = 2.0
-"""Seconds after which a message mentions the second Ctrl-C."""
+from chaosdrill.cli.tuning import TUNING
 
-RETRY_S = 0.05
 COMPILER = "llvmlite"
 """The compiler calls back into it; an exception raised there is lost, or crashes the process."""
 
@@ -40,7 +38,7 @@ def second_one_ends(code: int, *, last: bool = False) -> Iterator[None]:
         return
     raised = False
     hint = threading.Timer(
-        PATIENCE_S, _say, ["\ninterrupted; finishing the work in progress, press Ctrl-C again to stop at once"]
+        TUNING.patience_s, _say, ["\ninterrupted; finishing the work in progress, press Ctrl-C again to stop at once"]
     )
     hint.daemon = True
 
@@ -49,7 +47,7 @@ def second_one_ends(code: int, *, last: bool = False) -> Iterator[None]:
         nonlocal raised
         while frame is not None and not raised:
             if str(frame.f_globals.get("__name__", "")).partition(".")[0] == COMPILER:
-                signal.setitimer(signal.ITIMER_REAL, RETRY_S)
+                signal.setitimer(signal.ITIMER_REAL, TUNING.retry_s)
                 return
             frame = frame.f_back
         if not raised:

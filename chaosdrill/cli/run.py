@@ -8,6 +8,7 @@ import click
 
 from chaosdrill.annotations import DataArray, Dataset
 from chaosdrill.cli.streams import changes_option, emit, json_option, say, tell
+from chaosdrill.cli.tuning import TUNING
 from chaosdrill.dataset.branches import Special, count_special_points
 from chaosdrill.dataset.equilibria import SpecialEquilibrium
 from chaosdrill.dataset.outcomes import Outcome, count_outcomes, flag_names
@@ -16,9 +17,6 @@ from chaosdrill.progress import Display
 
 # of the larger variables these are short enough for a line
 _SHORT = {"exponent", "multiplier"}
-_SHORT_LENGTH = 8
-
-MOST_LINES = 60
 
 
 @click.command()
@@ -90,7 +88,7 @@ def short_variables(dataset: Dataset) -> dict[str, DataArray]:
     """The numbers of a result, and its lists of a few numbers."""
     found = {}
     for name, variable in dataset.data_vars.items():
-        short = variable.ndim == 0 or (variable.dims[0] in _SHORT and variable.size <= _SHORT_LENGTH)
+        short = variable.ndim == 0 or (variable.dims[0] in _SHORT and variable.size <= TUNING.short_list)
         if variable.ndim <= 1 and short and variable.dtype.kind in "iuf":
             found[str(name)] = variable
     return found
@@ -135,8 +133,8 @@ def orbit_lines(dataset: Dataset) -> list[str]:
     elif "branch_number" in dataset.sizes:
         lines = [line for number in dataset["branch_number"].values for line in _branch(dataset, int(number))]
         lines += _cascade(dataset)
-    more = len(lines) - MOST_LINES
-    return lines if more <= 0 else [*lines[:MOST_LINES], f"and {more} more lines; see the archive"]
+    more = len(lines) - TUNING.lines
+    return lines if more <= 0 else [*lines[: TUNING.lines], f"and {more} more lines; see the archive"]
 
 
 def _orbit(orbit: Dataset) -> str:
