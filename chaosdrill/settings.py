@@ -12,9 +12,10 @@ from chaosdrill.limits import Limit
 from chaosdrill.names import brief, remedy
 from chaosdrill.tuning import TUNING
 
-Path = tuple[int | str, ...]
+KeyPath = tuple[str | int, ...]
+"""Keys that lead to a value in tables and lists."""
 
-Faults = Iterator[tuple[Path, str]]
+Faults = Iterator[tuple[KeyPath, str]]
 """What is wrong in a table, each with the keys that lead to it."""
 
 LONGEST = 10**10
@@ -305,7 +306,7 @@ class Settings:
             yield (), told("expected a table", table)
             return
         values = cls.values()
-        found: list[tuple[Path, str]] = []
+        found: list[tuple[KeyPath, str]] = []
         for key in table:
             if key not in values and key not in (also or ()):
                 advice = "leave it out" if also is None else remedy(key, (*also, *values))
@@ -380,7 +381,7 @@ def _is_default(one: "Field[Any]", value: Any) -> bool:
     return value is one.default or (isinstance(one.default, int | float | str) and bool(value == one.default))
 
 
-def within(place: Path, faults: Faults) -> Faults:
+def within(place: KeyPath, faults: Faults) -> Faults:
     """Faults of what stands at a place."""
     for path, text in faults:
         yield (*place, *path), text
@@ -391,7 +392,7 @@ def told(words: str, value: Any) -> str:
     return words if isinstance(value, Mapping) else f"{words}, received {brief(value)}"
 
 
-def _of_an_argument(name: str, value: Any, path: Path, text: str) -> str:
+def _of_an_argument(name: str, value: Any, path: KeyPath, text: str) -> str:
     """A fault of an argument: its place and value, and then what it must be."""
     for key in path:
         name += f"[{key}]" if isinstance(key, int) else f".{key}"

@@ -7,7 +7,6 @@ from typing import Any
 
 import sympy
 
-from chaosdrill.model.parts import Path
 from chaosdrill.model.python import Called, is_python
 from chaosdrill.model.reading import Reader
 from chaosdrill.model.rules import refused
@@ -17,6 +16,7 @@ from chaosdrill.model.text import INSTEAD
 from chaosdrill.model.transition import Transition
 from chaosdrill.model.values import Definition
 from chaosdrill.names import shown
+from chaosdrill.settings import KeyPath
 
 KEYS = ("name", "description", "states", "images", "bounds", "labels", "noise")
 """Keys of a map in a scene."""
@@ -60,7 +60,7 @@ class MapReader(Reader):
             return None
         return MapDefinition(**{one.name: getattr(found, one.name) for one in fields(found)}, images=self.images)
 
-    def _fault(self, path: Path, message: str) -> None:
+    def _fault(self, path: KeyPath, message: str) -> None:
         # of what a map is made of, users see the images alone
         if path[:1] in (("modes",), ("time",), ("period",)):
             return

@@ -25,9 +25,7 @@ from chaosdrill.model.text import has_doubles, read_open_text, read_text, rejoin
 from chaosdrill.model.touching import without_smooth_zeros
 from chaosdrill.model.tuning import TUNING
 from chaosdrill.names import remedy, shortened, shown
-from chaosdrill.settings import is_masked
-
-Path = tuple[str | int, ...]
+from chaosdrill.settings import KeyPath, is_masked
 
 TIME = "t"
 """Default name of time, unless a state or parameter has it."""
@@ -59,7 +57,7 @@ class PartReader:
     """
 
     def __init__(self, parameters: Any = None) -> None:
-        self.faults: list[tuple[Path, str]] = []
+        self.faults: list[tuple[KeyPath, str]] = []
         self.states: tuple[str, ...] | None = None
         self.used: set[str] = set()
         self.open = parameters is None
@@ -79,24 +77,24 @@ class PartReader:
     def told(self, of: str) -> str:
         """All faults, a line each; transitions go by their names."""
 
-        def place(path: Path) -> str:
+        def place(path: KeyPath) -> str:
             of_one = path[:1] == ("transitions",) and len(path) > 1
             name = self._transitions[int(path[1])] if of_one else None
             return ".".join(shortened(str(part)) for part in ((path[0], name, *path[2:]) if name else path))
 
         return "\n".join(": ".join(filter(None, (of, place(path), message))) for path, message in self.faults)
 
-    def _fault(self, path: Path, message: str) -> None:
+    def _fault(self, path: KeyPath, message: str) -> None:
         self.faults.append((path, message))
         if len(self.faults) >= TUNING.faults:
             raise TooManyFaults
 
-    def _known(self, path: Path, given: Mapping[str, Any], keys: tuple[str, ...]) -> None:
+    def _known(self, path: KeyPath, given: Mapping[str, Any], keys: tuple[str, ...]) -> None:
         for key in given:
             if key not in keys:
                 self._fault((*path, key), f"unknown key; {remedy(key, keys)}")
 
-    def _table(self, path: Path, value: Any) -> dict[str, Any]:
+    def _table(self, path: KeyPath, value: Any) -> dict[str, Any]:
         """A mapping of names, or of symbols, to anything."""
         if isinstance(value, Mapping) and all(isinstance(key, str | sympy.Symbol) for key in value):
             read = {str(getattr(key, "name", key)): entry for key, entry in value.items()}
@@ -105,19 +103,19 @@ class PartReader:
         self._fault(path, f"expected a table of names (a dict in Python), received {shown(value):.60}")
         return {}
 
-    def _text(self, path: Path, value: Any, *, empty: bool = False) -> str | None:
+    def _text(self, path: KeyPath, value: Any, *, empty: bool = False) -> str | None:
         if isinstance(value, str) and (empty or value.strip()):
             return value
         self._fault(path, f"expected text in quotes, received {shown(value):.60}")
         return None
 
-    def _whole(self, path: Path, value: Any) -> int:
+    def _whole(self, path: KeyPath, value: Any) -> int:
         if isinstance(value, Integral) and not isinstance(value, bool) and abs(int(value)) < 2**63:
             return int(value)
         self._fault(path, f"expected a whole number, received {shown(value):.60}")
         return 0
 
-    def _name(self, path: Path, value: Any) -> str | None:
+    def _name(self, path: KeyPath, value: Any) -> str | None:
         """The name of a state or of the time, given as text or as a symbol."""
         given = value.name if isinstance(value, sympy.Symbol) else value
         if isinstance(given, str) and is_name(given):
@@ -126,7 +124,7 @@ class PartReader:
         self._fault(path, f"received {shown(value):.60}; {what}")
         return None
 
-    def _all_states(self, path: Path, function: Any) -> dict[Any, Any]:
+    def _all_states(self, path: KeyPath, function: Any) -> dict[Any, Any]:
         """Values of a Python function by state."""
         # a transition whose system is not known yet has its function stand for one state
         states = self._moved_states() or (sympy.Symbol("x", real=True),)
@@ -157,7 +155,7 @@ class PartReader:
         self.used |= {s.name for s in found[0].free_symbols}
         return found
 
-    def _assignments(self, path: Path, table: Mapping[str, Any], level: int) -> dict[Any, Any]:
+    def _assignments(self, path: KeyPath, table: Mapping[str, Any], level: int) -> dict[Any, Any]:
         """Expressions by the state that each belongs to."""
         read = {}
         for state, value in table.items():
@@ -172,7 +170,7 @@ class PartReader:
         missing = [state for state in self.states or () if state not in table]
         return missing if len(missing) != sum(name not in (self.states or ()) for name in table) else []
 
-    def _stranger(self, path: Path, state: str) -> None:
+    def _stranger(self, path: KeyPath, state: str) -> None:
         """Record that a name is not a state."""
         if not self._lacking.get(state):
             self._fault(path, f"unknown state; {remedy(state, self.states or ())}")
@@ -180,7 +178,12 @@ class PartReader:
             self._lacking[state] = True
 
     def _by_mode(
-        self, path: Path, value: Mapping[Any, Any], modes: Iterable[str], lacks: str, read: Callable[[Path, Any], Any]
+        self,
+        path: KeyPath,
+        value: Mapping[Any, Any],
+        modes: Iterable[str],
+        lacks: str,
+        read: Callable[[KeyPath, Any], Any],
     ) -> dict[str, Any]:
         """An entry for every one of some modes."""
         given = self._table(path, value)
@@ -192,7 +195,7 @@ class PartReader:
                 self._fault(path, f"gives nothing for mode {mode!r:.60}; {lacks}")
         return {mode: read((*path, mode), given[mode]) for mode in modes if mode in given}
 
-    def transition(self, path: Path, value: Any) -> dict[str, Any]:
+    def transition(self, path: KeyPath, value: Any) -> dict[str, Any]:
         """The fields of a transition; what is missing among them is a fault."""
         if not isinstance(value, Mapping):
             self._fault(path, f"expected a Transition, or a table, received {shown(value):.60}")
@@ -236,7 +239,7 @@ class PartReader:
         read["priority"] = self._whole((*path, "priority"), given.get("priority", 0))
         return read
 
-    def _guard(self, path: Path, value: Any) -> Any:
+    def _guard(self, path: KeyPath, value: Any) -> Any:
         is_condition = isinstance(value, Relational)
         if isinstance(value, str):
             with suppress(ExpressionError):
@@ -248,7 +251,7 @@ class PartReader:
         found = self._expression(path, value, FLOW)
         return found if found is None else with_factor(found, self._moving)
 
-    def _source(self, path: Path, value: Any) -> tuple[str, ...]:
+    def _source(self, path: KeyPath, value: Any) -> tuple[str, ...]:
         sources = [value] if isinstance(value, str) or not isinstance(value, list | tuple) else value
         if not sources:
             self._fault(path, "is empty; name the mode, or modes, in which the guard is watched")
@@ -257,11 +260,11 @@ class PartReader:
             self._mode(path, mode)
         return read
 
-    def _mode(self, path: Path, mode: str) -> None:
+    def _mode(self, path: KeyPath, mode: str) -> None:
         if self._modes and mode not in self._modes:
             self._fault(path, f"unknown mode {mode!r:.60}; {remedy(mode, self._modes)}")
 
-    def _condition(self, path: Path, value: Any, sources: tuple[str, ...]) -> Any:
+    def _condition(self, path: KeyPath, value: Any, sources: tuple[str, ...]) -> Any:
         if value is None:
             return None
         if isinstance(value, Mapping):
@@ -271,10 +274,10 @@ class PartReader:
             return next(iter(read.values())) if same else read
         return self._relation(path, value)
 
-    def _relation(self, path: Path, value: Any) -> Any:
+    def _relation(self, path: KeyPath, value: Any) -> Any:
         return self._expression(path, value, CONDITION, condition=True)
 
-    def _expression(self, path: Path, value: Any, level: int = CONDITION, *, condition: bool = False) -> Any:
+    def _expression(self, path: KeyPath, value: Any, level: int = CONDITION, *, condition: bool = False) -> Any:
         """The value as an expression of real symbols; None with a fault.
 
         ``level`` says what it is for, and so which functions of states and time it may hold.
@@ -312,7 +315,7 @@ class PartReader:
         values = ((name, finite(value)) for name, value in self.parameters.items())
         return {name: value for name, value in values if value is not None}
 
-    def _from_text(self, path: Path, text: str, condition: bool) -> Any:
+    def _from_text(self, path: KeyPath, text: str, condition: bool) -> Any:
         self._letters += len(text)
         if self._letters > TUNING.letters_together:
             self._fault(path, f"the definition has more than {TUNING.letters_together} letters of expressions")

@@ -15,7 +15,7 @@ import sympy
 
 from chaosdrill.model.completion import wrong_completion
 from chaosdrill.model.crossings import hidden
-from chaosdrill.model.parts import NAMES, TIME, PartReader, Path, TooManyFaults, is_name
+from chaosdrill.model.parts import NAMES, TIME, PartReader, TooManyFaults, is_name
 from chaosdrill.model.period import wrong_period
 from chaosdrill.model.python import is_python
 from chaosdrill.model.special import FLOW
@@ -23,7 +23,7 @@ from chaosdrill.model.tables import DEFAULT_BOUNDS, OF_NOISE, UNNAMED, finite
 from chaosdrill.model.transition import CORNER, Transition
 from chaosdrill.model.values import Definition
 from chaosdrill.names import brief, names_in, remedy, shown
-from chaosdrill.settings import real
+from chaosdrill.settings import KeyPath, real
 
 MOST_CODES = 127
 
@@ -70,7 +70,7 @@ class Reader(PartReader):
         for one in dict.fromkeys(named):
             other = plain.setdefault(normalize("NFKC", one), one)
             if other != one:
-                where: Path = ("states",) if one in states else ("time",) if one == time else ("parameters", one)
+                where: KeyPath = ("states",) if one in states else ("time",) if one == time else ("parameters", one)
                 self._fault(where, f"{one!r:.60} and {other!r:.60} are one name in Python; rename one of them")
         self._hints = {one: f"if it is the time, declare it: time = {one!r}" for one in ("t", "time")}
         if time is not None:
@@ -231,7 +231,7 @@ class Reader(PartReader):
             }
         return read
 
-    def _integrand(self, path: Path, value: Any) -> Any:
+    def _integrand(self, path: KeyPath, value: Any) -> Any:
         return self._expression(path, value, FLOW)
 
     def _read_transitions(self, value: Any) -> tuple[Transition, ...]:

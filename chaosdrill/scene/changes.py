@@ -14,9 +14,9 @@ from typing import Any
 
 from chaosdrill.errors import SettingsError
 from chaosdrill.names import shown
-from chaosdrill.scene.lines import BARE, DOTTED, NAME, Layout, Path, layout
+from chaosdrill.scene.lines import BARE, DOTTED, NAME, Layout, layout
 from chaosdrill.scene.tuning import TUNING
-from chaosdrill.settings import too_long
+from chaosdrill.settings import KeyPath, too_long
 from chaosdrill.units import VANISHES, vanishes
 
 _KEY = re.compile(rf"\s*{DOTTED}\s*")
@@ -58,7 +58,7 @@ def parse_change(text: str) -> tuple[str, Any]:
     return found.group().strip(), document["value"]
 
 
-def change(text: str, key: str, value: Any) -> tuple[str, Path]:
+def change(text: str, key: str, value: Any) -> tuple[str, KeyPath]:
     """Set one value in the text of a scene; return the text with it, and the parts of its key.
 
     ``text``: a document that ``tomllib.loads`` accepts. ``key``: a dotted one, as ``system.parameters.eta``. Entries of
@@ -68,7 +68,7 @@ def change(text: str, key: str, value: Any) -> tuple[str, Path]:
     Raises `SettingsError` if the key is invalid, or passes through a value that is not a table, or if TOML has no such
     value.
     """
-    path: Path = _path(key)
+    path: KeyPath = _path(key)
     text = text.replace("\r\n", "\n")
     wanted = tomllib.loads(text)
     path = _into_lists(path, wanted, key)
@@ -118,9 +118,9 @@ def _path(key: str) -> tuple[str, ...]:
         raise SettingsError(f"--set {key!r:.100}: TOML has no such key") from None
 
 
-def _into_lists(path: Path, document: Any, key: str) -> Path:
+def _into_lists(path: KeyPath, document: Any, key: str) -> KeyPath:
     """The path with the indices of list entries, which a key gives by number or name."""
-    found: Path = ()
+    found: KeyPath = ()
     part: Any
     for part in path:
         if isinstance(document, list):
@@ -142,7 +142,7 @@ def _into_lists(path: Path, document: Any, key: str) -> Path:
     return found
 
 
-def _put(table: Any, path: Path, key: str, value: Any) -> None:
+def _put(table: Any, path: KeyPath, key: str, value: Any) -> None:
     *tables, last = path
     for depth, name in enumerate(tables, start=1):
         table = table[name] if isinstance(name, int) else table.setdefault(name, {})
@@ -157,7 +157,7 @@ def _put(table: Any, path: Path, key: str, value: Any) -> None:
     table[last] = value
 
 
-def _candidates(text: str, path: Path, value: str) -> Iterator[str]:
+def _candidates(text: str, path: KeyPath, value: str) -> Iterator[str]:
     """Candidate texts with the value, the plainest first."""
     found: Layout = layout(text)
     if path in found.values:

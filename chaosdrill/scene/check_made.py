@@ -10,9 +10,8 @@ from typing import Any
 from chaosdrill.errors import ChaosdrillError, SettingsError
 from chaosdrill.model.tables import UNNAMED
 from chaosdrill.names import names_in, remedy
-from chaosdrill.scene.lines import Path
 from chaosdrill.scene.tuning import TUNING
-from chaosdrill.settings import Faults
+from chaosdrill.settings import Faults, KeyPath
 
 SIDES = ("above", "below")
 SLIDING = "sliding"
@@ -36,7 +35,7 @@ def as_definition(table: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
-def placed(path: Path) -> Path | None:
+def placed(path: KeyPath) -> KeyPath | None:
     """Position in the table of a fault of that definition; None for a fault that also occurs elsewhere."""
     match path:
         case ("modes", side, *rest):
@@ -101,7 +100,7 @@ def too_large(definition: Any) -> Faults:
         yield from _expanded(("transitions", index, "guard"), transition.guard)
 
 
-def _expanded(path: Path, expression: Any) -> Faults:
+def _expanded(path: KeyPath, expression: Any) -> Faults:
     import sympy
 
     for power in expression.atoms(sympy.Pow):
@@ -152,7 +151,7 @@ def drive_faults(drive: Any, names: Mapping[str, Any], used: set[str]) -> Faults
         yield ("table",), f"expected a list of numbers, or a table of phases, received {values!r:.60}"
 
 
-def _long(path: Path, values: Any) -> Faults:
+def _long(path: KeyPath, values: Any) -> Faults:
     if len(values) > TUNING.pieces:
         yield path, f"has {len(values)} pieces; at most {TUNING.pieces} can be modes of a system"
 
@@ -162,7 +161,7 @@ def _pointed(value: Any) -> str:
     return "; a phase with a point stands in quotes" if isinstance(value, Mapping) else ""
 
 
-def _read(path: Path, value: Any, names: Mapping[str, Any], used: set[str]) -> Faults:
+def _read(path: KeyPath, value: Any, names: Mapping[str, Any], used: set[str]) -> Faults:
     """Faults of an expression, with the names that it holds."""
     from chaosdrill.model.grammar import ExpressionError
     from chaosdrill.model.text import read_text

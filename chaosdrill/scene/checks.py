@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import product
-from pathlib import Path as File
+from pathlib import Path
 from typing import Any
 
 from chaosdrill import systems
@@ -19,8 +19,8 @@ from chaosdrill.model.tuning import TUNING
 from chaosdrill.names import remedy
 from chaosdrill.scene import check_made
 from chaosdrill.scene.defined import Made, checked_before, sliding, sliding_before
-from chaosdrill.scene.lines import Path, Problem, problems_of
-from chaosdrill.settings import Known, Number, Settings, TableOf, Text, setting
+from chaosdrill.scene.lines import Problem, problems_of
+from chaosdrill.settings import KeyPath, Known, Number, Settings, TableOf, Text, setting
 from chaosdrill.systems.drill.effects import LIMITS
 from chaosdrill.systems.drill.si import IN_SI, ReadSI, read_si
 
@@ -89,7 +89,7 @@ def check_document(raw: Mapping[str, Any], system: CheckedSystem) -> list[Proble
         "system.parameters": system.known or (),
         "system": SystemTable.values(),
     }
-    misplaced: dict[Path, str] = {
+    misplaced: dict[KeyPath, str] = {
         (key,): f"belongs in [{table}], as {table}.{key}"
         for table, names in inner.items()
         for key in raw.keys() - Document.values().keys()
@@ -452,7 +452,7 @@ class Asked:
         *,
         workers: int = 1,
         scheduler: str | None = None,
-        store: File | None = None,
+        store: Path | None = None,
         progress: Callable[..., None] | None = None,
     ) -> Dataset:
         """Run the analysis, with at most as many workers as points; ``store`` keeps finished chunks."""
@@ -477,7 +477,7 @@ def check_analyses(raw: Mapping[str, Any], system: CheckedSystem) -> tuple[dict[
     folders: dict[str, str] = {}
     problems: list[Problem] = []
     for name, table in raw.items():
-        at: Path = ("analysis", name)
+        at: KeyPath = ("analysis", name)
         if not _GROUP.fullmatch(name):
             problems.append(Problem(at, "the name must consist of at most 64 letters, digits, '_', '.' and '-'"))
         # parts of a run lie in folders of these names, and some systems know no case there

@@ -14,8 +14,7 @@ from dataclasses import dataclass, field
 from chaosdrill.errors import SceneError
 from chaosdrill.names import shortened
 from chaosdrill.scene.tuning import TUNING
-
-Path = tuple[str | int, ...]
+from chaosdrill.settings import KeyPath
 
 # nothing repeats possessively, which Python 3.11.4 and older do not match as they should (gh-106052), and nothing needs
 # to: of the alternatives in a repetition never more than one fits
@@ -44,13 +43,13 @@ class Layout:
     the header of a table ends.
     """
 
-    lines: dict[Path, int] = field(default_factory=dict)
-    values: dict[Path, tuple[int, int]] = field(default_factory=dict)
-    inside: dict[Path, int] = field(default_factory=dict)
-    below: dict[Path, int] = field(default_factory=dict)
+    lines: dict[KeyPath, int] = field(default_factory=dict)
+    values: dict[KeyPath, tuple[int, int]] = field(default_factory=dict)
+    inside: dict[KeyPath, int] = field(default_factory=dict)
+    below: dict[KeyPath, int] = field(default_factory=dict)
 
 
-def key_lines(text: str) -> dict[Path, int]:
+def key_lines(text: str) -> dict[KeyPath, int]:
     """Line of every key and array element of a valid TOML document.
 
     ``text``: a document that ``tomllib.loads`` accepts.
@@ -72,10 +71,10 @@ class _Scanner:
         self.starts = [0, *(found.end() for found in re.finditer("\n", text))]
         self.found = Layout()
         self.lines = self.found.lines
-        self.tables_of: dict[Path, int] = {}
+        self.tables_of: dict[KeyPath, int] = {}
 
     def scan(self) -> Layout:
-        table: Path = ()
+        table: KeyPath = ()
         self._skip(_BLANK)
         while self.at < len(self.text):
             if self.text[self.at] == "[":
@@ -85,13 +84,13 @@ class _Scanner:
             self._skip(_BLANK)
         return self.found
 
-    def _header(self) -> Path:
+    def _header(self) -> KeyPath:
         many = self.text.startswith("[[", self.at)
         line = self._line()
         self.at += 2 if many else 1
         names = self._dotted()
         self.at = self.text.index("]", self.at) + (2 if many else 1)
-        path: Path = ()
+        path: KeyPath = ()
         for depth, name in enumerate(names, start=1):
             path = (*path, name)
             last = depth == len(names)
@@ -107,7 +106,7 @@ class _Scanner:
         self.found.below[path] = self.at
         return path
 
-    def _pair(self, table: Path) -> None:
+    def _pair(self, table: KeyPath) -> None:
         line = self._line()
         path = table
         for name in self._dotted():
@@ -128,7 +127,7 @@ class _Scanner:
                 return names
             self.at += 1
 
-    def _value(self, path: Path) -> None:
+    def _value(self, path: KeyPath) -> None:
         opening, start = self.text[self.at], self.at
         if opening == "{":
             self.found.inside[path] = start + 1
@@ -170,11 +169,11 @@ class _Scanner:
 class Problem:
     """One fault: the path of keys to it, and a message with the likely fix."""
 
-    path: Path
+    path: KeyPath
     message: str
 
 
-def problems_of(faults: Iterable[tuple[Path, str]], at: Path) -> list[Problem]:
+def problems_of(faults: Iterable[tuple[KeyPath, str]], at: KeyPath) -> list[Problem]:
     """Problems of the faults below a path."""
     return [Problem((*at, *path), message) for path, message in faults]
 
@@ -187,7 +186,7 @@ class InvalidSceneError(SceneError):
     line.
     """
 
-    def __init__(self, name: str, problems: Iterable[Problem], lines: Mapping[Path, int]) -> None:
+    def __init__(self, name: str, problems: Iterable[Problem], lines: Mapping[KeyPath, int]) -> None:
         placed = sorted(((line_of(problem.path, lines), problem) for problem in problems), key=lambda pair: pair[0])
         self.problems = [
             {"line": line or None, "field": show(problem.path), "message": problem.message} for line, problem in placed
@@ -201,14 +200,14 @@ class InvalidSceneError(SceneError):
         super().__init__("\n".join(texts))
 
 
-def line_of(path: Path, lines: Mapping[Path, int]) -> int:
+def line_of(path: KeyPath, lines: Mapping[KeyPath, int]) -> int:
     """Line of a path, or of the nearest table around it that has one."""
     while path and path not in lines:
         path = path[:-1]
     return lines.get(path, 1)
 
 
-def show(path: Path) -> str:
+def show(path: KeyPath) -> str:
     """A path in the notation of users: ``system.parameters.eta``, ``sweep.eta[2]``."""
     text = ""
     for part in path:

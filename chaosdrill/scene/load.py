@@ -15,9 +15,9 @@ from chaosdrill.errors import SceneError
 from chaosdrill.files import HDF5, format_of_bytes, name_text
 from chaosdrill.scene.changes import change, toml_value
 from chaosdrill.scene.lines import COMMENT, DOTTED, LONG_STRING, NAME, NO_LINE, InvalidSceneError, Problem, key_lines
-from chaosdrill.scene.lines import Path as KeyPath
 from chaosdrill.scene.scene import PIPED, STDIN, Scene
 from chaosdrill.scene.tuning import TUNING
+from chaosdrill.settings import KeyPath
 from chaosdrill.typed import PATH, TABLE, TEXT, expecting
 from chaosdrill.units import VANISHES, vanishes
 
@@ -204,10 +204,6 @@ class _Vanishing(str):
     """The digits of a number that is not 0, and nearer to it than any double."""
 
 
-def _number(digits: str) -> float | _Vanishing:
-    return _Vanishing(digits) if vanishes(digits) else float(digits)
-
-
 def _beyond_doubles(raw: Any, path: KeyPath = ()) -> Iterator[Problem]:
     """Numbers that no machine has, each at its place."""
     if isinstance(raw, dict | list):
@@ -227,7 +223,7 @@ def _parse_toml(text: str, name: str) -> dict[str, Any]:
             line = text.count("\n", 0, found.start()) + 1
             raise SceneError(f"{name}:{line}: {fault}")
     try:
-        return tomllib.loads(text, parse_float=_number)
+        return tomllib.loads(text, parse_float=lambda digits: (_Vanishing if vanishes(digits) else float)(digits))
     except RecursionError:
         raise SceneError(f"{name}: invalid TOML: nested too deeply") from None
     except ValueError as fault:

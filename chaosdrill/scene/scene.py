@@ -13,8 +13,8 @@ from chaosdrill.files import name_text
 from chaosdrill.names import remedy
 from chaosdrill.scene.check_made import DriveFault, driven_system, halved_system, noisy_system
 from chaosdrill.scene.defined import Made
-from chaosdrill.scene.lines import InvalidSceneError, Path, Problem, problems_of
-from chaosdrill.settings import Known
+from chaosdrill.scene.lines import InvalidSceneError, Problem, problems_of
+from chaosdrill.settings import KeyPath, Known
 from chaosdrill.systems.drill.si import ReadSI
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ class Scene:
     si: ReadSI
     numerics: Mapping[str, Any]
     analyses: Mapping[str, "Asked"]
-    lines: Mapping[Path, int] = field(repr=False)
+    lines: Mapping[KeyPath, int] = field(repr=False)
     changes: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -148,7 +148,7 @@ class Scene:
         except SettingsError as fault:
             period = self.system.period
             names = sorted(p.name for p in period.free_symbols) if period is not None else []
-            places: list[Path] = [place for name in names if (place := ("system", "parameters", name)) in self.lines]
+            places: list[KeyPath] = [place for name in names if (place := ("system", "parameters", name)) in self.lines]
             problems = [Problem(place, str(fault)) for place in places or [("system",)]]
             raise InvalidSceneError(self.name, problems, self.lines) from fault
 
@@ -177,7 +177,7 @@ class Scene:
         return shlex.join(["run", STDIN if self.name == PIPED else self.name, *sets, *map(name_text, more)])
 
     def _check_modes(self, system: "HybridSystem") -> list[Problem]:
-        places: dict[Path, Any] = {}
+        places: dict[KeyPath, Any] = {}
         for group, analysis in self.analyses.items():
             for index, seed in enumerate(analysis.get("seeds") or ()):
                 places["analysis", group, "seeds", index, "mode"] = seed.get("mode")
@@ -185,7 +185,7 @@ class Scene:
         return self._unknown_modes(system, places)
 
     @staticmethod
-    def _unknown_modes(system: "HybridSystem", places: Mapping[Path, Any]) -> list[Problem]:
+    def _unknown_modes(system: "HybridSystem", places: Mapping[KeyPath, Any]) -> list[Problem]:
         return [
             Problem(place, f"unknown mode {mode!r:.60}; {remedy(mode, system.modes)}")
             for place, mode in places.items()
