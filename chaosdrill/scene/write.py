@@ -5,8 +5,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from chaosdrill.errors import SceneError
-from chaosdrill.files import followed, is_read_only, replacing
+from chaosdrill.archive import check_writable, writing
+from chaosdrill.errors import ArchiveError, SceneError
 from chaosdrill.model.system import SYSTEM, HybridSystem
 from chaosdrill.scene.changes import bare_or_quoted, toml_value
 from chaosdrill.scene.load import parse_scene
@@ -70,15 +70,12 @@ def save_scene(
     target = Path(path)
     text = "\n".join(_lines({name: value for name, value in document.items() if value != {}}, ())).strip() + "\n"
     parse_scene(text, target.name)
-    if os.path.exists(target) and not os.path.isfile(target):
-        raise SceneError(f"{target}: not an ordinary file, and will not be replaced; name another file")
-    if is_read_only(target):
-        raise SceneError(f"{target}: is read-only, and will not be replaced; chmod u+w would allow it")
     try:
-        with replacing(followed(target)) as draft:
+        check_writable(target, ".toml")
+        with writing(target, "scene") as draft:
             draft.write_text(text, encoding="utf-8")
-    except OSError as fault:
-        raise SceneError(f"{target}: cannot write the scene: {fault.strerror}") from fault
+    except ArchiveError as fault:
+        raise SceneError(str(fault)) from fault
     return target
 
 

@@ -109,3 +109,14 @@ def test_a_link_is_followed_and_what_is_no_file_is_refused(tmp_path):
     with pytest.raises(cd.SceneError, match="not an ordinary file"):
         cd.save_scene(pipe, system, analyses)
     assert pipe.is_fifo()
+
+
+@pytest.mark.parametrize("place", ["none/a.nc", ".", "a\0b.nc", "pipe.nc"])
+def test_it_is_refused_where_an_archive_is_and_in_the_same_words(place, tmp_path):
+    system, target = cd.build("lorenz"), tmp_path / place
+    os.mkfifo(tmp_path / "pipe.nc")
+    with pytest.raises(cd.ArchiveError) as archive:
+        cd.save(cd.trajectory(system, duration=1.0, samples=1), target)
+    with pytest.raises(cd.SceneError) as scene:
+        cd.save_scene(target, system, {"motion": {"kind": "trajectory", "duration": 1.0}})
+    assert str(scene.value).replace("result.toml", "result.nc") == str(archive.value)
