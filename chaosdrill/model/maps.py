@@ -92,12 +92,7 @@ class Map(HybridSystem):
 
     def remade(self, **other: Any) -> HybridSystem:
         """A map made of other arguments, or the flow between its iterates if they are those of a flow."""
-        names = set(arguments_of(Map))
-        if not other.keys() <= names:
-            return super().remade(**other)
-        own = {name: getattr(self, name) for name in names - {"initial"}}
-        made = Map(**{**own, "initial": self.start, **other})
-        return made.changed(noise=self.noise) if self.noise else made
+        return self._remade(Map if other.keys() <= set(arguments_of(Map)) else HybridSystem, other)
 
     def _moved_with(self, rates: Mapping[Any, Any], fixed: Mapping[Any, float]) -> dict[str, Any]:
         if self.time in rates:

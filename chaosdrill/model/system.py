@@ -498,9 +498,11 @@ class HybridSystem(System):
 
     def remade(self, **other: Any) -> "HybridSystem":
         """A system made of other arguments, where they are given, and of those that this one is made of."""
-        of_all = ("name", "states", "time", "parameters", "modes", "transitions", "period", "regions", "quadratures")
-        own = {name: getattr(self, name) for name in (*of_all, "bounds", "description", "labels")}
-        made = HybridSystem(**{**own, "initial": self.start, **other})
+        return self._remade(HybridSystem, other)
+
+    def _remade(self, kind: "type[HybridSystem]", other: Mapping[str, Any]) -> "HybridSystem":
+        own = {name: getattr(self, name) for name in arguments_of(kind) if name != "initial"}
+        made = kind(**{**own, "initial": self.start, **other})
         return made.changed(noise=self.noise) if self.noise else made
 
     def _set_initial(self, values: Mapping[str, Any]) -> None:
