@@ -21,7 +21,7 @@ from chaosdrill.plots.contents import places_of
 from chaosdrill.plots.curve import Curve, breaks, curve_of, is_joined, pieces
 from chaosdrill.plots.figures import legend_outside, new_figure
 from chaosdrill.plots.labels import label, readable, shorten, state_label, wrapped
-from chaosdrill.plots.palette import DOTS, EVENT_MARKERS, PALETTE
+from chaosdrill.plots.palette import DOTS, PALETTE, event_look
 from chaosdrill.plots.style import style
 from chaosdrill.plots.tuning import TUNING
 from chaosdrill.systems import bodies_of
@@ -188,7 +188,7 @@ class _Graph:
         sides = np.searchsorted(scene.curve.time, scene.run["event_time"].values, "right") - 1
         for number, (code, name) in enumerate(flag_names(scene.run["event_kind"]).items() if kinds.size else ()):
             if (kinds == code).any():
-                marker, colour = EVENT_MARKERS[number % len(EVENT_MARKERS)], PALETTE[1 + number % (len(PALETTE) - 1)]
+                marker, colour = event_look(number)
                 options: dict[str, Any] = {"marker": marker, "markersize": 9, "color": colour, "label": readable(name)}
                 self.marks.append((*axes.plot([], [], linestyle="none", **options), kinds == code))
         self.sides = self.points[sides]

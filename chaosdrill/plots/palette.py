@@ -55,6 +55,11 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 EVENT_MARKERS = ("v", "o", "s", "D", "^", "P", "X")
 
 
+def event_look(number: int) -> tuple[str, str]:
+    """Return the marker and the colour of a kind of event, along a trajectory in the first colour."""
+    return EVENT_MARKERS[number % len(EVENT_MARKERS)], PALETTE[1 + number % (len(PALETTE) - 1)]
+
+
 def diverging() -> Colormap:
     """Return the colours of a quantity with a sign: blue below zero, brown above, equally dark at equal distance."""
     return LinearSegmentedColormap.from_list("diverging", [*BELOW, _ZERO, *_ABOVE])

@@ -25,7 +25,7 @@ from chaosdrill.plots.curve import (
 )
 from chaosdrill.plots.figures import legend_above, legend_inside, legend_outside, new_figure, one_panel, owner
 from chaosdrill.plots.labels import is_map, label, period_words, readable, shorten, state_label, strobe_words
-from chaosdrill.plots.palette import DOTS, EVENT_MARKERS, MODE_SHADES, PALETTE
+from chaosdrill.plots.palette import DOTS, MODE_SHADES, PALETTE, event_look
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.tuning import TUNING
 
@@ -128,9 +128,10 @@ def _mark_events(panel: Axes, shown: Dataset, i: int, colour: str | None) -> Non
 
 
 def _event_marker(number: int, name: str | None, colour: str | None) -> dict[str, Any]:
+    marker, own = event_look(number)
     return {
-        "marker": EVENT_MARKERS[number % len(EVENT_MARKERS)],
-        "color": colour or PALETTE[1 + number % (len(PALETTE) - 1)],
+        "marker": marker,
+        "color": colour or own,
         "linestyle": "none",
         "markersize": 4,
         "markeredgecolor": "white",
