@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from chaosdrill.dataset.provenance import drawn
 from chaosdrill.errors import SceneError
@@ -13,9 +13,6 @@ from chaosdrill.systems import EFFECTS, REGISTRY
 from chaosdrill.systems.drill.effects import ABSENT
 from chaosdrill.systems.drill.si import QUANTITIES
 from chaosdrill.typed import PATH, TABLE, expecting, refuse
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
 
 
 @expecting(SceneError, changes=TABLE)
@@ -69,7 +66,8 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
             name: {"label": labels.get(name, ""), "value": value, "given": name in given}
             for name, value in system.parameters.items()
         },
-        "map": {f"{state} next": str(image) for state, image in images(system).items()},
+        # of a system whose record is kept images are read when they are asked for
+        "map": {f"{state} next": str(image) for state, image in getattr(system, "images", {}).items()},
         "modes": {mode: {f"d{state}/dt": str(rate) for state, rate in field.items()} for mode, field in modes.items()},
         "events": {
             transition.name: {
@@ -95,12 +93,6 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
         "analyses": {name: {"kind": analysis.kind, **analysis.table} for name, analysis in scene.analyses.items()},
         "changes": dict(scene.changes),
     }
-
-
-def images(system: "HybridSystem") -> Mapping[Any, Any]:
-    """The images of a map; empty for any other system."""
-    # of a system whose record is kept they are read when they are asked for
-    return getattr(system, "images", {})
 
 
 def _texts(expressions: Mapping[str, Any]) -> Any:
