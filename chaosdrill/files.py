@@ -204,6 +204,11 @@ def remove(path: Path) -> None:
     shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink()
 
 
+def reason_of(fault: Exception) -> str:
+    """What a message says of a fault in reading or writing: the words of the system, where it has some."""
+    return getattr(fault, "strerror", None) or str(fault)
+
+
 def _stem(target: Path) -> str:
     """What the names of a target's drafts begin with, short and its own alone."""
     return f".{target.name[:40]}.{sha256(os.fsencode(target.name)).hexdigest()[:12]}"

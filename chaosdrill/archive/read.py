@@ -12,7 +12,7 @@ from chaosdrill.archive.digest import altered
 from chaosdrill.archive.trial import TruncatedError, borrowed
 from chaosdrill.dataset.provenance import FORMAT
 from chaosdrill.errors import ArchiveError
-from chaosdrill.files import HDF5, format_of_bytes, open_target
+from chaosdrill.files import HDF5, format_of_bytes, open_target, reason_of
 from chaosdrill.typed import PATH, expecting
 
 REMEDY = "copy or download it once more, or compute it again"
@@ -134,8 +134,7 @@ def _check_signature(file: Path) -> None:
         with open_target(file) as stream:
             start = stream.read(512)
     except (OSError, ValueError) as fault:
-        reason = fault.strerror if isinstance(fault, OSError) else fault
-        raise ArchiveError(f"{file}: cannot read the archive: {reason}") from fault
+        raise ArchiveError(f"{file}: cannot read the archive: {reason_of(fault)}") from fault
     if not start:
         raise ArchiveError(f"{file}: is empty; the run that wrote it did not finish: {REMEDY}")
     if not start.startswith(HDF5):

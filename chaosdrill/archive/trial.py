@@ -18,6 +18,7 @@ from chaosdrill.annotations import Dataset
 from chaosdrill.archive import inside
 from chaosdrill.archive.tuning import TUNING
 from chaosdrill.errors import ArchiveError
+from chaosdrill.files import reason_of
 
 
 class DamagedError(ArchiveError):
@@ -94,8 +95,9 @@ class Reader:
                 command, env=environment, cwd="/", bufsize=0, start_new_session=True, **pipes
             )
         except (OSError, ValueError) as fault:
-            reason = fault.strerror if isinstance(fault, OSError) else fault
-            raise ArchiveError(f"{file}: the process that reads it cannot be started: {reason}; try again") from fault
+            raise ArchiveError(
+                f"{file}: the process that reads it cannot be started: {reason_of(fault)}; try again"
+            ) from fault
         self._ready, self._files = False, 0
 
     def may_go_on(self) -> bool:

@@ -18,6 +18,7 @@ from chaosdrill.files import (
     followed,
     is_read_only,
     netcdf_name,
+    reason_of,
     remove_drafts,
     replacing,
     signals_wait,
@@ -130,7 +131,7 @@ def writing(target: Path, what: str, *, named: bool = True) -> Iterator[Path]:
             yield draft
     except OSError as fault:
         raise ArchiveError(
-            f"{target}: cannot write the {what}: {_reason(fault)}; an earlier file is unchanged"
+            f"{target}: cannot write the {what}: {reason_of(fault)}; an earlier file is unchanged"
         ) from fault
 
 
@@ -166,7 +167,7 @@ def check_writable(path: str | os.PathLike[str], ending: str = ".nc", *, named: 
         with suppress(FileNotFoundError):
             place.lstat()
     except OSError as fault:
-        raise ArchiveError(f"{target}: cannot be written: {_reason(fault)}; name another file") from fault
+        raise ArchiveError(f"{target}: cannot be written: {reason_of(fault)}; name another file") from fault
     if is_read_only(place):
         raise ArchiveError(f"{target}: is read-only, and will not be replaced; chmod u+w would allow it")
     if not os.path.isdir(place.parent):
@@ -179,7 +180,7 @@ def check_writable(path: str | os.PathLike[str], ending: str = ".nc", *, named: 
                 pass
     except OSError as fault:
         raise ArchiveError(
-            f"{target}: cannot write into {place.parent}: {_reason(fault)}; name a file in another folder"
+            f"{target}: cannot write into {place.parent}: {reason_of(fault)}; name a file in another folder"
         ) from fault
 
 
@@ -245,7 +246,3 @@ def _encoding(groups: dict[str, Dataset]) -> dict[str, dict[str, dict[str, Any]]
             if chosen:
                 encoding[path][str(name)] = chosen
     return encoding
-
-
-def _reason(fault: OSError) -> str:
-    return fault.strerror or str(fault)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from chaosdrill.errors import SceneError
-from chaosdrill.files import HDF5, format_of_bytes, name_text
+from chaosdrill.files import HDF5, format_of_bytes, name_text, reason_of
 from chaosdrill.scene.changes import change, toml_value
 from chaosdrill.scene.lines import COMMENT, DOTTED, LONG_STRING, NAME, NO_LINE, InvalidSceneError, Problem, key_lines
 from chaosdrill.scene.scene import PIPED, STDIN, Scene
@@ -81,7 +81,7 @@ def _read_file(path: str | os.PathLike[str]) -> bytes:
             os.set_blocking(file.fileno(), True)
             return file.read(TUNING.bytes + 1)
     except (OSError, ValueError) as fault:
-        reason = fault.strerror if isinstance(fault, OSError) else fault
+        reason = reason_of(fault)
         first, line_break, _ = str(path).partition("\n")
         if line_break:
             reason = f"{reason}; if this is a scene's text, write it to a file, as by pathlib.Path.write_text"
@@ -113,7 +113,7 @@ def _read_stdin() -> bytes:
     try:
         return sys.stdin.buffer.read(TUNING.bytes + 1)
     except OSError as fault:
-        raise SceneError(f"{PIPED}: cannot read the scene: {fault.strerror}") from None
+        raise SceneError(f"{PIPED}: cannot read the scene: {reason_of(fault)}") from None
 
 
 @expecting(SceneError, text=TEXT, name=TEXT, changes=TABLE)
