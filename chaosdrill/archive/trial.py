@@ -29,14 +29,14 @@ class TruncatedError(DamagedError):
     """Bytes are missing or altered; another copy of the file may be intact."""
 
 
-_spare: list["Reader"] = []
+_spare: list["FileReader"] = []
 """A process that has sent a file, or the reason why it cannot, waits for the next one, so that none need be started."""
 
 
 @contextmanager
-def borrowed() -> "Iterator[Reader]":
+def borrowed() -> "Iterator[FileReader]":
     """A process that reads one file."""
-    reader = Reader()
+    reader = FileReader()
     with suppress(IndexError):
         waiting = _spare.pop()
         if waiting.may_go_on():
@@ -67,7 +67,7 @@ atexit.register(_end_spare)
 os.register_at_fork(after_in_child=_leave_spare)
 
 
-class Reader:
+class FileReader:
     """A process that reads files, one after the other.
 
     Raises `ArchiveError` if it cannot be started, with the name of the file that is to be read.

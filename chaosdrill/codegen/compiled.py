@@ -16,7 +16,7 @@ from chaosdrill.codegen.signatures import CONSTANTS, LANE_SIGNATURES, SIGNATURES
 from chaosdrill.errors import ModelError
 
 if TYPE_CHECKING:
-    from chaosdrill.codegen.kernels import Written
+    from chaosdrill.codegen.kernels import SystemCode
     from chaosdrill.model.system import HybridSystem
 
 _compiling, _loading = RLock(), RLock()
@@ -41,12 +41,12 @@ class Kernels:
     surface_table: np.ndarray  # the same shape: number of the surface on which a guard is zero
     moves_table: np.ndarray  # shape (transitions, keys): 1 where one resets a state that the guard depends on
     transition_table: np.ndarray  # shape (transitions, 2): target mode; 1 if it only marks a section
-    write: "Callable[[], Written]"  # what writes their code
+    write: "Callable[[], SystemCode]"  # what writes their code
     single: tuple[record.KeptCode, ...]  # where the code of functions is
     of_lanes: list[record.KeptCode]  # where the code of lanes is; empty as long as that is not known
 
     @cached_property
-    def written(self) -> "Written":
+    def written(self) -> "SystemCode":
         """Their code, with the expressions that it is made of."""
         return self.write()
 
@@ -93,7 +93,7 @@ def kernels_of(system: "HybridSystem") -> Kernels:
     return found
 
 
-def _write(system: "HybridSystem", key: tuple[tuple[str, int], ...]) -> "Written":
+def _write(system: "HybridSystem", key: tuple[tuple[str, int], ...]) -> "SystemCode":
     """The code of a system with these whole numbers in its exponents."""
     from chaosdrill.codegen.kernels import write
     from chaosdrill.model.exponents import specialise, specialised
@@ -108,7 +108,7 @@ def _write(system: "HybridSystem", key: tuple[tuple[str, int], ...]) -> "Written
     return write(specialise(system.placed, numbers) if numbers else system.placed, guards)
 
 
-def _loaded(held: record.Held | None, write: "Callable[[], Written]") -> Kernels | None:
+def _loaded(held: record.Held | None, write: "Callable[[], SystemCode]") -> Kernels | None:
     """Kernels that were compiled before; None if their code is there no more."""
     if held is None or held.processor != processor():
         return None
@@ -117,7 +117,7 @@ def _loaded(held: record.Held | None, write: "Callable[[], Written]") -> Kernels
     return None if len(known) < len(found) else _kernels(known, held, write)
 
 
-def _compiled(write: "Callable[[], Written]") -> Kernels:
+def _compiled(write: "Callable[[], SystemCode]") -> Kernels:
     """Write, compile and load the kernels of a system."""
     written = write()
     found = [code.functions(_SINGLE) for code in written.single]
@@ -128,7 +128,7 @@ def _compiled(write: "Callable[[], Written]") -> Kernels:
     return kernels
 
 
-def _kernels(compiled: Sequence[Mapping[str, Any]], held: record.Held, write: "Callable[[], Written]") -> Kernels:
+def _kernels(compiled: Sequence[Mapping[str, Any]], held: record.Held, write: "Callable[[], SystemCode]") -> Kernels:
     functions = {name: found for one in compiled for name, found in one.items()}
     layout = held.layout
     guards = max(map(len, layout.events), default=0)

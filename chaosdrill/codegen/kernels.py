@@ -32,7 +32,7 @@ _VECTOR, _MATRIX, _BLOCK = array(1), array(2), array(3)
 
 
 @dataclass(frozen=True)
-class Written:
+class SystemCode:
     """The code of a system and the layout that goes with it."""
 
     single: tuple[Code, ...]
@@ -47,7 +47,7 @@ class Written:
         return _series(self.modes, LANES)
 
 
-def write(system: "HybridSystem", guards: Sequence[Any] | None = None) -> Written:
+def write(system: "HybridSystem", guards: Sequence[Any] | None = None) -> SystemCode:
     """The code of a system; ``guards``, as they are written, where those of its transitions are their surfaces."""
     guards = [t.guard for t in system.transitions] if guards is None else guards
     constants = Constants(system)
@@ -84,7 +84,7 @@ def write(system: "HybridSystem", guards: Sequence[Any] | None = None) -> Writte
         targets=tuple((system.mode_names.index(t.target), int(t.marks_only())) for t in system.transitions),
         feeds=tuple(_feeds(system)),
     )
-    return Written(single=single, modes=modes, events=events, steep=steep, layout=layout)
+    return SystemCode(single=single, modes=modes, events=events, steep=steep, layout=layout)
 
 
 def _code(module: Module, names: Sequence[str]) -> Code:

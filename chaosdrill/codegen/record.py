@@ -18,7 +18,7 @@ from chaosdrill.codegen.cache import RECORD, cache_folder, keep, read
 from chaosdrill.codegen.layout import Layout
 from chaosdrill.codegen.tuning import TUNING
 from chaosdrill.dataset.provenance import library_versions
-from chaosdrill.model.outline import Whole, attributes
+from chaosdrill.model.outline import WholeSystem, attributes
 from chaosdrill.model.system import RELATED
 from chaosdrill.package import modules, source
 
@@ -106,7 +106,7 @@ def recall(shared: "Shared") -> bool:
             )
             for key, (layout, single, lanes, processor) in found["kernels"]
         }
-        attributes(found["outline"], Whole(_nothing))
+        attributes(found["outline"], WholeSystem(_nothing))
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
         return False
     shared.outline, shared.held = found["outline"], kernels

@@ -188,7 +188,7 @@ def equivalent_control(
 
 
 @dataclass(frozen=True)
-class Parts:
+class Combined:
     """Modes and transitions on the two sides of a surface and on it."""
 
     modes: dict[str, Field]
@@ -361,7 +361,7 @@ class TwoSided(Written):
         rates = field if self.own is None else {**field, self.solved: speed}
         return {self.coordinate if x == self.solved else x: rate for x, rate in rates.items()}
 
-    def combined(self, upper: Field, lower: Field) -> Parts:
+    def combined(self, upper: Field, lower: Field) -> Combined:
         """The parts of two fields, sliding along the convex combination of them that is tangent to the surface."""
         up, down = (sympy.expand(self.on(self.speed(field))) for field in (upper, lower))
         gap = sympy.expand(down - up)
@@ -373,7 +373,7 @@ class TwoSided(Written):
 
         return self.parts(upper, lower, {state: rate(state) for state in self.states} if not vanishes(gap) else None)
 
-    def parts(self, upper: Field, lower: Field, sliding: Field | None) -> Parts:
+    def parts(self, upper: Field, lower: Field, sliding: Field | None) -> Combined:
         """The parts of two fields and of the rates in sliding; None: all motions cross."""
         up, down = (sympy.expand(self.on(self.speed(field))) for field in (upper, lower))
         modes = {
@@ -384,7 +384,7 @@ class TwoSided(Written):
             rate = sympy.Integer(0) if self.time is None else differentiate(self.held, self.time)
             modes[SLIDING] = self.in_states({**sliding, self.solved: rate}, rate)
         slides = sliding is not None
-        return Parts(modes, self._transitions(up, down, slides=slides), up, down, slides)
+        return Combined(modes, self._transitions(up, down, slides=slides), up, down, slides)
 
     def _transitions(self, up: Any, down: Any, *, slides: bool) -> "list[Transition]":
         guard = self.surface if self.own is None else self.own
@@ -411,7 +411,7 @@ class TwoSided(Written):
         found += exits[: len(set(crossings(exits)))]
         return found
 
-    def regions(self, parts: Parts) -> dict[str, Any]:
+    def regions(self, parts: Combined) -> dict[str, Any]:
         """Where a start is in each mode."""
         height = sympy.expand(self.surface) if self.own is None else self.own
         h, up, down = map(self.at_first, (height, parts.up, parts.down))

@@ -16,7 +16,7 @@ _TABLES = ("modes", "regions", "quadratures")
 _PLAIN = ("name", "description", "labels", "noise", "parameters", "initial", "names_mode")
 
 
-class Whole:
+class WholeSystem:
     """Builds a system on first use, once."""
 
     def __init__(self, make: Callable[[], System]) -> None:
@@ -30,7 +30,7 @@ class Whole:
             return self._made
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Whole, (self._make,)
+        return WholeSystem, (self._make,)
 
     def part(self, attribute: str) -> Any:
         """An attribute of the system."""
@@ -54,7 +54,7 @@ def outline(system: System) -> dict[str, Any]:
     }
 
 
-def attributes(plain: Mapping[str, Any], whole: Whole) -> dict[str, Any]:
+def attributes(plain: Mapping[str, Any], whole: WholeSystem) -> dict[str, Any]:
     """The attributes of the system of an outline, its limits apart; without expressions that are not None."""
     return {
         **{name: plain[name] for name in _PLAIN},

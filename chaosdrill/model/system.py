@@ -13,7 +13,7 @@ from chaosdrill.declared import KEPT
 from chaosdrill.errors import ModelError, SettingsError
 from chaosdrill.limits import Limit
 from chaosdrill.model import arithmetic
-from chaosdrill.model.outline import Whole, attributes, outline
+from chaosdrill.model.outline import WholeSystem, attributes, outline
 from chaosdrill.model.tables import UNNAMED, finite
 from chaosdrill.model.transition import Transition
 from chaosdrill.model.tuning import TUNING
@@ -181,7 +181,7 @@ class HybridSystem(System):
                 shared = Shared(key)
                 if "recall" not in KEPT or not KEPT["recall"](shared):
                     return None
-                found, whole = cls.__new__(cls), Whole(make)
+                found, whole = cls.__new__(cls), WholeSystem(make)
                 found._put(whole=whole, limits=limits, shared=shared, **attributes(shared.outline, whole))
             _keep(_listed, key, found)
         return found

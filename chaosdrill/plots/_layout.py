@@ -14,7 +14,7 @@ from chaosdrill.plots.labels import wrapped
 from chaosdrill.plots.tuning import TUNING
 
 
-class Entries:
+class LegendSource:
     """What a legend was made from, to remake it for another width."""
 
     def __init__(self, handles: Sequence[Artist], loc: Any, most: int) -> None:
@@ -23,7 +23,7 @@ class Entries:
         self.title = ""
 
 
-entries: WeakKeyDictionary[Legend, Entries] = WeakKeyDictionary()
+entries: WeakKeyDictionary[Legend, LegendSource] = WeakKeyDictionary()
 """Legends that are fitted."""
 
 _sizes: WeakKeyDictionary[Text, tuple[float, float]] = WeakKeyDictionary()
@@ -190,7 +190,7 @@ def _width(label: str, font: FontProperties, fig: Figure) -> float:
     return float(text.get_window_extent().width)
 
 
-def _make_again(legend: Legend, own: Entries, labels: list[str], columns: int) -> None:
+def _make_again(legend: Legend, own: LegendSource, labels: list[str], columns: int) -> None:
     """Refill a legend in place: when the layout runs, the artists to draw are already chosen."""
     title, own.columns, filled = legend.get_title(), columns, cast("Any", legend)
     legend.set_ncols(columns)

@@ -8,7 +8,7 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 
-from chaosdrill.plots._layout import Entries, FittedLayout, entries, fit_legend
+from chaosdrill.plots._layout import FittedLayout, LegendSource, entries, fit_legend
 from chaosdrill.plots._types import Artist, Axes, Figure, Legend
 from chaosdrill.plots.style import is_changed, width
 from chaosdrill.plots.tuning import TUNING
@@ -132,7 +132,7 @@ def legend_inside(axes: Axes, handles: Sequence[Artist] | None = None, **options
 
 
 def _fitted(legend: Legend, handles: Sequence[Artist], loc: Any, most: int) -> None:
-    entries[legend] = Entries(handles, loc, most)
+    entries[legend] = LegendSource(handles, loc, most)
     fit_legend(legend, owner(legend))
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from chaosdrill.errors import SettingsError
 from chaosdrill.names import shown
-from chaosdrill.scene.lines import BARE, DOTTED, NAME, Layout, layout
+from chaosdrill.scene.lines import BARE, DOTTED, NAME, Positions, layout
 from chaosdrill.scene.tuning import TUNING
 from chaosdrill.settings import KeyPath, too_long
 from chaosdrill.units import VANISHES, vanishes
@@ -159,7 +159,7 @@ def _put(table: Any, path: KeyPath, key: str, value: Any) -> None:
 
 def _candidates(text: str, path: KeyPath, value: str) -> Iterator[str]:
     """Candidate texts with the value, the plainest first."""
-    found: Layout = layout(text)
+    found: Positions = layout(text)
     if path in found.values:
         start, end = found.values[path]
         yield text[:start] + value + text[end:]

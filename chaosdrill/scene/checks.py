@@ -18,7 +18,7 @@ from chaosdrill.model import HybridSystem
 from chaosdrill.model.tuning import TUNING
 from chaosdrill.names import remedy
 from chaosdrill.scene import check_made
-from chaosdrill.scene.defined import Made, checked_before, sliding, sliding_before
+from chaosdrill.scene.defined import Recipe, checked_before, sliding, sliding_before
 from chaosdrill.scene.lines import Problem, problems_of
 from chaosdrill.settings import KeyPath, Known, Number, Settings, TableOf, Text, setting
 from chaosdrill.systems.drill.effects import LIMITS
@@ -272,7 +272,7 @@ def _made_before(checked: CheckedSystem, raw: Mapping[str, Any]) -> HybridSystem
             return None
         parameters = {**made.parameters, **parameters}
     tables = (checked.definition, checked.effects, parameters, table_in(raw, "initial"))
-    return Made(checked.model, *tables, drives, symmetry).before()
+    return Recipe(checked.model, *tables, drives, symmetry).before()
 
 
 def _slid_before(checked: CheckedSystem, raw: Mapping[str, Any]) -> bool:
@@ -282,7 +282,7 @@ def _slid_before(checked: CheckedSystem, raw: Mapping[str, Any]) -> bool:
     if found is None or not drives:
         return found is not None
     tables = (found.shared["definition"], checked.effects, parameters, found.start, drives)
-    one = Made("", *tables, table_in(raw, "symmetry"))
+    one = Recipe("", *tables, table_in(raw, "symmetry"))
     return "noise" not in raw and one.before() is not None
 
 

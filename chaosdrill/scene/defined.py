@@ -49,7 +49,7 @@ def sliding(table: Mapping[str, Any], *given: Mapping[str, Any]) -> tuple[Hybrid
     return found, dict(found.shared["definition"])
 
 
-class Made(NamedTuple):
+class Recipe(NamedTuple):
     """What makes a system with drives, or one over half of its motion."""
 
     model: str
@@ -94,7 +94,7 @@ class Made(NamedTuple):
         return self.effects if systems.REGISTRY[self.model].effects else None
 
 
-def _make(one: Made) -> HybridSystem:
+def _make(one: Recipe) -> HybridSystem:
     system = one.undriven()
     if "mode" in one.initial:
         system = system.with_initial(mode=one.initial["mode"])

@@ -36,7 +36,7 @@ NO_LINE = 0  # line of what stands in no file, since it was set on the command l
 
 
 @dataclass
-class Layout:
+class Positions:
     """Positions in the text of a TOML document: offsets of characters, lines from 1.
 
     ``values`` are the ends of each value, ``inside`` is where an inline table begins behind its brace, ``below`` where
@@ -59,7 +59,7 @@ def key_lines(text: str) -> dict[KeyPath, int]:
     return layout(text.replace("\r\n", "\n")).lines
 
 
-def layout(text: str) -> Layout:
+def layout(text: str) -> Positions:
     """Where everything stands in a document that ``tomllib.loads`` accepts, and whose lines end in ``\\n``."""
     return _Scanner(text).scan()
 
@@ -69,11 +69,11 @@ class _Scanner:
         self.text = text
         self.at = 0
         self.starts = [0, *(found.end() for found in re.finditer("\n", text))]
-        self.found = Layout()
+        self.found = Positions()
         self.lines = self.found.lines
         self.tables_of: dict[KeyPath, int] = {}
 
-    def scan(self) -> Layout:
+    def scan(self) -> Positions:
         table: KeyPath = ()
         self._skip(_BLANK)
         while self.at < len(self.text):

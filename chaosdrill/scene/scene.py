@@ -12,7 +12,7 @@ from chaosdrill.errors import ChaosdrillError, SettingsError
 from chaosdrill.files import name_text
 from chaosdrill.names import remedy
 from chaosdrill.scene.check_made import DriveFault, driven_system, halved_system, noisy_system
-from chaosdrill.scene.defined import Made
+from chaosdrill.scene.defined import Recipe
 from chaosdrill.scene.lines import InvalidSceneError, Problem, problems_of
 from chaosdrill.settings import KeyPath, Known
 from chaosdrill.systems.drill.si import ReadSI
@@ -103,7 +103,7 @@ class Scene:
             If it cannot be built, or if the scene names modes or events that it does not have.
         """
         tables = (self.definition, self.effects, self.parameters, self.initial, self.drives, self.symmetry)
-        one = Made(self.model, *tables)
+        one = Recipe(self.model, *tables)
         listed = bool(self.drives or self.symmetry) and not self.noise
         system = one.before() if listed else None
         if system is None:
@@ -115,7 +115,7 @@ class Scene:
             raise InvalidSceneError(self.name, problems, self.lines)
         return system
 
-    def _made(self, one: Made) -> "HybridSystem":
+    def _made(self, one: Recipe) -> "HybridSystem":
         with self._placed():
             system = one.undriven(kept=not self.drives)
         if "mode" in self.initial:

@@ -28,7 +28,7 @@ def _over(first: Dimension, second: Dimension, power: float = 1.0) -> Dimension:
 
 
 @dataclass(frozen=True)
-class Entry:
+class SIEntry:
     """One SI quantity: its meaning, dimension, unit as UDUNITS writes it, an example, and the parameters made of it.
 
     It is positive, or not negative, or ``signed``.
@@ -43,28 +43,28 @@ class Entry:
     signed: bool = False
 
 
-QUANTITIES: dict[str, Entry] = {
-    "m1": Entry("mass of the bit", MASS, "kg", "250 kg", positive=True),
-    "m2": Entry("mass on the rock's side", MASS, "kg", "250 kg", ("eps",), positive=True),
-    "K": Entry("stiffness of the spring", _over(FORCE, LENGTH), "N m-1", "4e6 N/m", positive=True),
-    "C": Entry("damper", _over(FORCE, _over(LENGTH, TIME)), "N s m-1", "3.8 kN*s/m", ("xi",)),
-    "A": Entry("amplitude of the dynamic load", FORCE, "N", "2 kN", ("a",)),
-    "B": Entry("static load", FORCE, "N", "5.6 kN", ("b",), signed=True),
-    "R": Entry("gap of the stop", LENGTH, "m", "2 mm", ("r",)),
-    "omega": Entry("angular frequency of the load", ANGULAR_SPEED, "rad s-1", "100 rad/s", ("eta",), positive=True),
-    "rpm": Entry("rotation speed", ANGULAR_SPEED, "rad s-1", "90 rpm", ("eta", "spin"), positive=True),
-    "lobes": Entry("number of lobes", NONE, "1", "3", ("eta", "lobes"), positive=True),
-    "F_N": Entry("normal force on the side of the rock", FORCE, "N", "10 kN", positive=True),
-    "mu_e": Entry("static friction coefficient", NONE, "1", "0.8", positive=True),
-    "mu_d": Entry("kinetic friction coefficient", NONE, "1", "0.48", ("mu",)),
-    "gamma": Entry("decay of friction with speed", _over(TIME, LENGTH), "s m-1", "12 s/m", ("g",)),
+QUANTITIES: dict[str, SIEntry] = {
+    "m1": SIEntry("mass of the bit", MASS, "kg", "250 kg", positive=True),
+    "m2": SIEntry("mass on the rock's side", MASS, "kg", "250 kg", ("eps",), positive=True),
+    "K": SIEntry("stiffness of the spring", _over(FORCE, LENGTH), "N m-1", "4e6 N/m", positive=True),
+    "C": SIEntry("damper", _over(FORCE, _over(LENGTH, TIME)), "N s m-1", "3.8 kN*s/m", ("xi",)),
+    "A": SIEntry("amplitude of the dynamic load", FORCE, "N", "2 kN", ("a",)),
+    "B": SIEntry("static load", FORCE, "N", "5.6 kN", ("b",), signed=True),
+    "R": SIEntry("gap of the stop", LENGTH, "m", "2 mm", ("r",)),
+    "omega": SIEntry("angular frequency of the load", ANGULAR_SPEED, "rad s-1", "100 rad/s", ("eta",), positive=True),
+    "rpm": SIEntry("rotation speed", ANGULAR_SPEED, "rad s-1", "90 rpm", ("eta", "spin"), positive=True),
+    "lobes": SIEntry("number of lobes", NONE, "1", "3", ("eta", "lobes"), positive=True),
+    "F_N": SIEntry("normal force on the side of the rock", FORCE, "N", "10 kN", positive=True),
+    "mu_e": SIEntry("static friction coefficient", NONE, "1", "0.8", positive=True),
+    "mu_d": SIEntry("kinetic friction coefficient", NONE, "1", "0.48", ("mu",)),
+    "gamma": SIEntry("decay of friction with speed", _over(TIME, LENGTH), "s m-1", "12 s/m", ("g",)),
     # a power of metres that is not whole is no unit of UDUNITS, but the force at a depth of one metre has one
-    "k_c": Entry(
+    "k_c": SIEntry(
         "force of the contact at a depth of 1 m", _over(FORCE, LENGTH), "N", "4.8e12 N/m", ("k",), positive=True
     ),
-    "lambda": Entry("damping of the contact", _over(TIME, LENGTH), "s m-1", "2.4 s/m", ("lam",)),
-    "n": Entry("exponent of the contact force", NONE, "1", "1", ("n",), positive=True),
-    "phi": Entry("phase of the dynamic load", ANGLE, "rad", "90 deg", ("phi",), signed=True),
+    "lambda": SIEntry("damping of the contact", _over(TIME, LENGTH), "s m-1", "2.4 s/m", ("lam",)),
+    "n": SIEntry("exponent of the contact force", NONE, "1", "1", ("n",), positive=True),
+    "phi": SIEntry("phase of the dynamic load", ANGLE, "rad", "90 deg", ("phi",), signed=True),
 }
 
 IN_SI = ("percussive-drill", "percussive-drill-5d")
@@ -74,7 +74,7 @@ SCALES = ("m1", "K", "F_N", "mu_e")
 
 
 @dataclass(frozen=True)
-class Made:
+class Dimensionless:
     """A dimensionless parameter that follows from quantities."""
 
     takes: tuple[str, ...]  # what it needs besides the scales; eta takes omega, or what makes the lobes' frequency
@@ -83,29 +83,29 @@ class Made:
     """Of the quantities in kg, m, s, N, rad; sqrt(K/m1); and the unit of length."""
 
 
-MADE: dict[str, Made] = {
-    "eps": Made(("m2",), "m1/m2", lambda si, w, x: si["m1"] / si["m2"]),
-    "xi": Made(("C",), "C/(2 sqrt(K m1))", lambda si, w, x: si["C"] / (2 * si["m1"] * w)),
-    "a": Made(("A",), "A/(mu_e F_N)", lambda si, w, x: si["A"] / _friction(si)),
-    "b": Made(("B",), "B/(mu_e F_N)", lambda si, w, x: si["B"] / _friction(si)),
-    "r": Made(("R",), "K R/(mu_e F_N)", lambda si, w, x: si["R"] / x),
-    "eta": Made(
+MADE: dict[str, Dimensionless] = {
+    "eps": Dimensionless(("m2",), "m1/m2", lambda si, w, x: si["m1"] / si["m2"]),
+    "xi": Dimensionless(("C",), "C/(2 sqrt(K m1))", lambda si, w, x: si["C"] / (2 * si["m1"] * w)),
+    "a": Dimensionless(("A",), "A/(mu_e F_N)", lambda si, w, x: si["A"] / _friction(si)),
+    "b": Dimensionless(("B",), "B/(mu_e F_N)", lambda si, w, x: si["B"] / _friction(si)),
+    "r": Dimensionless(("R",), "K R/(mu_e F_N)", lambda si, w, x: si["R"] / x),
+    "eta": Dimensionless(
         ("omega",),
         "omega sqrt(m1/K), omega = lobes rpm of a load that the lobes make",
         lambda si, w, x: (si["omega"] if "omega" in si else si["lobes"] * si["rpm"]) / w,
     ),
-    "spin": Made(("rpm",), "rpm sqrt(m1/K)", lambda si, w, x: si["rpm"] / w),
-    "lobes": Made(("lobes",), "lobes", lambda si, w, x: si["lobes"]),
-    "mu": Made(("mu_d",), "mu_d/mu_e", lambda si, w, x: si["mu_d"] / si["mu_e"]),
-    "g": Made(("gamma",), "gamma mu_e F_N/sqrt(K m1)", lambda si, w, x: si["gamma"] * (x * w)),
-    "k": Made(
+    "spin": Dimensionless(("rpm",), "rpm sqrt(m1/K)", lambda si, w, x: si["rpm"] / w),
+    "lobes": Dimensionless(("lobes",), "lobes", lambda si, w, x: si["lobes"]),
+    "mu": Dimensionless(("mu_d",), "mu_d/mu_e", lambda si, w, x: si["mu_d"] / si["mu_e"]),
+    "g": Dimensionless(("gamma",), "gamma mu_e F_N/sqrt(K m1)", lambda si, w, x: si["gamma"] * (x * w)),
+    "k": Dimensionless(
         ("k_c", "n"),
         "k_c (mu_e F_N/K)^n/(mu_e F_N)",
         lambda si, w, x: si["k_c"] * x ** si["n"] / _friction(si),
     ),
-    "lam": Made(("lambda",), "lambda mu_e F_N/sqrt(K m1)", lambda si, w, x: si["lambda"] * (x * w)),
-    "n": Made(("n",), "n", lambda si, w, x: si["n"]),
-    "phi": Made((), "phi", lambda si, w, x: si["phi"]),
+    "lam": Dimensionless(("lambda",), "lambda mu_e F_N/sqrt(K m1)", lambda si, w, x: si["lambda"] * (x * w)),
+    "n": Dimensionless(("n",), "n", lambda si, w, x: si["n"]),
+    "phi": Dimensionless((), "phi", lambda si, w, x: si["phi"]),
 }
 
 
