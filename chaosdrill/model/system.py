@@ -544,6 +544,14 @@ def _drawn(system: HybridSystem, noise: "Noise") -> HybridSystem:
     return type(system).of(found, reader.parameters, noise.initial)
 
 
+def recent(definition: Mapping[str, Any], parameters: Mapping[str, float]) -> HybridSystem | None:
+    """A system of late that is known to have this definition, with these parameters; None if there is none."""
+    for system in reversed(_listed.values()):
+        if system.shared.get("definition") == definition and [*system.parameters] == [*parameters]:
+            return system.changed(parameters=dict(parameters))
+    return None
+
+
 def _keep(table: "OrderedDict[Any, Any]", key: Any, value: Any) -> None:
     """Keep the most recent entries of a table alone."""
     table[key] = value

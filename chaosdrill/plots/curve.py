@@ -1,7 +1,8 @@
 """A trajectory as a curve with jumps at resets, and several that are joined, run by run."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -141,34 +142,38 @@ def _limited(rates: Floats, state: Floats, step: Floats) -> Floats:
 
 def rates_of(dataset: Dataset, curve: Curve) -> Floats | None:
     """Return the time derivatives at the points of a curve, from the equations in its dataset, if it has them."""
-    from chaosdrill.workflow.run_scene import system_of
+    from chaosdrill.codegen.record import remember
+    from chaosdrill.workflow.run_scene import known_system
 
     # states in SI units are not those of the equations
     if "definition" not in dataset.attrs or "state_units" in dataset.variables:
         return None
     try:
-        system = system_of(dataset)
-        modes = {code: system.modes[name] for code, name in flag_names(dataset["mode"]).items()}
-        return _evaluated(system, {code: list(modes[code].values()) for code in np.unique(curve.mode).tolist()}, curve)
+        system = known_system(dataset)
+        rates = _evaluated(system, flag_names(dataset["mode"]), curve)
+        remember(system)
     # code of the user's, and functions that numpy does not know, have no place here
     except (ChaosdrillError, KeyError, TypeError, ValueError, NameError, AttributeError):
         return None
-
-
-def _evaluated(system: "HybridSystem", fields: dict[int, list[Any]], curve: Curve) -> Floats:
-    import sympy
-
-    known = dict(zip(system.state_names, curve.state.T, strict=True))
-    known |= dict.fromkeys([str(system.time)] if system.time is not None else [], curve.time)
-    rates = np.full(curve.state.shape, np.nan)
-    for code, field in fields.items():
-        here = curve.mode == code
-        for i, rate in enumerate(field):
-            symbols = sorted(rate.free_symbols, key=str)
-            given = [known[s.name][here] if s.name in known else system.parameters[s.name] for s in symbols]
-            with np.errstate(all="ignore"):
-                rates[here, i] = sympy.lambdify(symbols, rate, "numpy")(*given)
     return rates
+
+
+def _evaluated(system: "HybridSystem", modes: Mapping[int, str], curve: Curve) -> Floats:
+    from chaosdrill.codegen.formulas import function_of
+
+    rates = np.full(curve.state.shape, np.nan)
+    for code in np.unique(curve.mode).tolist():
+        mode, here = modes[code], curve.mode == code
+        field = function_of(system, f"rates by numpy {mode}", partial(_rates, mode=mode), arrays=True)
+        with np.errstate(all="ignore"):
+            found = field(curve.time[here], *curve.state[here].T, *system.parameters.values())
+        for i, rate in enumerate(found):
+            rates[here, i] = rate
+    return rates
+
+
+def _rates(placed: "HybridSystem", mode: str) -> list[Any]:
+    return list(placed.modes[mode].values())
 
 
 def _slopes(state: Floats, step: Floats) -> Floats:

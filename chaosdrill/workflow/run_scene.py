@@ -215,6 +215,16 @@ def system_of(ds: Dataset) -> "HybridSystem":
     return build_defined(definition, parameters, initial)
 
 
+def known_system(ds: Dataset) -> "HybridSystem":
+    """The same where only its equations and parameters are asked for: that of this process, if it has one.
+
+    Raises `ChaosdrillError` as `system_of` does.
+    """
+    from chaosdrill.model.system import recent
+
+    return recent(_table(ds, "definition"), _table(ds, "parameters")) or system_of(ds)
+
+
 def rerun(ds: Dataset, *, workers: int = 1, progress: Callable[..., None] | None = None) -> Dataset:
     """Repeat the analysis of a dataset.
 

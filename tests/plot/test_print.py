@@ -8,7 +8,7 @@ import pytest
 
 import chaosdrill as cd
 from chaosdrill.plots import PICTURES
-from chaosdrill.plots.curve import Curve, smoothed
+from chaosdrill.plots.curve import Curve, curve_of, rates_of, smoothed
 from chaosdrill.plots.trajectories import phase_portrait
 
 # At a column's width axes fill it and nothing is cut, whether the size was set beforehand or afterwards.
@@ -155,6 +155,19 @@ def test_without_equations_it_is_round_as_well(ball):
     line = line[np.isfinite(line).all(axis=1)]
     np.testing.assert_allclose(line[:, 0], (1 - line[:, 1] ** 2) / 2, atol=1e-9)
     assert len(line) > 3 * few.sizes["time"]
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_curves_turn_by_the_equations_of_their_own_parameters(known, monkeypatch):
+    ds = cd.trajectory(cd.build("lorenz").with_parameters(rho=30.0), duration=2.0, samples=9)
+    cd.trajectory(cd.build("lorenz"), duration=0.1)
+    if not known:
+        monkeypatch.setattr("chaosdrill.model.system._listed", {})
+    curve = curve_of(ds)
+    x, y, z = curve.state.T
+    sigma, beta = 10.0, 8.0 / 3.0
+    rates = np.column_stack([sigma * (y - x), x * (30.0 - z) - y, x * y - beta * z])
+    np.testing.assert_allclose(rates_of(ds, curve), rates, rtol=1e-12, atol=1e-10)
 
 
 def test_what_jumps_between_samples_is_not_overshot():

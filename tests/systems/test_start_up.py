@@ -49,6 +49,7 @@ before = set(sys.modules)
 import chaosdrill as cd
 diagram = {"transient": 1, "periods": 4, "max_extension": 0, "workers": 1}
 cd.plot(cd.lyapunov_spectrum(cd.build("lorenz"), duration=2.0))
+cd.plot(cd.trajectory(cd.build("lorenz").with_parameters(rho=30.0), duration=10.0))
 cd.plot(cd.bifurcation_diagram(cd.build("duffing"), {"delta": [0.2, 0.25]}, **diagram))
 plt.savefig("diagram.png")
 unasked = {"dask", "scipy", "sympy", "numba", "netCDF4", "jinja2"}
