@@ -29,8 +29,8 @@ Progress = Callable[[int, int, dict[str, int] | None], None]
 BAR = "{{desc}}: {{percentage:3.0f}} %|{}| {{n_fmt}}/{{total_fmt}}{{postfix}}"
 
 COLD = (
-    "chaosdrill: a part of the engine is compiled for this machine, once, in about a minute ('chaosdrill warm' does "
-    "all of it beforehand)"
+    "chaosdrill: compiling a part of the engine for this machine, once; this takes about 20 s of processor time "
+    "('chaosdrill warm' compiles all parts beforehand)"
 )
 
 
