@@ -70,9 +70,10 @@ def unsealed(tree: DataTree) -> str:
     bare = [node.path for node in tree.subtree if "kind" in node.attrs and DIGESTS not in node.attrs]
     if not bare:
         return ""
+    lack = f"{', '.join(bare)} {'has' if len(bare) == 1 else 'have'} no digests"
     return (
-        f"not sealed: {', '.join(bare)} has no digests, so that alterations cannot be detected; compute it again, or "
-        "seal what is there by chaosdrill.save"
+        f"not sealed: {lack}, so that alterations cannot be detected; compute it again, or seal what is there by "
+        "chaosdrill.save"
     )
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from chaosdrill.annotations import Dataset, DataTree
-from chaosdrill.archive.digest import altered
+from chaosdrill.archive.digest import altered, unsealed
 from chaosdrill.archive.trial import TruncatedError, borrowed
 from chaosdrill.dataset.provenance import FORMAT
 from chaosdrill.errors import ArchiveError
@@ -47,12 +47,13 @@ def open_archive(path: str | os.PathLike[str]) -> "DataTree":
     Warns
     -----
     UserWarning
-        If values or attributes were altered after the archive was written.
+        If values or attributes were altered after the archive was written, or have no digests that would tell.
     """
     tree = read_archive(path)
-    if changed := altered_parts(tree):
-        told = f"{os.fspath(path)!s}: altered since the archive was written: {', '.join(changed)}"
-        warnings.warn(told, stacklevel=3)
+    changed = altered_parts(tree)
+    found = [f"altered since the archive was written: {', '.join(changed)}"] if changed else []
+    if found := [*found, *filter(None, [unsealed(tree)])]:
+        warnings.warn(f"{os.fspath(path)!s}: {'; '.join(found)}", stacklevel=3)
     return tree
 
 

@@ -483,8 +483,13 @@ def test_an_archive_whose_digests_were_deleted_is_told_by_all_that_read_it(tmp_p
         assert ("sealed" in told.out) == (command != ["report"])
     page = path.with_suffix(".html").read_text(encoding="utf-8")
     assert '<p class="fault">not sealed' in page
+    for read in (cd.open, cd.system, cd.cite, lambda it: main(["plot", str(it)])):
+        with pytest.warns(UserWarning, match="a.nc: not sealed: / has no digests") as told:
+            read(path)
+        assert len(told) == 1
     # as the sentence says
-    cd.save(cd.open(path), path)
+    with pytest.warns(UserWarning, match="not sealed"):
+        cd.save(cd.open(path), path)
     assert cd.verify(path).unsealed == ""
 
 
