@@ -36,9 +36,13 @@ def label(variable: DataArray, name: str | None = None) -> str:
 
 
 def _with_unit(text: str, unit: str) -> str:
-    raised = re.sub(r"(?<=[A-Za-z])-?\d+", lambda power: power[0].translate(_RAISED), unit)
     text = visible(drawable(text) if "$" in text else text)
-    return text if unit in ("1", "") or _COMPLETE.search(text) else f"{text} ({raised})"
+    return text if unit in ("1", "") or _COMPLETE.search(text) else f"{text} ({raised(unit)})"
+
+
+def raised(unit: str) -> str:
+    """Return a unit with its powers raised: ``m h⁻¹`` for ``m h-1``."""
+    return re.sub(r"(?<=[A-Za-z])-?\d+", lambda power: power[0].translate(_RAISED), unit)
 
 
 @lru_cache(maxsize=64)

@@ -211,15 +211,19 @@ def seed_lines(dataset: Dataset) -> list[tuple[str, str, float]]:
 
 
 def _draw(panel: Axes, dataset: Dataset, seed: int, values: Floats, colour: str, step: float) -> None:
-    """A line where neighbours belong together; dots where each of several seeds may reach a different attractor."""
+    """A line where neighbours belong together, dots for what has none and for seeds that may reach other attractors."""
     x = dataset[str(dataset["period"].dims[0])].values
+    dots = np.isfinite(values)
     if dataset.sizes["seed"] == 1 or seed_names(dataset)[seed] in ("forward", "backward"):
         options: dict[str, Any] = {"color": colour, "linewidth": 0.8 + step, "alpha": 1 if step == 0 else 0.5}
         breaks = _breaks(dataset, seed, values)
         panel.plot(np.insert(x, breaks, np.nan), np.insert(values, breaks, np.nan), **options)
-    else:
+        joined = np.pad(dots[:-1] & dots[1:], 1)
+        joined[breaks] = False
+        dots &= ~(joined[:-1] | joined[1:])
+    if dots.any():
         size = float(np.clip(300 / len(x), 1.0, 3.0))
-        panel.plot(x, values, "o", color=colour, markersize=size + 0.8 * step, markeredgewidth=0)
+        panel.plot(x[dots], values[dots], "o", color=colour, markersize=size + 0.8 * step, markeredgewidth=0)
 
 
 def _breaks(dataset: Dataset, seed: int, values: Floats) -> Integers:

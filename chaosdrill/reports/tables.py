@@ -122,8 +122,10 @@ def long_name(dataset: Dataset, name: Any) -> str:
 
 def unit(attributes: Any) -> str:
     """Unit of a variable; empty if dimensionless."""
+    from chaosdrill.plots.labels import raised
+
     found = str(attributes.get("units", ""))
-    return "" if found == "1" else found
+    return "" if found == "1" else raised(found)
 
 
 def _errors(name: str) -> tuple[str, str]:

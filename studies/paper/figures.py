@@ -137,7 +137,7 @@ def _drill(out: Path) -> Figure:
     left, right = figure.subplots(1, 2, width_ratios=[1.7, 1])
     cd.plot(diagram, ax=left, state="u")
     left.axvline(eta, color=PALETTE[1], linewidth=1.0, linestyle="--", zorder=0)
-    left.set_title("Speed of the bit, once per forcing period: cycles, chaos, runaway (circles)")
+    left.set_title("Speed of the bit, once per forcing period: cycles, chaos, runaway (hatched)")
     cd.plot(section, "poincare-section", ax=right, state=("y", "u"))
     right.set_title(f"The chaotic attractor at η = {eta:g}", color=PALETTE[1])
     return figure

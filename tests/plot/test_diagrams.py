@@ -68,6 +68,15 @@ def test_a_state_that_the_section_pins_is_passed_over(diagram):
     assert np.ptp(axes.get_lines()[0].get_ydata()) > 1
 
 
+def test_a_value_that_no_line_reaches_is_a_dot(diagram):
+    few = diagram.isel(q=[10, 20, 60, 90])
+    few["period"][:, 0] = [1, 1, 2, 4]
+    few["lyapunov_exponent"][:, 0, 0] = [-0.1, -0.2, -4.0, 8.0]
+    panel = bifurcation(few).axes[1]
+    (dots,) = (line for line in panel.get_lines() if line.get_marker() == "o")
+    np.testing.assert_allclose(dots.get_xydata(), [[0.6, -4.0], [0.9, 8.0]])
+
+
 def test_lost_exponents_are_marked_at_the_foot(diagram):
     exponents = diagram["lyapunov_exponent"].values
     exponents[..., 1] = -2.0

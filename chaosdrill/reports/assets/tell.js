@@ -10,7 +10,8 @@ const make = (tag, attributes, ...children) => {
 const written = (value, digits = 6) => {
   if (Number.isNaN(value)) return "–";
   if (!Number.isFinite(value)) return value > 0 ? "∞" : "−∞";
-  const text = String(Number(value.toPrecision(digits)));
+  const rounded = Number(value.toPrecision(digits));
+  const text = rounded && Math.abs(rounded) < 1e-4 ? rounded.toExponential() : String(rounded);
   return text.replace(/-/g, "−");
 };
 
@@ -67,7 +68,7 @@ class Teller {
     rows.push(["outcome", outcome.words], ["period", grid.period[cell] > 0 ? String(grid.period[cell]) : "none found"]);
     for (const one of grid.quantities) {
       if (one.count === 1 && !one.name.startsWith("lyapunov_")) {
-        rows.push([one.label, withUnit(written(one.values[cell]), one.unit)]);
+        rows.push([one.label, withUnit(written(one.values[cell], one.name.includes("_error") ? 2 : 6), one.unit)]);
       }
     }
     const made = [tableOf("This point", ["quantity", "value"], rows)];
