@@ -116,7 +116,7 @@ def draft_of(target: Path) -> Path:
     try:
         os.fsencode(target)
     except UnicodeEncodeError:
-        letters = f"the name has letters that names of files do not have here ({sys.getfilesystemencoding()})"
+        letters = f"the name has characters that file names cannot have here ({sys.getfilesystemencoding()})"
         raise OSError(errno.EILSEQ, letters, ascii(str(target))) from None
     owner = f"{_machine()}-{os.getpid()}-{_told(os.getpid())[1]}"
     return target.with_name(f"{_stem(target)}.{owner}-{uuid4().hex[:8]}.part")

@@ -42,7 +42,7 @@ class Starts(Value):
         known, found = ("mode", *system.state_names), {}
         for key, column in columns.items():
             if key not in known:
-                raise SettingsError(f"{name} names {key!r:.60}, which is no state; {remedy(key, known)}")
+                raise SettingsError(f"{name} names {key!r:.60}, which is not a state; {remedy(key, known)}")
             found[key] = [_entry(f"{name} of run {k}", key, one, system) for k, one in enumerate(column, 1)]
         return found
 

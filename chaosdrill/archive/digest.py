@@ -72,7 +72,7 @@ def unsealed(tree: DataTree) -> str:
         return ""
     lack = f"{', '.join(bare)} {'has' if len(bare) == 1 else 'have'} no digests"
     return (
-        f"not sealed: {lack}, so that alterations cannot be detected; compute it again, or seal what is there by "
+        f"not sealed: {lack}, so alterations cannot be detected; compute it again, or seal what is there by "
         "chaosdrill.save"
     )
 

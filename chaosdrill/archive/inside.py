@@ -399,7 +399,7 @@ class File:
         """Names and values of attributes, in their order."""
         count = h5py.h5a.get_num_attrs(thing)
         if count > MOST_ATTRIBUTES:
-            raise Refused(f"{what:.200} has {count} attributes; in an archive at most {MOST_ATTRIBUTES}")
+            raise Refused(f"{what:.200} has {count} attributes; an archive has at most {MOST_ATTRIBUTES}")
         names: list[bytes] = []
         made = thing.get_create_plist()
         tracked = made.get_attr_creation_order() & h5py.h5p.CRT_ORDER_TRACKED
@@ -466,7 +466,7 @@ class File:
         if made.get_layout() == h5py.h5d.CHUNKED:
             chunk = made.get_chunk()
             if (size := each * prod(chunk)) > LARGEST_CHUNK:
-                raise Refused(f"{what:.200} has chunks of {told(size)}; in an archive at most {told(LARGEST_CHUNK)}")
+                raise Refused(f"{what:.200} has chunks of {told(size)}; an archive has at most {told(LARGEST_CHUNK)}")
             chunks = prod(-(-length // part) for length, part in zip(shape, chunk, strict=True))
             self.missing += max(0, chunks - dataset.get_num_chunks()) * size if whole else 0
         elif whole and dataset.get_storage_size() < whole * each:
@@ -479,9 +479,9 @@ class File:
 
     def _too_large(self, what, shape):
         raise Refused(
-            f"{what:.200} is declared with the shape {tuple(shape)!s:.100}; with what stands before it that is more "
-            f"than the {told(self.allowed)} that are taken from a file of {self.size} bytes. If you trust the file, "
-            "read it with plain xarray"
+            f"{what:.200} is declared with the shape {tuple(shape)!s:.100}; with what precedes it, that is more than "
+            f"the {told(self.allowed)} accepted from a file of {self.size} bytes. If you trust the file, read it with "
+            "plain xarray"
         )
 
     def _values(self, dataset, head):

@@ -203,7 +203,7 @@ def _lost_attribute(attributes: Mapping[Any, Any], decoded: set[str]) -> str:
 
     for name, value in attributes.items():
         if name in decoded:
-            return f"has the attribute {name!r}, by which readers change values; remove it"
+            return f"has the attribute {name!r}, with which readers change values; remove it"
         entries = np.asarray(value, object).ravel().tolist()
         if any(isinstance(entry, bytes) or (isinstance(entry, str) and "\0" in entry) for entry in entries):
             return f"has the attribute {name!r:.60} with bytes; give text without a zero byte"
@@ -216,11 +216,11 @@ def _lost_values(name: str, variable: Variable) -> str:
     kind, values, unit = variable.dtype.kind, variable.values, str(variable.attrs.get("units", ""))
     if kind == "m":
         way = f"ds[{name!r:.60}] / numpy.timedelta64(1, 's')"
-        return f"holds spans of time, which NetCDF has as numbers with a unit; divide them by one, as in {way}"
+        return f"holds spans of time, which NetCDF stores as numbers with a unit; divide them by one, as in {way}"
     if kind in "iuf" and " since " in unit:
-        return f"holds numbers with the unit {unit!r:.60}, of which readers make dates, as xarray.decode_cf does"
+        return f"holds numbers with the unit {unit!r:.60}, which readers such as xarray.decode_cf turn into dates"
     if kind == "M" and (np.abs(values[~np.isnat(values)].astype("M8[s]").astype("i8")) >= 2**63 // 10**9).any():
-        return "holds dates before 1678 or after 2261, which readers do not get back; give numbers"
+        return "holds dates before 1678 or after 2261, which readers cannot restore; give numbers"
     entries = values.ravel().tolist() if kind in "OUT" else []
     texts = [entry for entry in entries if isinstance(entry, str)]
     missing = [entry for entry in entries if entry is None or (isinstance(entry, float) and entry != entry)]

@@ -199,10 +199,10 @@ def _wrong(returned: "Type", count: int) -> str | None:
         return isinstance(types.unliteral(one), types.Integer | types.Float | types.Boolean)
 
     if count == 0:
-        return None if is_number(returned) else f"returns {returned}; it is to return one number"
+        return None if is_number(returned) else f"returns {returned}; it must return one number"
     if not isinstance(returned, types.BaseTuple) or not all(map(is_number, returned)):
-        return f"returns {returned}; it is to return a tuple of {count} numbers, one for every state"
-    return None if len(returned) == count else f"returns {len(returned)} numbers; it is to return {count}, one a state"
+        return f"returns {returned}; it must return a tuple of {count} numbers, one for every state"
+    return None if len(returned) == count else f"returns {len(returned)} numbers; it must return {count}, one a state"
 
 
 def _cause(fault: Exception) -> str:

@@ -137,8 +137,8 @@ class Words:
             counts = np.atleast_1d(ds["event_count"].values)
             if counts.sum() != ds.sizes["event"]:
                 raise ChaosdrillError(
-                    "events of joined runs are in one row, of which a selection of xarray takes none; take all events, "
-                    "and those of one run from the table, as in joined.cd.events.loc[name]"
+                    "events of joined runs are in one row, from which xarray cannot select those of a run; take all "
+                    "events, and those of one run from the table, as in joined.cd.events.loc[name]"
                 )
             runs = np.repeat(np.atleast_1d(ds["run"].values), counts)
             of_each = np.concatenate([np.arange(count) for count in counts])

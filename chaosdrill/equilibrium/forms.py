@@ -68,7 +68,7 @@ def _terms(curve: Curve, one: Equilibrium, near: float) -> _Terms:
     q, p = right[:, k], left[:, int(np.abs(others - values[k]).argmin())]
     # a small product of the vectors, which have length 1, is about the distance of two eigenvalues
     if abs(p @ q) ** 2 <= UNIT * len(q):
-        raise np.linalg.LinAlgError("two eigenvalues are not told apart")
+        raise np.linalg.LinAlgError("two eigenvalues cannot be told apart")
     # <q, q> = 1 in the states' own units, whatever the phase
     q = q / np.linalg.norm(sizes * q)
     p = p / (p @ q)

@@ -59,7 +59,7 @@ def never_completed(found: Definition, parameters: Mapping[str, Any], rebound: T
     zero = trial.zero
     surface = (guard,)
     if not guard.free_symbols & set(found.states):
-        return f"the guard {guard} is one of time alone, which no rebound moves; {_REMEDY}"
+        return f"the guard {guard} depends on time alone, which no rebound changes; {_REMEDY}"
     following = _following(found.transitions, target)
     back = [t for t in following if zero(t.guard, surface)]
     others = [t for t in following if t not in back]
@@ -85,21 +85,21 @@ def never_completed(found: Definition, parameters: Mapping[str, Any], rebound: T
         )
     alone = target in rebound.source
     if alone and all(zero(after - one, surface) for one in before):
-        return f"{rebound.name!r} leaves the rate of {guard} as it is, so that it throws nothing back; {_REMEDY}"
+        return f"{rebound.name!r} does not change the rate of {guard}, so nothing rebounds; {_REMEDY}"
     series = [(t, *_speeds(system, t)) for t in ([rebound] if alone else [rebound, *back])]
     if opaque(guard) or any(opaque(e) for _, rates, last, force in series for e in (*rates, last, force)):
         return None
     places = (trial.points(surface)[1], Trial(system, near=True).points(surface)[1])
     if (alone or not others) and all(_met(trial, places, *one)[:2] == (True, False) for one in series):
         return (
-            f"{rebound.name!r} loses no speed, so that rebounds never come faster; let its reset lose some, as in "
+            f"{rebound.name!r} loses no speed, so rebounds never come faster; let its reset lose some, as in "
             "v = -e*v with e < 1, or leave completes out"
         )
     met, _, returned = _met(trial, places, rebound, before, after, pull)
     if met and not returned:
         return (
             f"after {rebound.name!r} the guard {guard} leaves zero with a speed and an acceleration of one sign in "
-            f"{target!r}, so that the motion does not come back; let the reset turn the speed, as in v = -e*v, or "
+            f"{target!r}, so the motion does not come back; let the reset turn the speed, as in v = -e*v, or "
             f"{_REMEDY}"
         )
     return None

@@ -29,7 +29,7 @@ SHAPES: dict[str, dict[str, str]] = {
 
 PHASE = parameter("phase")
 
-UNDRIVEN = "a map has no time, and so no drive; let states of their own drive it, as in phase = 'Mod(phase + w, 1)'"
+UNDRIVEN = "a map has no time, and so no drive; drive it by a state of its own, as in phase = 'Mod(phase + w, 1)'"
 """What is said of a map with a drive."""
 
 Piece = tuple[Any, Any]

@@ -173,7 +173,7 @@ def equivalent_control(
     slope = differentiate(speed, u)
     if vanishes(slope):
         raise ModelError(
-            f"{name}: the control {u} does not act on the rate of {given.surface}, so that no value of it keeps the "
+            f"{name}: the control {u} does not act on the rate of {given.surface}, so no value of it keeps the "
             "motion on the surface; choose a surface whose rate names it"
         )
     if u in slope.free_symbols:
@@ -251,7 +251,7 @@ class Written:
                 raise ModelError(f"{self.name}: {where} gives no derivative for state {state.name!r}")
         for state in read:
             if state not in self.states:
-                raise ModelError(f"{self.name}: {where} gives a derivative for {state}, which is no state")
+                raise ModelError(f"{self.name}: {where} gives a derivative for {state}, which is not a state")
         return {state: read[state] for state in self.states}
 
     def off(self, expression: Any) -> Any:

@@ -176,7 +176,7 @@ class _Parser:
 
     def _number(self, node: Node) -> Node:
         if node.is_condition:
-            raise ExpressionError(f"{self._shown()!r}: a comparison is no number, and cannot be calculated with")
+            raise ExpressionError(f"{self._shown()!r}: a comparison is not a number and cannot be calculated with")
         return node
 
     def _condition(self, node: Node, word: str) -> Node:
@@ -191,7 +191,7 @@ class _Parser:
         if not self.text.strip():
             raise ExpressionError("is empty; give an expression such as '-x'")
         if self.kind == "end":
-            raise ExpressionError(f"{self._shown()!r} ends where {expected} is to follow")
+            raise ExpressionError(f"{self._shown()!r} ends where {expected} should follow")
         hint = _INSTEAD.get(self.value, f"expected {expected}")
         if self.value in ("if", "else"):
             hint = f"{_CASES}, or a mode for each case"

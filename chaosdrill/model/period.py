@@ -132,7 +132,7 @@ def wrong_period(found: Definition, numbers: Mapping[str, Any]) -> str | None:
         if not repeats(found, expression, numbers):
             declared = f"{found.period} = {period:.12g}" if not found.period.is_Number else f"{period:.12g}"
             return (
-                f"{expression} does not repeat after the declared period {declared}; mend the period, as in "
+                f"{expression} does not repeat after the declared period {declared}; correct the period, as in "
                 "2*pi/omega, or leave it out"
             )
     return None

@@ -47,7 +47,7 @@ def surface(system: HybridSystem, at: str) -> tuple[HybridSystem, frozenset[int]
                 raise ExpressionError(f"this surface is the guard of {t.name!r}; name that, as in at={t.name!r}")
             if reflects and not _kept(system, t, value):
                 raise ExpressionError(
-                    f"the reflection {t.name!r} throws states across it, which is no crossing; compare what the "
+                    f"the reflection {t.name!r} throws states across it, which is not a crossing; compare what the "
                     "symmetry keeps, as in x**2 > 1 where x becomes -x, name an event, or take the whole system"
                 )
         if not repeats(system, value, system.parameters):

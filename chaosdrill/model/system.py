@@ -516,7 +516,7 @@ class HybridSystem(System):
                 start[key] = _number(self.name, "initial", key, value)
             else:
                 known = ("mode", *self.state_names)
-                raise SettingsError(f"{self.name}: initial names {key!r}, which is no state; {remedy(key, known)}")
+                raise SettingsError(f"{self.name}: initial names {key!r}, which is not a state; {remedy(key, known)}")
         self._put(initial={**self.initial, **start}, names_mode=self.names_mode or "mode" in start)
         self._find_mode()
 

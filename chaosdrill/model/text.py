@@ -443,7 +443,7 @@ def _check_finite(name: str, function: Callable[..., float], arguments: list[Any
         if isinstance(value, complex):
             raise ValueError
     except (ArithmeticError, ValueError):
-        raise ExpressionError(f"{name} of {shown} is no finite real number") from None
+        raise ExpressionError(f"{name} of {shown} is not a finite real number") from None
     if not math.isfinite(value) or (abs(value) < TUNING.smallest_value and name in ("exp", "**") and values[0] != 0):
         raise ExpressionError(f"{name} of {shown} is out of the range of doubles")
 

@@ -251,7 +251,7 @@ class System(Definition):
         return {name: wide if pair == DEFAULT_BOUNDS else pair for name, pair in self.bounds.items()}
 
     def __setattr__(self, name: str, value: Any) -> None:
-        raise SettingsError(f"{self.name}: a system is not changed, {name!r} stays as it is; {ANOTHER}")
+        raise SettingsError(f"{self.name}: a system cannot be changed, {name!r} stays as it is; {ANOTHER}")
 
     def __delattr__(self, name: str) -> None:
         self.__setattr__(name, None)

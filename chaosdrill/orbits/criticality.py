@@ -214,7 +214,7 @@ def _terms(
     product = p @ q / (np.linalg.norm(p) * np.linalg.norm(q))
     # where two multipliers are one with one vector; a small product is about their distance
     if abs(product) ** 2 <= TUNING.tangent_error:
-        raise np.linalg.LinAlgError("two multipliers are not told apart")
+        raise np.linalg.LinAlgError("two multipliers cannot be told apart")
     q = q / np.linalg.norm(q)
     p = p / (p @ q)
     return extrapolated(lambda h: _coefficients(returns, at_rest, mu, q, p, h), enough)

@@ -183,7 +183,7 @@ class _Writer:
         self.altered = altered_parts(self.tree)
         if not (changed := ", ".join(self.altered)):
             return part("paragraph", bare, "fault") if (bare := unsealed(self.tree)) else NOTHING
-        told = f"Altered since the archive was written, so this page may show numbers of no run: {changed}."
+        told = f"Altered since the archive was written, so this page may show numbers that no run gave: {changed}."
         return part("paragraph", told, "fault")
 
     def _summary(self) -> Markup:
@@ -251,7 +251,7 @@ def _framed(title: str, **content: Any) -> str:
     """
     body = render("body.html", title=title, **content)
     if found := _LEADS_AWAY.search(body):
-        raise ArchiveError(f"the report would hold an element {found[1]}, which no page may; it is not written")
+        raise ArchiveError(f"the report would hold an element {found[1]}, which no page may hold; it was not written")
     scripts = "\n".join(_asset(name) for name in _SCRIPTS)
     return render(
         "page.html",

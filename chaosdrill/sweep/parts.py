@@ -183,7 +183,7 @@ class Parts:
             if not path.exists() and set(os.listdir(self.folder)) - drafts == {_LOCK}:
                 return {}
             raise ArchiveError(
-                f"{path}: missing or damaged, so that it is unknown what {self.folder} holds; move it away or remove it"
+                f"{path}: missing or damaged, so it is unknown what {self.folder} holds; move it away or remove it"
             ) from None
         return read
 

@@ -93,8 +93,8 @@ def connect(address: str) -> "Client":
         return Client(address, timeout=TUNING.answer_s, set_as_default=False, name="chaosdrill")
     except (ValueError, TypeError) as fault:
         raise SettingsError(
-            f"scheduler is {address!r}, which is no address of a Dask scheduler; give the one that 'dask scheduler' "
-            f"prints, as in 'tcp://10.0.0.5:8786' ({fault})"
+            f"scheduler is {address!r}, which is not the address of a Dask scheduler; give the one that "
+            f"'dask scheduler' prints, as in 'tcp://10.0.0.5:8786' ({fault})"
         ) from fault
     except OSError as fault:
         raise SettingsError(

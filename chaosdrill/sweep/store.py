@@ -154,7 +154,7 @@ class Store(Memory):
             before = read_json(path)
         except (OSError, ValueError):
             raise ArchiveError(
-                f"{path}: missing or damaged, so that it is unknown what the finished chunks beside it are; "
+                f"{path}: missing or damaged, so it is unknown what the finished chunks beside it are; "
                 "remove the folder to start over"
             ) from None
         if found := changes(before, now):
@@ -204,9 +204,9 @@ def _make(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except FileExistsError as fault:
-        raise ArchiveError(f"{folder}: is no folder, and cannot hold finished chunks; name another one") from fault
+        raise ArchiveError(f"{folder}: is not a folder and cannot hold finished chunks; name another one") from fault
     except UnicodeError as fault:
-        raise ArchiveError(f"{str(folder)!a}: letters that names of files do not have; name another one") from fault
+        raise ArchiveError(f"{str(folder)!a}: has characters that file names cannot have; name another one") from fault
     except OSError as fault:
         raise ArchiveError(f"{folder}: this folder cannot be made ({fault.strerror}); name a writable one") from fault
 

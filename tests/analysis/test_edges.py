@@ -227,7 +227,7 @@ def test_what_has_no_edge_between_says_so(starts, reason):
 def test_a_jump_that_parts_two_fates_is_no_edge_state():
     jump = cd.Map("x", {}, {"x": "x/2 + sign(x)"}, name="jump", initial={"x": 1.0})
     found = cd.edge_states(jump, initial=[[1.9], [-1.1]], **FEW)
-    assert "torn apart" in found.attrs["reason"]
+    assert "part at once" in found.attrs["reason"]
     assert found["outcome"] == cd.Outcome.UNDECIDED
 
 

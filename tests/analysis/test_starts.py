@@ -132,7 +132,7 @@ def test_lists_of_a_scene_that_cannot_be(initial, told):
         (3.0, "initial is 3.0"),
         (np.zeros((4, 2)), r"ndarray of shape \(4, 2\)"),
         ([[0.0, np.nan, 1.0]], "initial of run 1 has y = nan"),
-        ([{"w": 1.0}], "names 'w', which is no state"),
+        ([{"w": 1.0}], "names 'w', which is not a state"),
         ([{"mode": "onn"}], "run 1 has the mode 'onn'; did you mean 'on'"),
         ({"x": [1.0, 2.0], "y": [0.0]}, "columns of lengths"),
         (None, "grid: missing; give two states .* or a list"),

@@ -237,7 +237,7 @@ def test_attributes_without_number(stranger):
         for i in range(1001):
             file["b"].attrs[f"n{i}"] = i
 
-    assert "attributes; in an archive at most 1000" in refusal(stranger(change))
+    assert "attributes; an archive has at most 1000" in refusal(stranger(change))
 
 
 def test_dimensions_without_names(stranger):

@@ -114,7 +114,7 @@ REFUSED = {
         ),
         "reset of 'lifts' takes x from zero",
     ),
-    "passed": (lambda: ball(reset="v"), "throws nothing back"),
+    "passed": (lambda: ball(reset="v"), "so nothing rebounds"),
     "passed slower": (lambda: ball(reset="v**3/(1 + v**2)", rate="-1"), "does not come back"),
     "thrown away": (lambda: ball(reset="-v/2", rate="1 + v**2"), "does not come back"),
     "unaccelerated": (lambda: ball(rate="0"), "has no acceleration"),

@@ -79,7 +79,7 @@ def test_a_start_in_any_form(system, start):
             xr.Dataset({"states": (("time", "state"), np.zeros((3, 2)))}),
             r"whole result; .*with_initial\(ds\['states'\]\[-1\]",
         ),
-        ({"velocity": 1.0}, "initial names 'velocity', which is no state"),
+        ({"velocity": 1.0}, "initial names 'velocity', which is not a state"),
     ],
 )
 def test_a_start_that_is_none_is_told_by_what_is_wrong(system, start, told):
@@ -107,7 +107,7 @@ def test_a_period_that_is_not_positive_is_refused(system, period):
 def test_unknown_names_are_refused_with_the_known_ones(system):
     with pytest.raises(cd.SettingsError, match=r"unknown parameter 'omga'; did you mean 'omega'"):
         system.with_parameters(omga=1.0)
-    with pytest.raises(cd.SettingsError, match=r"'y', which is no state; known here: mode, x, v"):
+    with pytest.raises(cd.SettingsError, match=r"'y', which is not a state; known here: mode, x, v"):
         system.with_initial(y=1.0)
     with pytest.raises(cd.SettingsError, match=r"unknown parameter 'mass'.*'k', 'omega'"):
         system.augmented(parameters=["mass"])

@@ -95,7 +95,7 @@ FAULTS = {
     "rate that is infinite": ({"modes": {"free": {X: V, V: sympy.oo}}}, ["modes.free.v", "not finite"]),
     "division by zero": ({"modes": {"free": {X: V, V: sympy.zoo * X}}}, ["modes.free.v", "not finite"]),
     "bound of a stranger": ({"bounds": {K: (0, 1)}}, ["bounds.k: unknown state", "x, v"]),
-    "wrong period": ({"period": sympy.pi / 3}, ["does not repeat", "declared period pi/3", "mend the period"]),
+    "wrong period": ({"period": sympy.pi / 3}, ["does not repeat", "declared period pi/3", "correct the period"]),
     "drift in a periodic rate": ({"modes": {"free": {X: V, V: T}}}, ["t does not repeat", "leave it out"]),
     "drift in a guard": ({"transitions": hit(guard=X - T)}, ["-t + x does not repeat", "period"]),
     "drift in a reset": ({"transitions": hit(reset={V: T})}, ["t does not repeat", "period"]),

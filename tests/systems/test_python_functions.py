@@ -404,9 +404,9 @@ REFUSED = {
     r"takes \(t, x, p, out\); it must be f": lambda: impact(
         modes={"free": cfunc(types.void(types.float64, POINTER, POINTER, POINTER))(fill)}
     ),
-    "of which no reference of more digits": lambda: cd.work_precision(impact(), periods=1),
-    "returns 3 numbers; it is to return 2": lambda: kernels_of(impact(modes={"free": lambda t, x, p: (x.v, 0.0, 0.0)})),
-    "it is to return a tuple of 2 numbers": lambda: kernels_of(impact(modes={"free": lambda t, x, p: x.v})),
+    "for which no reference with more digits": lambda: cd.work_precision(impact(), periods=1),
+    "returns 3 numbers; it must return 2": lambda: kernels_of(impact(modes={"free": lambda t, x, p: (x.v, 0.0, 0.0)})),
+    "it must return a tuple of 2 numbers": lambda: kernels_of(impact(modes={"free": lambda t, x, p: x.v})),
     "Unknown attribute 'k'": lambda: kernels_of(impact(modes={"free": lambda t, x, p: (p.k, 0.0)})),
     "but not for the dual numbers": lambda: kernels_of(impact(modes={"free": array})),
 }

@@ -119,7 +119,7 @@ class _Edge:
         if given.standing is not None:
             self._ascertain(given, pair)
         if pair.modes[0] != pair.modes[1]:
-            raise _Stopped("the edge lies where the starts change their mode, so that nothing stays on it")
+            raise _Stopped("the edge lies where the starts change their mode, so nothing stays on it")
         return pair
 
     def _ascertain(self, given: _Pair, pair: _Pair) -> None:
@@ -145,8 +145,8 @@ class _Edge:
             distance = self.distance(batch.x)
             if distance == 0.0:
                 raise _Stopped(
-                    "runs from both sides of the edge met, as behind an event that leaves nothing of what parts them; "
-                    "their fates were told too early: give a longer transient"
+                    "runs from both sides of the edge met, as after an event that leads both to one state; their fates "
+                    "were decided too early: give a longer transient"
                 )
             alike = batch.mode[0] == batch.mode[1]
             gone = not alike or distance > self.parted
@@ -155,8 +155,8 @@ class _Edge:
                     break
                 if last is pair:
                     raise _Stopped(
-                        "two starts on either side of the edge are torn apart at once, as at an event that only one of "
-                        "them meets: the fates are parted by a jump of the motion, not by a state on the edge"
+                        "two starts on either side of the edge part at once, as at an event that only one of them "
+                        "meets: a jump of the motion separates the fates, and no state lies on the edge"
                     )
                 break
             here = batch.x.copy()

@@ -127,7 +127,7 @@ class Equilibria(AnalysisSettings):
         if system.discrete:
             yield (), f"{system.name} is a map, which has fixed points; take periodic_orbit with period = 1"
         elif not system.autonomous:
-            words = f"{system.name} depends on time, so that no state stays at rest"
+            words = f"{system.name} depends on time, so no state stays at rest"
             orbits = "; take periodic_orbit with period = 1, whose strobes are fixed points"
             yield (), words + orbits * system.forced
         for index, name in enumerate(table.get("modes") or ()):

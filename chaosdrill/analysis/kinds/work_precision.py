@@ -129,7 +129,7 @@ def work_precision(system: HybridSystem, given: WorkPrecision, job: Job) -> Data
 
     for place, one in system.sources.items():
         raise SettingsError(
-            f"{system.name} has a Python function, {one.name!r:.60} at {place:.200}, of which no reference of more "
+            f"{system.name} has a Python function, {one.name!r:.60} at {place:.200}, for which no reference with more "
             "digits can be computed; write it as expressions, or compare runs of several tolerances"
         )
     return compare(system, given.span(system, Numerics(tolerance=TIGHT), units=UNITS), given, job)

@@ -27,15 +27,15 @@ if TYPE_CHECKING:
     from chaosdrill.analysis.measures.saddles import Lives
 
 AT_ONCE = (
-    "runs that count leave at one age, or soon after each other, and none is watched for longer, so that no rate is "
-    "told: take other starts, or more of them"
+    "runs that count leave at one age, or soon after each other, and none is watched for longer, so the rate is "
+    "unknown: take other starts, or more of them"
 )
 
-NONE_LEFT = "no run is watched beyond the least age, so that no rate is told: take a shorter transient, or more starts"
+NONE_LEFT = "no run is watched beyond the least age, so the rate is unknown: take a shorter transient, or more starts"
 
-STAYING = "runs stay where none leaves, as at an attractor, and tell of no saddle: end lives there by until"
+STAYING = "runs stay where none leaves, as at an attractor, and show no saddle: end lives there by until"
 
-NO_FLOW = "no exponent of the saddle is 0, as that of a flow is, so that it is a rest, or runs stay too short"
+NO_FLOW = "no exponent of the saddle is 0, as one of a flow is: the saddle is an equilibrium, or runs stay too short"
 
 NO_NUMBER = "an exponent of the saddle is not a number"
 

@@ -87,7 +87,7 @@ def _regularity(taken: Taken, given: Any, numerics: Numerics) -> Arrays:
             if error < HALF_TURN:
                 turned, turned_error = mean % 1, np.hypot(error, numerics.global_error)
             else:
-                uncounted = f"turns from point to point are known to {error:.2g} on average, which tells no part of one"
+                uncounted = f"turns from point to point are known to {error:.2g} on average, not to a part of one"
     return {
         "average": average,
         "average_error": average_error,

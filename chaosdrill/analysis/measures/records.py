@@ -173,7 +173,7 @@ def swept(system: HybridSystem, given: Any, job: Job) -> tuple[str, np.ndarray] 
         return parameter, values
     for name in ("store", "scheduler"):
         if getattr(job, name) is not None:
-            raise SettingsError(f"{name} is of use to the points of a sweep; give one, or leave {name} out")
+            raise SettingsError(f"{name} applies to the points of a sweep; give a sweep, or leave {name} out")
     return None
 
 

@@ -47,7 +47,7 @@ a small attractor of the drill they are 4 to 8; by chance they are beyond 4 in o
 NO_SADDLE = "too few runs stay long enough to show a saddle: take more starts, nearer to it, or a longer record"
 
 ATTRACTED = (
-    "walkers gather where none leaves, as at an attractor, and tell of no saddle: end lives there by until, or take "
+    "walkers gather where none leaves, as at an attractor, and show no saddle: end lives there by until, or take "
     "the sprinkler"
 )
 

@@ -121,7 +121,7 @@ def _without_units(parameters: Mapping[str, Any], used: Mapping[str, float]) -> 
         missing = [str(path[-1]) for path, _ in faults]
         given = next(key for key in raw if key not in used)
         raise ModelError(
-            f"{given} is a quantity with a unit, so that {', '.join(missing)} have to be given too, as in "
+            f"{given} is a quantity with a unit; give {', '.join(missing)} too, as in "
             f"{missing[0]}={QUANTITIES[missing[0]].example!r}; or give dimensionless parameters only"
         )
     return numbers | si.parameters
