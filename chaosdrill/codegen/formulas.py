@@ -55,6 +55,11 @@ def function_of(
     return known[name]
 
 
+def rates_of(system: "HybridSystem", mode: str) -> Any:
+    """The rates of the states in a mode as a function of arrays."""
+    return function_of(system, f"rates by numpy {mode}", lambda placed: list(placed.modes[mode].values()), arrays=True)
+
+
 def _derived(
     system: "HybridSystem", name: str, expression: Any, of: "Callable[[HybridSystem], list[Any]] | None", arrays: bool
 ) -> Any:

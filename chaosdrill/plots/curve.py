@@ -2,9 +2,8 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -159,21 +158,16 @@ def rates_of(dataset: Dataset, curve: Curve) -> Floats | None:
 
 
 def _evaluated(system: "HybridSystem", modes: Mapping[int, str], curve: Curve) -> Floats:
-    from chaosdrill.codegen.formulas import function_of
+    from chaosdrill.codegen import formulas
 
     rates = np.full(curve.state.shape, np.nan)
     for code in np.unique(curve.mode).tolist():
         mode, here = modes[code], curve.mode == code
-        field = function_of(system, f"rates by numpy {mode}", partial(_rates, mode=mode), arrays=True)
         with np.errstate(all="ignore"):
-            found = field(curve.time[here], *curve.state[here].T, *system.parameters.values())
+            found = formulas.rates_of(system, mode)(curve.time[here], *curve.state[here].T, *system.parameters.values())
         for i, rate in enumerate(found):
             rates[here, i] = rate
     return rates
-
-
-def _rates(placed: "HybridSystem", mode: str) -> list[Any]:
-    return list(placed.modes[mode].values())
 
 
 def _slopes(state: Floats, step: Floats) -> Floats:
