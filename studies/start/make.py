@@ -164,11 +164,13 @@ PROCESSES = {
     "matplotlib": LINE,
     "spectrum, picture": SAVED + RUN.format("lorenz", "duration=200") + "cd.plot(ds); "
     "import matplotlib.pyplot as plt; plt.savefig('spectrum.png')",
+    "trajectory, picture": SAVED + READY + "ds = cd.trajectory(cd.build('lorenz'), duration=10); cd.plot(ds); "
+    "import matplotlib.pyplot as plt; plt.savefig('trajectory.png')",
     "diagram, picture": SAVED + SWEPT + "cd.plot(ds); import matplotlib.pyplot as plt; plt.savefig('diagram.png')",
 }
 """What a process does, by its name."""
 
-PICTURES = ("spectrum, picture", "diagram, picture")
+PICTURES = ("spectrum, picture", "trajectory, picture", "diagram, picture")
 """Processes that compute and draw."""
 
 ROUNDS = 7

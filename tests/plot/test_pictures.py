@@ -103,7 +103,7 @@ def test_one_state_is_drawn_against_the_iterate(section, known):
 @pytest.fixture
 def archive(tmp_path, ball, spectrum):
     path = tmp_path / "run.nc"
-    xr.DataTree.from_dict({"orbit": ball, "spectrum": spectrum}).to_netcdf(path)
+    cd.save(xr.DataTree.from_dict({"orbit": ball, "spectrum": spectrum}), path)
     return path
 
 
@@ -119,7 +119,7 @@ def test_every_suitable_picture_is_drawn_beside_the_archive(archive):
 
 def test_several_pictures_of_a_group_are_named_apart(tmp_path, chart, basin):
     path = tmp_path / "run.nc"
-    xr.DataTree.from_dict({"load": chart, "basins": basin}).to_netcdf(path)
+    cd.save(xr.DataTree.from_dict({"load": chart, "basins": basin}), path)
     assert [file.name for file in plot_archive(path)] == [
         "run-load-isoperiodic-chart.png",
         "run-load-lyapunov-chart.png",
@@ -180,7 +180,7 @@ def test_a_state_that_nothing_shows_is_refused(archive, tmp_path):
 def test_an_archive_without_a_suitable_picture_says_what_it_holds(tmp_path, ball):
     path = tmp_path / "other.nc"
     ball.attrs["kind"] = "unheard-of"
-    xr.DataTree.from_dict({"orbit": ball}).to_netcdf(path)
+    cd.save(xr.DataTree.from_dict({"orbit": ball}), path)
     with pytest.raises(ArchiveError, match=r"no picture for orbit \(unheard-of\)"):
         plot_archive(path)
 

@@ -186,7 +186,7 @@ def test_axes_of_somebody_else_keep_their_style(ball):
 
 def test_the_same_picture_is_the_same_file(ball, tmp_path):
     archive = tmp_path / "run.nc"
-    xr.DataTree.from_dict({"orbit": ball}).to_netcdf(archive)
+    cd.save(xr.DataTree.from_dict({"orbit": ball}), archive)
     for ending in ("svg", "pdf", "png"):
         found = [cd.plot_archive(archive, tmp_path / f"{name}.{ending}")[1].read_bytes() for name in "ab"]
         assert found[0] == found[1], ending

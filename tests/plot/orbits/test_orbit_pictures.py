@@ -531,7 +531,7 @@ def archive(tmp_path, continuation, curve, as_orbit, found):
         "found": as_orbit(found),
     }
     path = tmp_path / "run.nc"
-    xr.DataTree.from_dict(groups).to_netcdf(path)
+    cd.save(xr.DataTree.from_dict(groups), path)
     return path
 
 
@@ -562,7 +562,7 @@ def test_the_diagram_of_another_group_lies_behind(archive, tmp_path):
 
 def test_a_cascade_without_an_accumulation_point_has_no_picture(tmp_path, continuation):
     short = continuation.assign(accumulation=np.nan)
-    xr.DataTree.from_dict({"run": short}).to_netcdf(tmp_path / "run.nc")
+    cd.save(xr.DataTree.from_dict({"run": short}), tmp_path / "run.nc")
     assert [file.name for file in plot_archive(tmp_path / "run.nc")] == ["run-branches.png", "run-multipliers.png"]
 
 
