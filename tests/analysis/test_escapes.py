@@ -168,7 +168,7 @@ def test_a_comparison_may_end_a_life_of_a_flow():
     np.testing.assert_allclose(found["lyapunov_exponent"], [1, -1], rtol=0, atol=1e-9)
     # a rest has no direction of a flow, which gave it the dimension 1, with an error of 7e-13
     assert np.isnan(found["saddle_dimension"])
-    assert "it is a rest, or runs stay too short" in found.attrs["reason"]
+    assert "the saddle is an equilibrium, or runs stay too short" in found.attrs["reason"]
 
 
 def test_a_comparison_may_end_a_life_under_a_drive():

@@ -162,7 +162,7 @@ def test_angles_that_go_round_apart_are_named():
     wanders = cd.regularity(even.with_parameters(k=5.0), periods=500, plane=["x"])
     assert wanders["rotation_number"].isnull()
     assert wanders["rotation_number_error"].isnull()
-    assert "no part of one" in wanders.attrs["reason"]
+    assert "not to a part of one" in wanders.attrs["reason"]
 
 
 def test_the_error_of_turns_covers_where_a_remainder_cuts_the_circle():

@@ -414,9 +414,9 @@ def test_a_name_too_long_for_the_folder_of_parts(tmp_path):
 def test_a_name_that_no_file_can_have(tmp_path, monkeypatch, motion, name):
     monkeypatch.setattr("chaosdrill.workflow.run_scene.compute", lambda *_, **__: pytest.fail("it ran"))
     (tmp_path / "scene.toml").write_text(SCENE)
-    with pytest.raises(cd.ArchiveError, match=r"letters that names of files do not have here \(utf-8\)"):
+    with pytest.raises(cd.ArchiveError, match=r"characters that file names cannot have here \(utf-8\)"):
         cd.run(tmp_path / "scene.toml", tmp_path / name)
-    with pytest.raises(cd.ArchiveError, match="letters that names of files do not have"):
+    with pytest.raises(cd.ArchiveError, match="characters that file names cannot have"):
         cd.save(motion, tmp_path / name)
     with pytest.raises(cd.ArchiveError, match="cannot read the archive"):
         cd.open(tmp_path / name)

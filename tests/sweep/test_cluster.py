@@ -63,7 +63,7 @@ def test_a_chunk_that_kills_its_workers_is_not_tried_for_ever(cluster, tmp_path)
     assert 0 < kept_points(tmp_path)[0] < 500
 
 
-_NONE, _SILENT = "is no address of a Dask scheduler", "no Dask scheduler answers"
+_NONE, _SILENT = "is not the address of a Dask scheduler", "no Dask scheduler answers"
 
 
 @pytest.mark.parametrize(

@@ -213,9 +213,9 @@ def test_full_disk_when_results_are_put_together(folder, whole, same, monkeypatc
     ("name", "told"),
     [
         ("/proc/none", "cannot be made"),
-        ("/dev/null", "is no folder"),
+        ("/dev/null", "is not a folder"),
         ("/dev/null/below", "cannot be made"),
-        ("\ud800", "letters that names of files do not have"),
+        ("\ud800", "characters that file names cannot have"),
         ("a" * 300, "cannot be made"),
     ],
 )
