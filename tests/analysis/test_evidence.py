@@ -303,7 +303,7 @@ def test_what_a_sweep_cannot_be(logistic, tmp_path):
     with pytest.raises(cd.SettingsError, match=r"sweep.*k.*is a variable of the result"):
         cd.zero_one_test(spring, {"k": [1.0, 2.0]}, periods=50)
     assert cd.regularity(spring, {"k": [1.0, 2.0]}, periods=50).sizes["k"] == 2
-    with pytest.raises(cd.SettingsError, match="store is of use to the points of a sweep"):
+    with pytest.raises(cd.SettingsError, match="store applies to the points of a sweep"):
         cd.regularity(logistic, periods=50, store=tmp_path)
     with pytest.raises(cd.SettingsError, match="store is ''; it must be the name of a folder"):
         cd.regularity(logistic, {"r": [3.2, 3.3]}, periods=50, store="")
