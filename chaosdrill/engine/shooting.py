@@ -15,6 +15,7 @@ Columns of reduced unknowns: d states of the first start, its phase, N durations
 import math
 
 from chaosdrill.codegen.kinds import Tuple, float64, int64
+from chaosdrill.codegen.layout import ROUNDING
 from chaosdrill.codegen.signatures import cube, event_places, integer_matrix, integers, matrix, vector
 from chaosdrill.engine.events import saltation_jump
 from chaosdrill.engine.jit import compiled, inner
@@ -157,8 +158,11 @@ def _end_by_unknowns(state, stretch, rates, start_row, clock_row, own, moved):
 
 
 @inner
-def _guard_equation(functions, mode, end, te, state, extent, clock_row, moved, gradient, row):
-    """The equation that a segment ends on its guard: (its violation, what the guard varies by over the sizes)."""
+def _guard_equation(functions, mode, end, te, own, state, extent, clock_row, moved, gradient, row):
+    """The equation that a segment ends on its guard: (its violation, what the guard varies by over the sizes).
+
+    What a guard passes through within the rounding of time, as one that a spike meets, is no violation.
+    """
     run, x, n = state.run[0], state.x, state.x.size
     value = functions.guard(mode, end, te, state.c, x, gradient)
     steep = 0.0
@@ -171,7 +175,7 @@ def _guard_equation(functions, mode, end, te, state, extent, clock_row, moved, g
             sum_ += gradient[r] * moved[r, u]
         row[u] = sum_
     row[clock_row.size - 1] += value
-    return abs(value) / steep, steep
+    return max(0.0, abs(value) - ROUNDING * abs(row[own] * te)) / steep, steep
 
 
 @inner
@@ -446,7 +450,7 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
         if end >= 0:
             events += 1
             off, steep = _guard_equation(
-                functions, mode, end, te, state, extent, clock_row, moved, scratch.gradient, equations[i]
+                functions, mode, end, te, own, state, extent, clock_row, moved, scratch.gradient, equations[i]
             )
             residual = max(residual, off)
             for r in range(n):

@@ -36,13 +36,17 @@ from chaosdrill.orbits.verification import describe, no_orbit
 class NoOrbitError(Exception):
     """Raised if no orbit was found, with the reason.
 
-    ``residuals``: residuals of Newton's method up to its end.
+    ``residuals``: residuals of Newton's method up to its end. ``lost``: what its last step led to, if that could not be
+    followed.
     """
 
-    def __init__(self, outcome: Outcome, message: str, residuals: np.ndarray | None = None) -> None:
+    def __init__(
+        self, outcome: Outcome, message: str, residuals: np.ndarray | None = None, lost: Orbit | None = None
+    ) -> None:
         super().__init__(message)
         self.outcome, self.message = outcome, message
         self.residuals = np.zeros(0) if residuals is None else residuals
+        self.lost = lost
 
 
 def tie_words(problem: Problem, orbit: Orbit) -> str:
@@ -287,7 +291,7 @@ def orbit_read(
     seen: list[Orbit] = []
     for _ in range(TUNING.guesses):
         outcome, guess = initial()
-        if seen and guess is None:
+        if failure.message and guess is None:
             raise failure
         if outcome != Outcome.OK:
             raise NoOrbitError(outcome, f"the run from the start ended: {outcome.advice}")
@@ -298,8 +302,15 @@ def orbit_read(
             raise NoOrbitError(Outcome.NO_ORBIT, f"the motion from the start {words}")
         if any(guess.periods == one.periods and np.array_equal(guess.segments, one.segments) for one in seen):
             raise failure
+        try:
+            orbit, shot, residuals = solved(problem, guess, reach, level=level)
+        except NoOrbitError as error:
+            if error.lost is None:
+                raise
+            # a spike is run over by less than a step changes its time, which the motion itself knows
+            failure, initial = error, partial(own_path, problem, error.lost)
+            continue
         seen.append(guess)
-        orbit, shot, residuals = solved(problem, guess, reach, level=level)
         if admissible(orbit, shot):
             return orbit, shot, residuals
         failure = NoOrbitError(
@@ -362,7 +373,8 @@ def _solved(problem: Problem, guess: Orbit, reach: float) -> tuple[Orbit, Shot, 
         code, orbit, shot, more = problem.newton(orbit, reach=reach)
         residuals = np.concatenate([residuals, more[1:]])
     if code != CONVERGED:
-        raise NoOrbitError(Outcome.NO_ORBIT, why_not(code, residuals), residuals)
+        lost = orbit if code in (Outcome.NONFINITE, Outcome.ESCAPED) and len(residuals) > 1 else None
+        raise NoOrbitError(Outcome.NO_ORBIT, why_not(code, residuals), residuals, lost)
     if at_rest(problem, orbit):
         raise NoOrbitError(Outcome.EQUILIBRIUM, "the result is a point at rest, not an orbit", residuals)
     return orbit, shot, residuals

@@ -16,7 +16,8 @@ def path(problem: "Problem", orbit: "Orbit") -> tuple[np.ndarray, np.ndarray]:
     """Points of one period from its first strobe on, as close as a straight line between neighbours needs.
 
     Each is met by the dense output of the segment that it lies on, so that an unstable orbit is not left. Halves are
-    taken until the middle of every stretch is within ``TUNING.chord`` of its chord, in parts of each state's extent.
+    taken until the middle of every stretch is within ``TUNING.chord`` of its chord, in parts of each state's extent, or
+    as near as states are known.
 
     Returns: ``times``, shape (m,): since the first strobe; both sides of an event have one time. ``states``, shape (m,
     d).
@@ -31,7 +32,8 @@ def path(problem: "Problem", orbit: "Orbit") -> tuple[np.ndarray, np.ndarray]:
         grids.append(grid)
         begin += length
     pieces = [problem.at([one], grid[np.newaxis])[0][0] for (one, _), grid in zip(segments, grids, strict=True)]
-    allowed = TUNING.chord * np.maximum(np.ptp(np.concatenate(pieces), axis=0), np.finfo(float).tiny)
+    # what rests moves by rounding alone
+    allowed = np.maximum(TUNING.chord * np.ptp(np.concatenate(pieces), axis=0), problem.solved_to(np.concatenate(pieces)))
     begin, times, states, jumps = 0.0, [], [], []
     for (one, _), grid, piece in zip(segments, grids, pieces, strict=True):
         grid, piece = _refined(problem, one, grid, piece, allowed)
