@@ -179,10 +179,11 @@ def _guard_equation(functions, mode, end, te, own, state, extent, clock_row, mov
 
 
 @inner
-def _cross(event, jump, speed, following, state, clock_row, moved, step, stretch, gap):
+def _cross(event, jump, pace, following, state, clock_row, moved, step, stretch, gap):
     """Across an event: the next start by unknowns in ``step``, tangents in ``stretch``, how far it is off in ``gap``.
 
-    Row 0 of ``step`` is the state on the guard at which the event was taken.
+    Row 0 of ``step`` is the state on the guard at which the event was taken, ``pace`` the normal speed where the segment
+    ended.
     """
     x, vectors, n = state.x, state.vectors, state.x.size
     place = event_places(n)
@@ -205,7 +206,7 @@ def _cross(event, jump, speed, following, state, clock_row, moved, step, stretch
             for k in range(n):
                 across += event[place.gradient + k] * vectors[v, k]
                 reset += event[row + k] * vectors[v, k]
-            stretch[r, v] = reset + (jump[r] * across / speed if jump[r] != 0.0 and across != 0.0 else 0.0)
+            stretch[r, v] = reset + (jump[r] * across / pace if jump[r] != 0.0 and across != 0.0 else 0.0)
         if r < gap.size:
             gap[r] = shift
 
@@ -464,11 +465,15 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
             if came < 0:
                 return FAILED, math.inf
             speed = normal_speed(event, n)
+            # tangents have come to where the segment ends, which on a spike is another speed
+            pace = event[event_places(n).gradient + n]
+            for r in range(n):
+                pace += event[event_places(n).gradient + r] * rates[r]
             direction = tables.active[mode, 1 + end]
             speeds[i] = speed * direction if direction != 0 else abs(speed)
             written[i] = event[event_places(n).rate]
             saltation_jump(event, jump)
-            _cross(event, jump, speed, following, state, clock_row, moved, step, stretch, gap)
+            _cross(event, jump, pace, following, state, clock_row, moved, step, stretch, gap)
             _eliminate_duration(equations[i], steep, period, extent, own, clock_row, step)
         else:
             speeds[i] = written[i] = math.inf

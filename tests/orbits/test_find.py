@@ -144,6 +144,18 @@ def test_a_round_begins_in_the_state_that_its_first_duration_belongs_to(peak):
     assert float(found["period_time"]) == pytest.approx(spikes[-1] - spikes[-2], rel=1e-9)
 
 
+@pytest.mark.parametrize("peak", [-10.0, 0.0])
+def test_a_spike_that_is_cut_far_up_belongs_to_an_orbit(peak):
+    """In the rounding of its time the potential rises by up to 1e-4; the period no longer depends on the cut."""
+    neuron = cd.build("adaptive-integrate-and-fire", parameters={"peak": peak})
+    section = cd.poincare_section(neuron, at="spike", transient=50, periods=4)
+    for at, transient in ((None, 100), ("spike", 50)):
+        found = cd.periodic_orbit(neuron, at=at, transient=transient)
+        assert found.cd.outcome == "periodic"
+        assert float(found["period_time"]) == pytest.approx(float(section["return_time"]), rel=1e-11)
+        np.testing.assert_allclose(found["multiplier_real"], section["multiplier_real"], rtol=2e-5)
+
+
 def test_a_return_does_not_depend_on_units_of_states(van_der_pol):
     """The speed in units a million times as small, in which it is by far the larger state."""
     a, b, mu = sympy.symbols("x v mu", real=True)

@@ -122,3 +122,16 @@ def test_a_spike_is_met_where_it_is_steep():
     middle = (time[1:-1] + time[:-2]) / 2
     off = np.abs(np.tan(begin + middle) - (x[1:-1] + x[:-2]) / 2)[np.diff(time)[:-1] > 0]
     assert off.max() < 1e-3 * 1010
+
+
+def test_a_state_at_rest_needs_no_points():
+    # z settles beside a clock, where rounding alone moves it
+    beside = cd.HybridSystem(
+        states="phi z w",
+        modes={"on": {"phi": "1", "z": "w", "w": "1/2 - 21*z - w/5"}},
+        transitions=[cd.Transition("turn", "on", "on", guard="phi - 1", direction=1, reset={"phi": "0"})],
+        initial={"z": 0.1},
+    )
+    found = cd.periodic_orbit(beside, at="turn", transient=300)
+    assert found["path_state"].sel(state="z").values == pytest.approx(1 / 42, rel=1e-12)
+    assert found.sizes["path_point"] < 20
