@@ -256,12 +256,13 @@ def exponents_of(problem: "Problem", orbit: "Orbit", moduli: np.ndarray, rank: i
     The state is put back onto the orbit after every round, so that an unstable one is not left. Multipliers of nearly
     the same modulus, as complex pairs, rotate about each other; only the mean of their exponents is that of one round.
 
-    Returns: ``exponents``, shape (d,): descending; -inf for directions that events remove; members of a group share its
-    mean. ``ends``: index of the first exponent after each group.
+    Returns: ``exponents``, shape (d,): descending; -inf for directions that events remove; members of a group lie about
+    its mean as their multipliers do. ``ends``: index of the first exponent after each group.
     """
-    d = problem.states
+    d, duration = problem.states, float(orbit.durations.sum())
     with np.errstate(divide="ignore", invalid="ignore"):
-        falls = -np.diff(np.log(moduli[:rank]))
+        logs = np.log(moduli[:rank])
+        falls = -np.diff(logs)
         apart = falls * TUNING.exponent_rounds >= -np.log(TUNING.exponent_turned)
     # a tangent that turns gains what units are apart: decay must exceed that, too, before growth tells the order
     turned = np.ptp(np.log(problem.sizes)) - np.log(TUNING.exponent_turned)
@@ -282,7 +283,7 @@ def exponents_of(problem: "Problem", orbit: "Orbit", moduli: np.ndarray, rank: i
         run.x[:] = state
     values = np.full(d, np.nan)
     if outcome == Outcome.OK:
-        found = (run.logs - before) / float(orbit.durations.sum())
+        found = (run.logs - before) / duration
         found[run.lost == 1] = -np.inf
         # one round says nothing of the order: those of a pair go up and down by more than pairs are apart; the first
         # holds the decay of what begins across slower directions
@@ -293,7 +294,8 @@ def exponents_of(problem: "Problem", orbit: "Orbit", moduli: np.ndarray, rank: i
         apart |= np.isnan(falls) & (grown * TUNING.exponent_rounds >= -np.log(TUNING.exponent_turned))
         ends = [*(np.flatnonzero(apart) + 1).tolist(), rank]
         for first, end in zip([0, *ends[:-1]], ends, strict=True):
-            values[first:end] = values[first:end].mean() if end > first else 0.0
+            about = logs[first:end] - logs[first:end].mean() if np.isfinite(logs[first:end]).all() else 0.0
+            values[first:end] = values[first:end].mean() + about / duration if end > first else 0.0
     return values, ends
 
 

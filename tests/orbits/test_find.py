@@ -156,6 +156,18 @@ def test_a_spike_that_is_cut_far_up_belongs_to_an_orbit(peak):
         np.testing.assert_allclose(found["multiplier_real"], section["multiplier_real"], rtol=2e-5)
 
 
+@pytest.mark.parametrize("decay", [0.02, 0.13, 0.2])
+def test_an_orbit_has_the_exponents_of_its_multipliers_however_near_they_are(decay):
+    clock = cd.HybridSystem(
+        states="phi x",
+        parameters={"c": decay},
+        modes={"on": {"phi": "1", "x": "cos(2*pi*phi) - c*x"}},
+        transitions=[cd.Transition("turn", "on", "on", guard="phi - 1", direction=1, reset={"phi": "0"})],
+    )
+    found = cd.periodic_orbit(clock, at="turn", transient=1000)
+    np.testing.assert_allclose(found["lyapunov_exponent"], [0, -decay], atol=1e-12)
+
+
 def test_a_return_does_not_depend_on_units_of_states(van_der_pol):
     """The speed in units a million times as small, in which it is by far the larger state."""
     a, b, mu = sympy.symbols("x v mu", real=True)
