@@ -67,6 +67,9 @@ def met(curve: Curve, first: Point, known: Sequence[BranchSegment], step: float)
         if curve.gap(first.orbit, there, weights) <= TUNING.meeting:
             return True
         way = float(curve.apart(first.orbit, there, weights) @ first.tangent.course)
+        if way < -TUNING.begins:
+            # it comes from there, through changes of events that change little
+            continue
         with suppress(LostError):
             beside = curve.correct(curve.predicted([first], way), first, first.tangent.row)
             if curve.gap(beside.orbit, there, weights) <= TUNING.meeting:
@@ -121,8 +124,11 @@ def trace_branch(
             branch.segments[-1] = last
             branch.marks = [mark for mark in branch.marks if mark.segment < len(branch.segments) - 1]
             return branch.ended(BranchEnd.NO_CONVERGENCE, PILED)
-        if met(curve, first, [*known, *branch.segments], step):
+        if met(curve, first, [*known[-1:], *branch.segments[:1]], step):
             return branch.ended(BranchEnd.CLOSED)
+        if met(curve, first, [*known[:-1], *branch.segments[1:]], step):
+            # no loop comes back amid its way: a border has led back along it
+            return branch.ended(BranchEnd.NO_CONVERGENCE, PILED)
         if met(curve, first, others, step):
             return branch.ended(BranchEnd.JOINED)
     branch.words = f"more than {TUNING.most_borders} changes of the sequence of events"

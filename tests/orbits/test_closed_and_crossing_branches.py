@@ -197,3 +197,28 @@ def test_an_isola_of_period_three_is_walked_once_between_its_folds():
     fold = np.sqrt(2.84 - np.sqrt(8))
     assert np.abs(np.sort(branch["special_value"].values) - [-fold, fold]).max() < 1e-13
     assert "closed loop" in branch["branch_end_text"].item()
+
+
+def test_a_branch_whose_rebounds_change_in_number_is_no_loop():
+    """A follower lifts off its cam and chatters back onto it: its motion begins anew from the cam at every frequency."""
+    cam, speed, onto = "-cos(w*t)", "w*sin(w*t)", "q + cos(w*t)"
+    follower = cd.HybridSystem(
+        states="q v",
+        parameters={"w": 2.645},
+        modes={
+            "contact": {"q": speed, "v": "w**2*cos(w*t)"},
+            "flight": {"q": "v", "v": "-(q + 4) - v/10"},
+        },
+        transitions=[
+            cd.Transition(
+                "lift", "contact", "flight", "w**2*cos(w*t) + 4 - cos(w*t) + w*sin(w*t)/10", -1, {"q": cam, "v": speed}
+            ),
+            cd.Transition("bounce", "flight", "flight", onto, -1, {"v": f"{speed} - 0.6*(v - {speed})"}),
+            cd.Transition("land", "flight", "contact", onto, -1, {"q": cam, "v": speed}, completes="bounce"),
+        ],
+        period="2*pi/w",
+        initial={"mode": "contact", "q": -1.0},
+    )
+    branch = cd.continue_orbit(follower, {"w": (2.64, 2.652)}, step=0.0075, max_points=12)
+    assert "loop" not in str(branch["branch_end_text"].values)
+    assert float(branch["w"].max()) > 2.6455
