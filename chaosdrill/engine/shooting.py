@@ -182,8 +182,7 @@ def _guard_equation(functions, mode, end, te, own, state, extent, clock_row, mov
 def _cross(event, jump, pace, following, state, clock_row, moved, step, stretch, gap):
     """Across an event: the next start by unknowns in ``step``, tangents in ``stretch``, how far it is off in ``gap``.
 
-    Row 0 of ``step`` is the state on the guard at which the event was taken, ``pace`` the normal speed where the segment
-    ended.
+    Row 0 of ``step`` is the state on the guard at which the event was taken; ``pace`` is the normal speed at the end.
     """
     x, vectors, n = state.x, state.vectors, state.x.size
     place = event_places(n)

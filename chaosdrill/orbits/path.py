@@ -32,8 +32,9 @@ def path(problem: "Problem", orbit: "Orbit") -> tuple[np.ndarray, np.ndarray]:
         grids.append(grid)
         begin += length
     pieces = [problem.at([one], grid[np.newaxis])[0][0] for (one, _), grid in zip(segments, grids, strict=True)]
+    whole = np.concatenate(pieces)
     # what rests moves by rounding alone
-    allowed = np.maximum(TUNING.chord * np.ptp(np.concatenate(pieces), axis=0), problem.solved_to(np.concatenate(pieces)))
+    allowed = np.maximum(TUNING.chord * np.ptp(whole, axis=0), problem.solved_to(whole))
     begin, times, states, jumps = 0.0, [], [], []
     for (one, _), grid, piece in zip(segments, grids, pieces, strict=True):
         grid, piece = _refined(problem, one, grid, piece, allowed)

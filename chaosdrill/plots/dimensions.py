@@ -25,11 +25,10 @@ def scaling(dataset: Dataset) -> Figure:
     errors. If nothing was counted, as on a cycle, only a title.
     """
     if not np.isfinite(dataset["local_slope"].values).any():
-        figure = new_figure(1.0)
-        axes = figure.subplots()
-        axes.set_axis_off()
+        figure = new_figure(TUNING.note_height)
+        figure.subplots().set_axis_off()
         period = int(dataset["period"])
-        axes.set_title(f"period {period}: dimension 0" if period else "no dimension")
+        figure.suptitle(f"period {period}: dimension 0" if period else "no dimension", x=0.01, ha="left")
         return figure
     figure = new_figure(0.9 + TUNING.sums_height + TUNING.slopes_height)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[TUNING.sums_height, TUNING.slopes_height])

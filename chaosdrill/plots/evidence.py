@@ -17,6 +17,7 @@ from chaosdrill.plots.labels import (
     time_unit,
     uncertain,
 )
+from chaosdrill.plots.markers import failures
 from chaosdrill.plots.palette import DASHES, PALETTE
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.plane import bounds
@@ -50,7 +51,7 @@ def zero_one(dataset: Dataset, *, ax: Axes | None = None) -> Figure:
     axes.set_ylim(min(-0.25, lowest - 0.1), 1.2)
     axes.set_ylabel(label(dataset["k"]))
     told = [f"K = {uncertain(float(dataset['k'][i]), float(dataset['k_error'][i]))}" for i in moving[:3]]
-    axes.set_title("; ".join([*told, *["..."] * (len(moving) > 3)]) or "nothing moves")
+    axes.set_title("; ".join([*told, *["..."] * (len(moving) > 3)]) or ("" if failures([dataset]) else "nothing moves"))
     legend_inside(axes, loc="center right")
     return figure
 

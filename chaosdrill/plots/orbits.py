@@ -293,8 +293,12 @@ def multipliers(dataset: Dataset) -> Figure:
 def _plane(figure: Figure, axes: Axes, dataset: Dataset, name: str, values: Complexes) -> None:
     outside = unit_circle(axes, values)
     shown = np.isfinite(values) & (values != 0)
-    x = np.broadcast_to(dataset[name].values[:, None], values.shape)
+    along = dataset[name].values
+    x = np.broadcast_to(along[:, None], values.shape)
     look: dict[str, Any] = {"s": 5, "cmap": sequential(), "linewidth": 0, "zorder": 2, "rasterized": True}
+    if along.size:
+        # also where multipliers are zero
+        look |= {"vmin": along.min(), "vmax": along.max()}
     dots = axes.scatter(values.real[shown], values.imag[shown], c=x[shown], **look)
     bar = figure.colorbar(dots, ax=axes, aspect=30, pad=0.02)
     bar.set_label(wrapped(axis_label(dataset, name), 24 if is_narrow() else 36))
@@ -331,6 +335,7 @@ def _moduli(axes: Axes, dataset: Dataset, name: str, moduli: Floats) -> None:
         if lost.any():
             where = "" if lost.sum() == known.sum() else f" at {lost.sum()} of {known.sum()} points"
             axes.plot([], [], linestyle="none", label=f"{subscript('μ', i + 1)} = 0{where}")
+    axes.update_datalim(np.column_stack([x, np.ones(len(x))]))
     axes.margins(x=0.02)
     foot = blended_transform_factory(axes.transData, axes.transAxes)
     found = specials(dataset)

@@ -173,6 +173,8 @@ class Tuning:
     # measures
     panel_height: float = 3.2
     """Height in inches of one panel alone, or of the first one."""
+    note_height: float = 2.0
+    """And of a picture that only says why there is nothing to draw."""
     further_panel: float = 2.2
     """And of one of several alike, or of one below."""
     most_vectors: int = 150

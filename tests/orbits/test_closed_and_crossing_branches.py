@@ -200,7 +200,7 @@ def test_an_isola_of_period_three_is_walked_once_between_its_folds():
 
 
 def test_a_branch_whose_rebounds_change_in_number_is_no_loop():
-    """A follower lifts off its cam and chatters back onto it: its motion begins anew from the cam at every frequency."""
+    """A follower that chatters back onto its cam: its motion begins anew from there at every frequency."""
     cam, speed, onto = "-cos(w*t)", "w*sin(w*t)", "q + cos(w*t)"
     follower = cd.HybridSystem(
         states="q v",

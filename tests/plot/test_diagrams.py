@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 from matplotlib.colors import to_hex
 
+import chaosdrill as cd
 from chaosdrill.plots.accuracy import work_precision
 from chaosdrill.plots.sections import bifurcation
 
@@ -301,3 +302,12 @@ def test_a_method_without_a_result_is_named(table):
 def test_nothing_measured_is_said(table):
     figure = work_precision(table.assign(error=table["error"] * np.nan))
     assert texts(figure.axes[0]) == ["nothing could be measured; see outcome"]
+
+
+def test_an_exponent_without_neighbours_is_a_dot():
+    """At 2.5 the map rests, at 5 it escapes, at 4 it is chaotic and beside nothing."""
+    logistic = cd.Map("x", {"r": 2.5}, ["r*x*(1 - x)"], initial={"x": 0.3})
+    diagram = cd.bifurcation_diagram(logistic, {"r": [2.5, 5.0, 4.0, 6.0]}, transient=50, periods=128)
+    lines = [line for line in bifurcation(diagram).axes[1].get_lines() if line.get_marker() == "o"]
+    values = diagram["lyapunov_exponent"].values[[0, 2], 0, 0]
+    np.testing.assert_allclose(lines[0].get_xydata(), np.column_stack([[2.5, 4.0], values]))

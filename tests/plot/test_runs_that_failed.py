@@ -40,6 +40,20 @@ def test_a_run_that_came_to_rest_before_its_section_says_so(analysis):
     assert _told(cd.lyapunov_spectrum(rests, duration=100, transient=100)) == ""
 
 
+@pytest.mark.parametrize("analysis", [cd.zero_one_test, cd.dimensions])
+def test_a_run_that_stalled_has_a_picture_with_room_for_why(analysis):
+    """Under the long advice the axes of dimensions had no height left; and a ball that stalls does move."""
+    bounce = cd.Transition("impact", "flight", "flight", "x", direction=-1, reset={"v": "-v/2"})
+    modes = {"flight": {"x": "v", "v": -1}}
+    falling = cd.HybridSystem(states="x v", modes=modes, transitions=[bounce], initial={"x": 1.0})
+    ds = analysis(falling, at="impact", periods=500)
+    assert ds.cd.outcome == "stalled"
+    figure = cd.plot(ds).figure
+    figure.draw_without_rendering()
+    assert _told(ds).endswith(f"stalled. {Outcome.STALLED.advice}")
+    assert all(axes.get_title() == "" and axes.get_window_extent().height > 0 for axes in figure.axes)
+
+
 def _told(ds):
     figure = cd.plot(ds).figure
     title = figure.legends[0].get_title().get_text() if figure.legends else figure.get_suptitle()

@@ -598,3 +598,11 @@ def test_a_part_of_a_branch_does_not_end_where_it_was_cut(continuation):
     assert not any(text.startswith("end") for text in _legend(branches(plain.isel(point=slice(-1)))))
     # archives of 0.2.0 do not know the length of a branch
     assert _legend(branches(plain.drop_vars("branch_length"))) == _legend(branches(plain))
+
+
+def test_multipliers_that_are_all_zero_stand_over_their_parameter():
+    held = cd.Map("x", {"a": 2.0}, ["a"], initial={"x": 2.0})
+    branch = cd.continue_orbit(held, {"a": (1.5, 2.5)}, start="guess")
+    _plane, _, below, bar = multipliers(branch).axes
+    assert below.get_xlim() == pytest.approx((1.48, 2.52))
+    assert bar.get_ylim() == (1.5, 2.5)
