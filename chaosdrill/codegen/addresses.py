@@ -28,6 +28,7 @@ ARGUMENTS = {
     "bernoulli_ratio": 3,
     "taylor_rest": 4,
     "power_rest": 4,
+    "even_rest": 4,
 }
 """How many numbers the special functions take that have code of their own."""
 

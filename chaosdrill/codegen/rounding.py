@@ -16,7 +16,7 @@ from sympy.core.function import Application, ArgumentIndexError
 from chaosdrill.codegen.layout import UNIT
 from chaosdrill.codegen.tape import inverse_of
 from chaosdrill.model.python import Called, Doubt
-from chaosdrill.model.special import SPECIAL, power_rest, taylor_rest
+from chaosdrill.model.special import SPECIAL, even_rest, power_rest, taylor_rest
 
 
 def rounding_bound(expression: Any, doubts: Mapping[Any, Any] | None = None) -> Any:
@@ -94,9 +94,10 @@ def _bound(e: Any, bound: Any) -> Any:
     # any other function: what its arguments may be off by, through its derivatives
     carried = sympy.Add(*(_size(_slope(e, i)) * bound(a) for i, a in enumerate(e.args)))
     special = SPECIAL.get(type(e).__name__)
-    if isinstance(e, (taylor_rest, power_rest)) and e.args[1].is_number:
+    if isinstance(e, (taylor_rest, power_rest, even_rest)) and e.args[1].is_number:
         # far from 0 it is what is left of the function itself, divided
-        carried += _size(e.whole()) / (_size(e.args[0]) ** e.args[2] + sympy.Rational(1, 2) ** e.args[2])
+        distance = sympy.sqrt(_size(e.args[0])) if isinstance(e, even_rest) else _size(e.args[0])
+        carried += _size(e.whole()) / (distance ** e.args[2] + sympy.Rational(1, 2) ** e.args[2])
     return carried + _size(e) * (1 if special is None else math.ceil(special.error / UNIT))
 
 

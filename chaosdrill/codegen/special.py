@@ -145,7 +145,7 @@ RESTS = ("exp", "sin", "cos", "sinh", "cosh", "log1p", "asin", "atan", "asinh", 
 
 _EXP, _SIN, _COS, _SINH, _COSH, _LOG, _ASIN, _ATAN, _ASINH, _ATANH, _TANH, _LOG_COSH, _POWER = range(len(RESTS))
 
-REST_TERMS = 200
+REST_TERMS = 400
 
 
 def _series_of_rests() -> np.ndarray:
@@ -328,7 +328,8 @@ def _rest_coefficient(v, g, a, m, k):
             value -= _rest_term(g, a, p) * power
             power *= v * (p + 1.0) / (p + 1.0 - i)
         # over the change beside v, as often as the function vanishes
-        one = value = (value - one) / v
+        if m > 0:
+            one = value = (value - one) / v
         if m > 1:
             two = value = (value - two) / v
         if m > 2:
@@ -397,6 +398,86 @@ def power_rest(v, a, m, order):
     return _rest(v, _POWER, a, int(m), int(order))
 
 
+EVEN_NEAR = np.full(len(RESTS), 0.5)
+"""Square up to which powers of it are added: half of the radius of their series; of sines, whose terms cancel, that of
+3; of hyperbolic sines, whose terms do not, as far as there are enough of them."""
+EVEN_NEAR[[_SIN, _COS, _SINH, _COSH, _TANH, _LOG_COSH]] = 9.0, 9.0, 100.0, 100.0, math.pi**2 / 8.0, math.pi**2 / 8.0
+
+
+@numba.njit(error_model="numpy", cache=True)
+def _is_near(s, g, k):
+    """Whether coefficient k of an even rest is its power series; of a sine the first ones cancel earlier."""
+    return s <= EVEN_NEAR[g] * (3.0 if k > 2 and g in (_SIN, _COS) else 1.0)
+
+
+@numba.njit(error_model="numpy", cache=True)
+def _even_nearby(s, g, m, k):
+    """Coefficient k of an even rest by powers of a change of s: the sum of c_(2 j + m) C(j, k) s^(j - k)."""
+    total, weight = 0.0, 1.0
+    for j in range(k, (REST_TERMS - m) // 2):
+        term = REST_SERIES[g, 2 * j + m] * weight
+        total += term
+        if abs(term) <= 1e-18 * abs(total) and j > 2 * k + 4:
+            break
+        weight *= s * (j + 1.0) / (j + 1.0 - k)
+    return total
+
+
+@numba.njit(error_model="numpy", cache=True)
+def _of_square(s, i, k):
+    """Ratio of the weights of coefficient i of a function of v in the coefficients k + 1 and k by powers of s = v^2.
+
+    By Lagrange's inversion of s = (v + w)^2 the weight is (i/k) (-1)^(k - i) C(2 k - i - 1, k - i) (2 v)^(i - 2 k).
+    """
+    return -(2.0 * k - i + 1.0) * (2.0 * k - i) / ((k + 1.0) * (k - i + 1.0) * 4.0 * s)
+
+
+@numba.njit(error_model="numpy", cache=True)
+def _even_coefficient(s, g, m, k):
+    """Coefficient k of an even rest by powers of a change of s."""
+    if _is_near(s, g, k):
+        return _even_nearby(s, g, m, k)
+    v, total = math.sqrt(s), 0.0
+    for i in range(k + 1):
+        weight = (2.0 * v) ** -float(i)
+        for j in range(i, k):
+            weight *= _of_square(s, i, j)
+        total += weight * _rest_coefficient(v, g, 0.0, m, i)
+    return total
+
+
+@numba.njit(error_model="numpy", cache=True)
+def even_rest_expanded(s, g, m, order, derivative, count, target, stride):
+    """Write Taylor coefficients of a derivative of the function of that order, at s + w, by powers of w."""
+    g, m, whole = int(g), int(m), int(order) + derivative
+    for k in range(count):
+        target[k * stride] = _even_nearby(s, g, m, k + whole) if _is_near(s, g, k + whole) else 0.0
+    if not _is_near(s, g, whole):
+        v = math.sqrt(s)
+        for i in range(whole + count):
+            value = _rest_coefficient(v, g, 0.0, m, i)
+            weight = (2.0 * v) ** -float(i)
+            for k in range(i, whole + count):
+                if k >= whole and not _is_near(s, g, k):
+                    target[(k - whole) * stride] += weight * value
+                weight *= _of_square(s, i, k)
+    for k in range(count):
+        for i in range(whole):
+            target[k * stride] *= k + whole - i
+
+
+@numba.njit(error_model="numpy", cache=True)
+def even_rest(s, g, m, order):
+    """Derivative of an order by s of what the first m terms of the Taylor series of g(v) leave, over v^m, s = v^2 >= 0.
+
+    ``g``: number of the function in `RESTS`, whose terms from m on are even. ``m``: 0 to 4.
+    """
+    value = _even_coefficient(s, int(g), int(m), int(order))
+    for i in range(int(order)):
+        value *= i + 1
+    return value
+
+
 CODE = {
     function.__name__: function
     for function in (
@@ -415,6 +496,7 @@ CODE = {
         bernoulli_ratio,
         taylor_rest,
         power_rest,
+        even_rest,
     )
 }
 """Code of the special functions by name."""
@@ -424,5 +506,6 @@ EXPANSIONS = {
     "bernoulli_ratio": bernoulli_ratio_expanded,
     "taylor_rest": taylor_rest_expanded,
     "power_rest": power_rest_expanded,
+    "even_rest": even_rest_expanded,
 }
 """Code of the Taylor coefficients of those that have it, by name."""

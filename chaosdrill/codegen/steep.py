@@ -18,8 +18,10 @@ from chaosdrill.codegen.layout import AT_ALL, AT_SERIES, CROSSED, ONE_SIDED, Sha
 from chaosdrill.codegen.tape import inverse_of
 from chaosdrill.codegen.tuning import TUNING
 from chaosdrill.model.special import (
+    RESTS,
     SPECIAL,
     bernoulli_ratio,
+    even_rest,
     gate,
     log_cosh,
     log_sum,
@@ -110,6 +112,8 @@ def _watched(part: Any, symbols: frozenset[Any]) -> Iterator[tuple[Any, Shape]]:
         yield part.args[0], SIGMOID
     elif isinstance(part, bernoulli_ratio):
         yield part.args[0], PULSE
+    elif isinstance(part, even_rest):
+        yield from _even(*part.args[:2])
     elif isinstance(part, (taylor_rest, power_rest)):
         yield from _watched(part.whole(), symbols)
     elif name in SPECIAL:
@@ -159,6 +163,19 @@ def _gate(m: Any, n: Any, u: Any, e: Any) -> Iterator[tuple[Any, Shape]]:
     yield e, EXPONENTIAL
     if not (m * n).is_positive:
         yield m / (1 + sympy.exp(u)) + n / (1 + sympy.exp(-u)), _singular(1.0)
+
+
+def _even(s: Any, told: Any) -> Iterator[tuple[Any, Shape]]:
+    """What an even function of the root of s is watched by: the pole that is nearest to the path, or its growth."""
+    function = RESTS[int(told)]
+    if function in (sympy.sinh, sympy.cosh):
+        yield sympy.sqrt(1 + s), EXPONENTIAL
+    elif function in (sympy.asin, sympy.atanh):
+        yield 1 - s, _singular(1.0)
+    elif function in (sympy.atan, sympy.asinh):
+        yield 1 + s, _singular(1.0)
+    elif function in (sympy.tanh, log_cosh):
+        yield sympy.pi**2 / 4 + s, _singular(1.0)
 
 
 def _is_whole(exponent: Any) -> bool:

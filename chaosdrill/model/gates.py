@@ -23,13 +23,14 @@ from chaosdrill.model.logarithms import (
     with_parts,
 )
 from chaosdrill.model.quotients import Divisor, quotient
-from chaosdrill.model.removable import without_removable
+from chaosdrill.model.removable import of_squares, without_removable
 from chaosdrill.model.special import gate, log_cosh, log_sum
 from chaosdrill.model.tuning import TUNING
 
 
 def without_overflow(expression: Any) -> Any:
     """An expression without quotients of exponentials that overflow, and without sums that leave a tail to rounding."""
+    expression = of_squares(expression)
     made = _once(expression, TUNING.rewritten)
     # what has been made may be what more can be made of
     for _ in range(TUNING.passes):

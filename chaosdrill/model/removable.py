@@ -5,6 +5,9 @@ divides: in the distance u from it each side is a sum of products of polynomials
 these is the first terms of its Taylor series and a power of u times a `taylor_rest`. The terms below the first that
 does not cancel are zero, the power is taken out, and what is left is divided. Poles that cancel each other, as in
 ``1/tanh(x) - 1/x``, are put on one divisor before.
+
+What is even in the root r of a sum of squares, as ``sin(r)/r`` or ``cos(r)``, is analytic where all of them are zero,
+and r is not: it becomes a function of r^2, an `even_rest`.
 """
 
 import math
@@ -16,7 +19,7 @@ from typing import Any
 import sympy
 
 from chaosdrill.model.logarithms import base_and_power, is_positive_number, with_parts
-from chaosdrill.model.special import RESTS, gate, log1p, power_rest, taylor_rest
+from chaosdrill.model.special import RESTS, even_rest, gate, log1p, log_cosh, power_rest, taylor_rest
 from chaosdrill.model.touching import degree_bound, exact, is_long
 from chaosdrill.model.tuning import TUNING
 
@@ -25,7 +28,10 @@ _LOG1P = sympy.Integer(RESTS.index(log1p))
 _ANGLES = (sympy.tan, sympy.acos)
 _FUNCTIONS = (*_BY_TYPE, *_ANGLES, sympy.log, gate)
 
+_EVEN, _NEITHER = (sympy.cos, sympy.cosh, log_cosh), (sympy.exp, log1p)
+
 _U = sympy.Dummy("u", real=True)
+_ROOT = sympy.Dummy("r", nonnegative=True)
 
 
 class _Unknown(Exception):
@@ -35,6 +41,83 @@ class _Unknown(Exception):
 def without_removable(expression: Any) -> Any:
     """An expression without quotients that are 0/0 at a place where they have a limit."""
     return _filled(expression, {}) if _divides(expression) else expression
+
+
+def of_squares(expression: Any) -> Any:
+    """An expression in which what is even in the root of a sum of squares is a function of that sum."""
+    inner: list[Any] = [f for f in expression.atoms(sympy.Function) if isinstance(f, (*_BY_TYPE, sympy.tan))]
+    found = {r.base for f in inner for r in f.atoms(sympy.Pow) if r.exp == sympy.S.Half and r.base.is_Add}
+    for square in sorted((s for s in found if s.is_nonnegative), key=sympy.default_sort_key):
+        powers = {p: _power_of_root(p, square) for p in expression.atoms(sympy.Pow) if p.base.is_Add}
+        put = expression.xreplace(powers)
+        angles = {f: sympy.sin(f.args[0]) / sympy.cos(f.args[0]) for f in put.atoms(sympy.tan) if f.has(_ROOT)}
+        whole = {f: log_cosh(f.args[0].args[0]) for f in put.atoms(sympy.log) if isinstance(f.args[0], sympy.cosh)}
+        made = _even_parts(_filled(put.xreplace({**angles, **whole}), {}), square).xreplace({_ROOT: sympy.sqrt(square)})
+        # quotients and products of exponentials are left to what keeps them finite
+        below = any(p.exp.could_extract_minus_sign() and _grows(p.base) for p in made.atoms(sympy.Pow))
+        if made.has(even_rest) and not (below or (expression.has(sympy.exp) and _grows(made))):
+            expression = made
+    return expression
+
+
+def _power_of_root(p: Any, square: Any) -> Any:
+    """A power of a sum, of the root if the sum is the square but for a number."""
+    number, core = p.base.primitive()
+    return number**p.exp * _ROOT ** (2 * p.exp) if core == square and (2 * p.exp).is_Integer else p
+
+
+def _grows(e: Any) -> bool:
+    """Whether what is made of an expression overflows like an exponential."""
+    return any(RESTS[int(f.args[1])] in (sympy.sinh, sympy.cosh) for f in e.atoms(even_rest))
+
+
+def _even_parts(e: Any, square: Any) -> Any:
+    """An expression with functions of the square for its largest parts that are even in the root."""
+    if not e.args or _ROOT not in e.free_symbols:
+        return e
+    if (found := _halved(e, square)) is not None:
+        return e if found[0] else found[1]
+    if e.is_Mul:
+        known = {f: _halved(f, square) for f in e.args}
+        odd, even = _halved(sympy.Mul(*(f for f, one in known.items() if one)), square) or (1, e)
+        if not odd:
+            return even * sympy.Mul(*(_even_parts(f, square) for f, one in known.items() if one is None))
+    return with_parts(e, [_even_parts(a, square) for a in e.args])
+
+
+def _halved(e: Any, square: Any) -> tuple[int, Any] | None:
+    """Whether an expression is odd in the root, and the function of the square that it is, over the root if it is odd.
+
+    None if it is neither.
+    """
+    if _ROOT not in e.free_symbols:
+        return 0, e
+    if e == _ROOT:
+        return 1, sympy.S.One
+    parts = [part for a in e.args if (part := _halved(a, square))]
+    if len(parts) < len(e.args):
+        return None
+    odd, halves = [p for p, _ in parts], [half for _, half in parts]
+    if e.is_Add:
+        return (odd[0], sympy.Add(*halves)) if len(set(odd)) == 1 else None
+    if e.is_Mul:
+        return sum(odd) % 2, square ** (sum(odd) // 2) * sympy.Mul(*halves)
+    if e.is_Pow and e.exp.is_Integer:
+        times = odd[0] * e.exp
+        return int(times % 2), square ** (times // 2) * halves[0] ** e.exp
+    if not any(odd):
+        return 0, e.func(*halves)
+    if isinstance(e, taylor_rest) and e.args[3] == 0:
+        told, m = int(e.args[1]), int(e.args[2])
+    elif type(e) in _BY_TYPE:
+        told, m = _BY_TYPE[type(e)], 0
+    else:
+        return None
+    if RESTS[told] in _NEITHER or m == TUNING.rest_terms:
+        return None
+    # an odd rest is that of one more term, times the argument
+    way = (m + (RESTS[told] not in _EVEN)) % 2
+    return way, halves[0] ** way * even_rest(square * halves[0] ** 2, sympy.Integer(told), m + way, 0)
 
 
 def with_factor(guard: Any, moving: Iterable[Any]) -> Any:

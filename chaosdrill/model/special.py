@@ -348,6 +348,42 @@ class power_rest(_Rest):
         return sympy.ff(told, p) / sympy.factorial(p)
 
 
+class even_rest(_Rest):
+    """The same for a `taylor_rest` that is even in u, with the square s of u as argument.
+
+    Arguments s >= 0, the number of the function, m from 0 to 4 such that the terms that are left are even, and the
+    order of a derivative by s. With the number 1, of sin, and m = 1 it is sin(r)/r for s = x^2 + y^2, r its root:
+    analytic at s = 0, where r is not.
+    """
+
+    @classmethod
+    def of(cls, told: Any, u: Any) -> Any:
+        """g(u) of the root u."""
+        return taylor_rest.of(told, u)
+
+    @classmethod
+    def term(cls, told: Any, p: int) -> Any:
+        """Coefficient c_p."""
+        return taylor_rest.term(told, p)
+
+    def whole(self) -> Any:
+        """g at the root of its argument."""
+        return self.of(self.args[1], sympy.sqrt(self.args[0]))
+
+    def formula(self) -> Any:
+        """The quotient's derivative, no number at 0."""
+        s, told, m, order = self.args
+        v = sympy.Dummy("v", positive=True)
+        return sympy.diff(taylor_rest(sympy.sqrt(v), told, m, 0).formula(), v, order).subs(v, s)
+
+    @classmethod
+    def eval(cls, s: Any, told: Any, m: Any, order: Any) -> Any:
+        """A term of the series at 0."""
+        if s.is_zero and m.is_Integer and order.is_Integer:
+            return cls.term(told, int(m + 2 * order)) * sympy.factorial(order)
+        return None
+
+
 def exact_logarithm(above: Any, below: Any) -> Any:
     """Logarithm of the quotient of two positive numbers as the rational number that is a double.
 
@@ -414,6 +450,7 @@ SPECIAL: dict[str, Special] = {
         Special(bernoulli_ratio, 2e-15, moving=(0,), expanded=True, relative=False),
         Special(taylor_rest, 4e-15, moving=(0,), expanded=True, relative=False),
         Special(power_rest, 4e-15, moving=(0,), expanded=True, relative=False),
+        Special(even_rest, 4e-15, moving=(0,), expanded=True, relative=False),
         Special(random_uniform, 0.0),
     )
 }

@@ -221,11 +221,21 @@ def power_rest(u: Any, a: Any, m: Any, order: Any) -> Any:
     return _rest(a, special.power_rest, lambda v: (1 + v) ** a, u, m, order)
 
 
+def even_rest(s: Any, told: Any, m: Any, order: Any) -> Any:
+    """Derivative of an order by s of what is left of the function with this number, at the root of s."""
+    terms = [sympy.Rational(special.even_rest.term(told, int(m) + 2 * j)) for j in range(int(order) + 1)]
+    if not s:
+        return mpmath.mpf(int(terms[-1].p)) / int(terms[-1].q) * mpmath.factorial(int(order))
+    with mpmath.workdps(3 * mpmath.mp.dps + PRECISION.guard_digits):
+        found = mpmath.diff(lambda v: taylor_rest(mpmath.sqrt(v), told, m, 0), s, int(order))
+    return +found
+
+
 EXACT = {
     function.__name__: function
     for function in (
         *(hunt_crossley_exit, hunt_crossley_peak, hunt_crossley_duration, positive_power),
-        *(gate, log_sum, log_cosh, bernoulli_ratio, taylor_rest, power_rest),
+        *(gate, log_sum, log_cosh, bernoulli_ratio, taylor_rest, power_rest, even_rest),
     )
 }
 """By name, those that can be evaluated in many digits."""
