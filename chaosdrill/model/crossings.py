@@ -7,7 +7,8 @@ functions, sums of these. Whatever else vanishes together is seen when a run cro
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from functools import lru_cache
+from functools import lru_cache, reduce
+from itertools import permutations
 from typing import Any, NamedTuple
 
 import sympy
@@ -245,17 +246,45 @@ def bounds_of(e: Any) -> tuple[float, float]:
         parts = [bounds_of(term) for term in e.args]
         return sum(low for low, _ in parts), sum(high for _, high in parts)
     if e.is_Mul:
-        number, rest = e.as_coeff_Mul()
-        if number != 1 and number.is_Number:
-            ends = sorted(float(number) * end for end in bounds_of(rest))
-            return ends[0], ends[1]
-        if all(bounds_of(f)[0] >= 0 for f in e.args):
-            return 0.0, math.inf
+        return reduce(_times, map(bounds_of, e.args))
+    if e.is_Pow and e.exp.is_Integer and e.exp.is_positive:
+        low, high = bounds_of(e.base)
+        try:
+            ends = low ** int(e.exp), high ** int(e.exp)
+        except OverflowError:
+            return (0.0, math.inf) if e.exp.is_even else everything
+        return ends if e.exp.is_odd else (0.0 if low < 0 < high else min(ends), max(ends))
     if e.is_nonnegative or (e.is_Pow and e.exp.is_even):
         return 0.0, math.inf
     if e.is_nonpositive:
         return -math.inf, 0.0
     return everything
+
+
+def _times(one: tuple[float, float], other: tuple[float, float]) -> tuple[float, float]:
+    """Bounds of a product; what is zero times what has no bound is zero."""
+    ends = [a * b if a and b else 0.0 for a in one for b in other]
+    return min(ends), max(ends)
+
+
+def decided(expression: Any) -> Any:
+    """An expression without the kinks and jumps at which, for all values of its symbols, it never is."""
+    return expression.replace(lambda e: isinstance(e, (sympy.Abs, sympy.sign, sympy.Max, sympy.Min)), _decided)
+
+
+def _decided(part: Any) -> Any:
+    if isinstance(part, sympy.Abs | sympy.sign):
+        (g,) = part.args
+        if isinstance(part, sympy.sign):
+            return sympy.Integer(sign_of(g)) if sign_of(g) else part
+        low, high = bounds_of(g)
+        return g if low >= 0 else -g if high <= 0 else part
+    way = 1 if isinstance(part, sympy.Max) else -1
+    left = list(part.args)
+    for one, other in permutations(part.args, 2):
+        if one in left and other in left and bounds_of(way * (one - other))[0] >= 0:
+            left.remove(other)
+    return part.func(*left)
 
 
 def ratio(a: Any, b: Any) -> float | None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 import sympy
 
 from chaosdrill.errors import ModelError
-from chaosdrill.model.crossings import stripped
+from chaosdrill.model.crossings import decided, stripped
 from chaosdrill.model.filippov import SLIDING, Field, More, TwoSided, Written, several, vanishes
 from chaosdrill.model.parts import read_table
 from chaosdrill.model.tables import UNNAMED
@@ -127,7 +127,9 @@ class _Broken:
     def __init__(self, written: Written, rates: Field) -> None:
         self._written = written
         self._moving = {*written.states, written.time} - {None}
-        self._rates = {state: unfolded(rate, self._moving, written.parameters) for state, rate in rates.items()}
+        self._rates = {
+            state: unfolded(decided(rate), self._moving, written.parameters) for state, rate in rates.items()
+        }
         self._fields: dict[Any, Field] = {}
         self._may_jump: dict[Any, bool] = {}
         """Surface -> whether a function jumps there, or what is zero there divides."""

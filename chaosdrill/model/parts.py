@@ -14,6 +14,7 @@ from sympy.core.relational import Relational
 from sympy.logic.boolalg import Boolean, BooleanAtom, BooleanFunction
 
 from chaosdrill.errors import ModelError
+from chaosdrill.model.crossings import decided
 from chaosdrill.model.gates import without_overflow
 from chaosdrill.model.grammar import ExpressionError, parse
 from chaosdrill.model.python import Called, Source, called, fault_of, is_python, reads_time
@@ -296,7 +297,8 @@ class PartReader:
             else:
                 found = self._from_sympy(value, condition)
             # what is made of an open expression is read again
-            found = found if self.open else without_overflow(found)
+            if not self.open:
+                found = without_overflow(decided(found.replace(lambda e: isinstance(e, sympy.Heaviside), self._step)))
             if not self.open and level == FLOW:
                 found = without_smooth_zeros(found, self._moving, self._values())
             if not self.open and (told := refused(found, self._moving, level)):
@@ -309,6 +311,11 @@ class PartReader:
             return None
         self.used |= {s.name for s in found.free_symbols}
         return found
+
+    def _step(self, step: Any) -> Any:
+        """A step of parameters alone, which does not move, by its branches; any other as it is."""
+        g, middle = step.args
+        return step if g.free_symbols & self._moving else sympy.Piecewise((1, g > 0), (0, g < 0), (middle, True))
 
     def _values(self) -> dict[str, float]:
         """Values of the parameters, those that are numbers."""

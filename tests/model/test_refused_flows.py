@@ -123,3 +123,29 @@ def test_resets_and_conditions_hold_what_flows_cannot():
     back = cd.Transition("back", "on", "on", "x - 1", +1, {"x": "Abs(x - 3)"}, "Mod(x, 2) > 0.5 and Max(x, 0) < 2")
     states = cd.trajectory(flow(1, transitions=[back]), duration=2.0, samples=2)["states"].values[:, 0]
     assert states == pytest.approx([0.0, 1.0, 3.0], abs=1e-12) or states[-1] == pytest.approx(3.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [
+        ("Min(sin(x), 2)", "sin(x)"),
+        ("Max(x**2, -1)", "x**2"),
+        ("Max(x**2, 0, sin(x)**2 - 1)", "x**2"),
+        ("Min(sin(x)**2*cos(x), 2)", "sin(x)**2*cos(x)"),
+        ("Abs(2 + sin(x))", "2 + sin(x)"),
+        ("Abs(-1 - k**2*x**2)", "1 + k**2*x**2"),
+        ("sign(2 + tanh(x)) + x", "1 + x"),
+        ("Max(Abs(2 + cos(x)), 1/2)", "2 + cos(x)"),
+    ],
+)
+def test_where_bounds_decide_there_is_no_kink(written, meant):
+    assert flow(written).modes == flow(meant).modes
+    if "k" not in written:
+        made = cd.in_modes(name="kink", states="x", parameters={"k": 1.0}, field={"x": f"{written} - Abs(x)"})
+        assert made.mode_names == ("flow+", "flow-")
+
+
+def test_a_step_of_a_parameter_is_a_constant():
+    at = [flow("Heaviside(k)", initial={"x": 0.0}).with_parameters(k=k) for k in (-2.0, 0.0, 2.0)]
+    ends = [float(cd.trajectory(one, duration=1.0, samples=2)["states"].values[-1, 0]) for one in at]
+    assert ends == pytest.approx([0.0, 0.5, 1.0], abs=1e-14)
