@@ -447,17 +447,19 @@ class HybridSystem(System):
         -------
         HybridSystem
             With n + 1 states, or n + the number of parameters, or both; what noise is made of stays behind them. A map
-            stays one, unless its clock is made a state.
+            stays one, unless its clock is made a state. Kinks and jumps in the parameters bound their states: a run
+            beyond has `escaped`.
 
         Raises
         ------
         SettingsError
-            If the system has no such parameter, or a rate or guard has a kink or a jump in it.
+            If the system has no such parameter, or a rate or guard has a kink or a jump at its value, or one of which
+            the place is not known.
         """
         import sympy
 
         from chaosdrill.model.places import parameter
-        from chaosdrill.model.rules import kinked
+        from chaosdrill.model.sides import Side
 
         names = tuple(parameters)
         unknown = [key for key in names if key not in self.parameters]
@@ -469,22 +471,16 @@ class HybridSystem(System):
         for key in names:
             extra[parameter(key)] = (sympy.Integer(0), self.parameters[key])
         fixed = {parameter(key): self.parameters[key] for key in names}
-        rates = (rate for field in self.modes.values() for rate in field.values())
-        if bent := kinked((*rates, *(t.guard for t in self.transitions)), set(fixed)):
-            part, symbol = bent
-            what = (
-                f"{part!s:.60} has a kink or a jump in the parameter {symbol.name!r}, whose derivatives are needed here"
-            )
-            raise SettingsError(
-                f"{self.name.removesuffix(' (lifted)')}: {what}; write it without, or leave {symbol.name!r} as it is"
-            )
-        wide = self.remade(
+        side = Side.of(self, names)
+        smooth = side.smooth(self)
+        ends = {key: tuple(end.value for end in side.ends(key)) if smooth is not self else None for key in names}
+        wide = smooth.remade(
             name=f"{self.name} (augmented)",
             states=(*self.states[: self.free], *extra, *self.states[self.free :]),
             parameters={key: value for key, value in self.parameters.items() if key not in names},
             initial={**self.start, **{s.name: value for s, (_, value) in extra.items()}},
-            bounds={**self.bounds, **{s.name: None for s in extra}},
-            **self._moved_with({s: rate for s, (rate, _) in extra.items()}, fixed),
+            bounds={**self.bounds, **{s.name: ends.get(s.name) for s in extra}},
+            **smooth._moved_with({s: rate for s, (rate, _) in extra.items()}, fixed),
         )
         return wide.limited(self.limits)
 

@@ -109,7 +109,8 @@ def trace_branch(
                 return _at_rest(branch, curve)
             words = ""
             if part.end == BranchEnd.LIMIT:
-                words = f"{'the' if curve.noun == 'branch' else 'a'} parameter reached its limit"
+                reached_at = curve.kink_at(last.points[-1].orbit)
+                words = reached_at or f"{'the' if curve.noun == 'branch' else 'a'} parameter reached its limit"
             elif reached is not None and not special:
                 words = _reached_at(curve, part.end, reached.point, reached.error)
             return branch.ended(part.end, words)

@@ -61,6 +61,9 @@ class Curve:
         self.problem: Problem = problem
         self.limits = limits
         self.spans = np.ptp(limits, axis=1)
+        if problem.ends:
+            low, high = np.array([[end.value for end in pair] for pair in problem.ends[: len(limits)]]).T
+            self.limits = np.stack([np.maximum(limits[:, 0], low), np.minimum(limits[:, 1], high)], axis=1)
         self.gain = 1.0
         """How much more than usual states count along it."""
         self._known: tuple[np.ndarray, Whole] | None = None
@@ -83,6 +86,14 @@ class Curve:
         """Whether a parameter is beyond its limits."""
         value = self.values(orbit)
         return bool(((value < self.limits[:, 0]) | (value > self.limits[:, 1])).any())
+
+    def kink_at(self, orbit: "Orbit") -> str:
+        """In words, the kink or jump of the equations in a parameter at which an orbit is; empty if it is at none."""
+        for name, value, pair in zip(self.problem.free, self.values(orbit), self.problem.ends, strict=False):
+            for end in pair:
+                if end.value == value:
+                    return f"{end.part} has a kink or a jump at {name} = {value:.12g}; begin another one beyond it"
+        return ""
 
     def apart(self, one: "Orbit", other: "Orbit", weights: np.ndarray) -> np.ndarray:
         """The weighted difference of two orbits in all their points."""

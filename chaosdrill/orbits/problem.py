@@ -143,6 +143,8 @@ class Problem:
         self.forced = system.forced
         self._residual = Residual(system, self.free, self.numerics)
         self.system = self._residual.system
+        self.ends = self._residual.ends
+        """Kinks in its free parameters between which it is followed, one pair for each; none if there are none."""
         self.shifts = shifts_of(self.plain) if shifts is None else shifts
         self._periods: dict[tuple[float, ...], float] = {}
         self.carriers: dict[tuple[str, ...], Any] = {}

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.tuning import TUNING
 
+if TYPE_CHECKING:
+    from chaosdrill.model.sides import End, Side
+
 CLOCK = "forcing period"
 """A mode that no transition enters; its rates are the period and its derivatives by the free parameters."""
 
@@ -27,7 +30,7 @@ class Residual:
     """The shooting residual of a system's orbits, with free parameters among the states."""
 
     def __init__(self, system: HybridSystem, free: tuple[str, ...], numerics: Numerics) -> None:
-        self.system = _with_free(system, free) if free else system
+        self.system, self.ends = _with_free(system, free) if free else (system, [])
         self._fixed = len(system.state_names), len(free), system.forced
         self._kernels = kernels_of(self.system)
         n = len(self.system.state_names)
@@ -133,9 +136,25 @@ class Residual:
         return self._rooms[count]
 
 
-def _with_free(system: HybridSystem, free: tuple[str, ...]) -> HybridSystem:
-    """The system with free parameters among its states, and a mode whose rate gives the period."""
-    return system.relative(("free", *free), partial(_made_with_free, system, free))
+def _with_free(system: HybridSystem, free: tuple[str, ...]) -> tuple[HybridSystem, "list[tuple[End, End]]"]:
+    """The system with free parameters among its states, and a mode whose rate gives the period.
+
+    Where it has kinks in these, it is that of the side on which they are, which ends at the values that are told.
+    """
+    try:
+        return system.relative(("free", *free), partial(_made_with_free, system, free)), []
+    except _BesideKinkError as beside:
+        how, smooth = ("free", *free, *map(str, beside.side.heights)), beside.smooth
+        ends = [beside.side.ends(name) for name in free]
+        return system.relative(how, partial(_made_with_free, smooth, free)), ends
+
+
+class _BesideKinkError(Exception):
+    """A system has kinks in free parameters; what it is on the side on which they are."""
+
+    def __init__(self, side: "Side", smooth: HybridSystem) -> None:
+        super().__init__(f"{smooth.name} beside a kink")
+        self.side, self.smooth = side, smooth
 
 
 def _made_with_free(system: HybridSystem, free: tuple[str, ...]) -> HybridSystem:
@@ -143,7 +162,11 @@ def _made_with_free(system: HybridSystem, free: tuple[str, ...]) -> HybridSystem
 
     from chaosdrill.model.derive import differentiate
     from chaosdrill.model.places import parameter
+    from chaosdrill.model.sides import Side
 
+    side = Side.of(system, free)
+    if (smooth := side.smooth(system)) is not system:
+        raise _BesideKinkError(side, smooth)
     symbols = {name: parameter(name) for name in free}
     found = system.remade(period=None, regions={}, initial=system.initial).augmented(parameters=free)
     if system.forced and system.period.free_symbols & set(symbols.values()):

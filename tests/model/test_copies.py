@@ -115,11 +115,21 @@ def test_unknown_names_are_refused_with_the_known_ones(system):
 
 @pytest.mark.parametrize("where", ["rate", "guard"])
 def test_a_kink_in_a_parameter_is_told_where_its_derivative_is_needed(where):
-    kink = {"rate": "x", "guard": "x - 1", where: "x - Abs(k)"}
+    kink = {"rate": "1", "guard": "x - 1", where: f"{2 if where == 'rate' else 'x - 1'} - Abs(k - 1)"}
     hit = cd.Transition("hit", "free", "free", kink["guard"], +1, reset={"x": 0})
     system = cd.HybridSystem(states="x", parameters={"k": 1.0}, modes={"free": {"x": kink["rate"]}}, transitions=[hit])
-    with pytest.raises(cd.SettingsError, match=r"^own-system: Abs\(k\) has a kink or a jump in the parameter 'k'"):
+    with pytest.raises(cd.SettingsError, match=r"^own-system: Abs\(k - 1\) has a kink or a jump in the parameter 'k'"):
         cd.continue_orbit(system, {"k": (0.5, 1.5)}, at="hit", start="guess")
+
+
+def test_beside_a_kink_in_a_parameter_its_branch_is_derived():
+    decay = cd.HybridSystem(states="x", parameters={"k": -2.0}, modes={"on": {"x": "-Abs(k)*x"}}, initial={"x": 1.0})
+    wide = decay.augmented(parameters=["k"])
+    x, k = wide.states
+    assert wide.modes["on"][x] == x * k
+    assert cd.trajectory(wide, duration=1.0, samples=2)["outcome"] == cd.Outcome.OK
+    beyond = wide.with_initial(k=2.0)
+    assert cd.trajectory(beyond, duration=1.0, samples=2)["outcome"] == cd.Outcome.ESCAPED
 
 
 def test_augmented_with_time_and_parameters(system):
