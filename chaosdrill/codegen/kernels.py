@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+import sympy
 from llvmlite import ir
 
 from chaosdrill.codegen.code import Code
@@ -22,6 +23,7 @@ from chaosdrill.codegen.signatures import LANES, POINTWISE
 from chaosdrill.codegen.steep import Steep, steep_operations
 from chaosdrill.codegen.tables import InTables
 from chaosdrill.model.held import held_surfaces
+from chaosdrill.model.python import Called
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -83,6 +85,7 @@ def write(system: "HybridSystem", guards: Sequence[Any] | None = None) -> System
         moves=tuple(_moves(system)),
         targets=tuple((system.mode_names.index(t.target), int(t.marks_only())) for t in system.transitions),
         feeds=tuple(_feeds(system)),
+        proportional=tuple(_proportional(system)),
     )
     return SystemCode(single=single, modes=modes, events=events, steep=steep, layout=layout)
 
@@ -235,3 +238,23 @@ def _feeds(system: "HybridSystem") -> Iterator[tuple[int, ...]]:
     for field in system.modes.values():
         used = set().union(*(rate.free_symbols for rate in field.values()))
         yield tuple(int(state in used) for state in system.states)
+
+
+def _proportional(system: "HybridSystem") -> Iterator[tuple[int, ...]]:
+    """By mode and state: 1 where the state stays zero if it is, and leaves zero at a rate that changes.
+
+    A population that falls by many powers of ten comes back from what is left of it.
+    """
+    moving = {*system.states, system.time}
+    for field in system.modes.values():
+        yield tuple(int(_leaves_zero(state, rate, moving)) for state, rate in field.items())
+
+
+def _leaves_zero(state: Any, rate: Any, moving: set[Any]) -> bool:
+    if state not in rate.free_symbols or rate.has(Called):
+        return False
+    left = rate.subs(state, 0)
+    if not (left.is_zero or sympy.expand(left).is_zero):
+        return False
+    growth = sympy.diff(rate, state).subs(state, 0)
+    return bool(growth.free_symbols & moving) and not growth.has(sympy.nan, sympy.zoo, sympy.oo)

@@ -78,6 +78,8 @@ class Layout(NamedTuple):
     """By transition: target mode; 1 if the transition only marks a section."""
     feeds: tuple[tuple[int, ...], ...]
     """By mode and state: 1 where rates in the mode depend on the state."""
+    proportional: tuple[tuple[int, ...], ...]
+    """By mode and state: 1 where the state stays zero if it is, and leaves zero at a rate that changes."""
 
     @classmethod
     def of(cls, plain: Any) -> "Layout":
@@ -86,7 +88,8 @@ class Layout(NamedTuple):
         return found._replace(
             events=tuple(tuple(_watched(one) for one in events) for events in found.events),
             steep=tuple(tuple(Shape(*map(float, one)) for one in shapes) for shapes in found.steep),
-            **{name: _rows(getattr(found, name)) for name in ("watched", "returns", "moves", "targets", "feeds")},
+            **{name: _rows(getattr(found, name)) for name in ("watched", "returns", "moves", "targets")},
+            **{name: _rows(getattr(found, name)) for name in ("feeds", "proportional")},
             held=tuple(found.held),
         )
 

@@ -237,7 +237,7 @@ def expand(place, p, t):
     run.evaluations += 1
     for v in range(live):
         functions.variation(mode, t, state.c, x, vectors[v], stages[VECTORS + ROWS_A_VECTOR * v])
-    known = control.weigh(x, scale, run.period, tolerance, stages)
+    known = control.weigh(x, scale, tables.proportional[mode], run.period, tolerance, stages)
     if not math.isfinite(control.size(stages[0], stages[WEIGHTS])):
         return math.nan
     wanted = control.wanted_length(functions, t, state, known, tolerance, stages)

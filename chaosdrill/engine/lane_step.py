@@ -50,7 +50,8 @@ def expand(lane_functions, mode, live, tables, settings, block, row):
     taylor.fill(lane_functions, mode, live, settings, block.t, block.c, block.x, vectors, ws)
     series, weights, period = table_of(ws), row_of(block.weights), row_of(block.period)[0]
     first, scale, metric = first_row(ws, vectors, 0), row_of(block.scale), row_of(block.metric)
-    h = taylor.length(_over, series, n, live, first, settings, period, scale, weights, metric, row)
+    proportional = tables.proportional[mode]
+    h = taylor.length(_over, series, n, live, first, settings, proportional, period, scale, weights, metric, row)
     taylor.follow(series, n, scale, h)
     row_of(block.h)[0] = h
     return taylor.doubts(lane_late_size, lane_size, series, n, tables, settings, mode, h, weights)

@@ -92,6 +92,8 @@ class Tables(NamedTuple):
     """(modes, n): states that a mode leaves no freedom"""
     feeds: IntegerMatrix
     """(modes, n): whether rates in the mode depend on the state; the others are constant, and move no tangent"""
+    proportional: IntegerMatrix
+    """(modes, n): whether a state stays zero if it is, and leaves zero at a rate that changes"""
     held: Integers
     """(modes,): number of surfaces that a mode holds; ``guard`` knows them behind the guards"""
     slack: Vector

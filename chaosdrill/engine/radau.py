@@ -116,7 +116,8 @@ def expand(place, p, t):
             row[i] = 0.0
             for k in range(n):
                 row[i] += room.at_start[i, k] * vectors[v, k]
-    known = control.weigh(x, scale, run.period, tolerance / RADAU.noise, stages)
+    proportional = tables.proportional[mode]
+    known = control.weigh(x, scale, proportional, run.period, tolerance / RADAU.noise, stages)
     if not math.isfinite(control.size(stages[0], stages[WEIGHTS])):
         return math.nan
     wanted = control.wanted_length(functions, t, state, known, tolerance, stages)

@@ -3,13 +3,14 @@
 A state comes to a step with the largest size that it has had of late, `brought`, and that follows it, `followed`. The
 size is that of a motion: what rests keeps none, whatever its value, and what a reset writes is a value and no size.
 Where such a state begins to move, its size is what it moves in a step of its own, `has_none` so far; a method of series
-reads that off its series, others take it from the first length that they try. All of this is the same in any unit of
-states and time.
+reads that off its series, others take it from the first length that they try. A state that moves in proportion to
+itself, as a population, has its value for its size, as a tangent its length: it comes back from what is left of it. All
+of this is the same in any unit of states and time.
 """
 
 from chaosdrill.codegen.layout import EPSILON
 from chaosdrill.engine.jit import inlined, inner, rare
-from chaosdrill.engine.lanes import larger, magnitude, smaller
+from chaosdrill.engine.lanes import chosen, larger, magnitude, smaller
 from chaosdrill.engine.tuning import SIZES
 
 SMALLEST = 1e-290
@@ -23,9 +24,10 @@ def finest(tolerance):
 
 
 @inlined
-def brought(scale, x, least):
+def brought(scale, x, least, proportional):
     """Size with which a state, or one in each lane, comes to a step; ``least`` is `finest` of the tolerance."""
-    return larger(SIZES.fade * scale, least * magnitude(x))
+    faded = larger(SIZES.fade * scale, least * magnitude(x))
+    return chosen(magnitude(x) > SIZES.left, magnitude(x), faded) if proportional else faded
 
 
 @inlined

@@ -94,6 +94,7 @@ def tables_of(
         symmetries=np.array(symmetries, dtype=float),
         constrained=constrained_states(system),
         feeds=np.array(kernels.layout.feeds, dtype=np.int64),
+        proportional=np.array(kernels.layout.proportional, dtype=np.int64),
         held=np.array(kernels.layout.held, dtype=np.int64),
         slack=np.zeros(len(system.state_names)),
         **_steep(system),

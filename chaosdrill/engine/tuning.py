@@ -119,6 +119,9 @@ class Sizes(NamedTuple):
     """Part of what its first rate would move a state in a step by which it has been away at least, if the step brings
     it back to where it began: that of a parabola. Where every step ends on one value, which may be 0, nothing else
     shows."""
+    left: float = 1e-140
+    """Value below which a state that moves in proportion to itself is as exact as any other: tangents in parts of it,
+    and their squares, must be doubles."""
     begun: float = 1e-200
     """Size below which what begins to move has none yet: exponentials that are written so that they do not overflow may
     begin with a jump of 1e-222."""
