@@ -39,13 +39,17 @@ def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
     rng = np.random.default_rng(20260101)
     sizes, unit = _rounded_sizes(system)
     event, gradient, (sooner, jump, scratch) = np.zeros(event_places(n).size), np.empty(n + 1), np.empty((3, n))
+    branching = set(_branching(system))
     for mode, events in enumerate(kernels.layout.events):
         for j in range(len(events)):
             seen = dict.fromkeys(events[j].outcomes, 0)
+            decades, enough = STRUCTURE.decades, STRUCTURE.samples
+            if not branching.isdisjoint(seen):
+                decades, enough = STRUCTURE.branches, STRUCTURE.trials
             for _ in range(STRUCTURE.trials):
-                if min(seen.values()) >= STRUCTURE.samples:
+                if min(seen.values()) >= enough:
                     break
-                x, t = sizes * rng.normal(size=n) * 10.0 ** rng.uniform(-4, 0.5), unit * rng.uniform(0, 7)
+                x, t = sizes * rng.normal(size=n) * 10.0 ** rng.uniform(*decades), unit * rng.uniform(0, 7)
                 if events[j].timed:
                     t = _onto_clock(functions.guard, mode, j, t, c, x, gradient)
                 elif not _onto_guard(functions, mode, j, t, c, sizes, x, gradient):
@@ -506,28 +510,28 @@ def _is_regular(matrix: np.ndarray) -> bool:
 
 
 def _deficient(system: "HybridSystem", jumps: list[tuple[int, np.ndarray]]) -> frozenset[int]:
-    """Transitions seen to lose rank somewhere, those never seen, and those whose reset has branches or whose target
-    holds a surface.
-    """
+    """Transitions seen to lose rank somewhere, those never seen, and those whose target holds a surface."""
     # beside the growth of a graze round-off has no rank
     jumps = [(t, matrix) for t, matrix in jumps if np.abs(matrix).max() <= STRUCTURE.most]
-    found = set(_branching(system))
     # nothing cancels in an image but by its own terms, however small a row is beside others
     balance = _balanced if system.discrete else np.asarray
-    found |= {t for t, matrix in jumps if not _has_full_rank(balance(matrix))}
+    found = {t for t, matrix in jumps if not _has_full_rank(balance(matrix))}
     held = kernels_of(system).layout.held
     found |= {i for i, t in enumerate(system.transitions) if held[system.mode_names.index(t.target)]}
     return frozenset(found | (set(range(len(system.transitions))) - {t for t, _ in jumps}))
 
 
 def _branching(system: "HybridSystem") -> list[int]:
-    """Transitions whose reset has branches."""
+    """Transitions whose reset has branches: kinks or jumps in the states, or Python code."""
     if "branching" not in system.shared:
-        import sympy
+        from chaosdrill.model.python import Called
+        from chaosdrill.model.rules import kinked
 
-        kinds = (sympy.Piecewise, sympy.Max, sympy.Min)
-        resets = [list(t.reset.values()) for t in system.transitions]
-        system.shared["branching"] = [i for i, images in enumerate(resets) if any(v.has(*kinds) for v in images)]
+        moving = {*system.states, system.time}
+        resets = [t.reset.values() for t in system.transitions]
+        system.shared["branching"] = [
+            i for i, images in enumerate(resets) if kinked(images, moving) or any(e.has(Called) for e in images)
+        ]
     found: list[int] = system.shared["branching"]
     return found
 

@@ -346,6 +346,10 @@ class Structures(NamedTuple):
     trials: int = 256
     """States at which a guard is looked at: for systems of the library 128 tell what 2,048 do, and 24 miss passages
     that one state in thirty shows."""
+    decades: tuple[float, float] = (-4.0, 0.5)
+    """Powers of ten of the sizes of states between which they are looked at,"""
+    branches: tuple[float, float] = (-6.0, 6.0)
+    """and those where a reset has branches, each of which may do another thing far from where a run begins."""
     on: float = 1e-13
     """Part of the sizes of its terms, some hundred roundings, below which a guard counts as zero."""
     about: float = 2.0**-10

@@ -402,6 +402,33 @@ def test_only_resets_that_lose_rank_are_watched(mapped, name):
     assert examine(mapped(MATRICES[name])).deficient == (frozenset({0}) if lost else frozenset())
 
 
+def test_a_branch_far_from_the_start_loses_rank():
+    """What grows is cut to 100 at each tick of a clock, and its direction is gone as soon as that is reached."""
+    axes = sympy.Matrix([[2, -1, 2], [2, 2, -1], [-1, 2, 2]]) / 3
+    u, v, w = axes * sympy.Matrix(STATES)
+    rates = axes.T * sympy.Matrix([u / 2 + v / 9, -v / 3 + u / 7 - w, -w / 5 + v])
+    cut = sympy.Matrix(STATES) - axes.T[:, 0] * (u - 100 + sympy.Abs(u - 100)) / 2
+    reset = {**dict(zip(STATES, cut, strict=True)), CLOCK: 0}
+    capped = cd.HybridSystem(
+        states=(*STATES, CLOCK),
+        modes={"run": {**dict(zip(STATES, rates, strict=True)), CLOCK: 1}},
+        transitions=[cd.Transition("tick", "run", "run", CLOCK - 1, 1, reset=reset)],
+        initial=dict(zip(STATES, (0.5, 0.3, 1.0), strict=True)),
+    )
+    spectrum = cd.lyapunov_spectrum(capped, duration=60, transient=0)
+    assert int(spectrum["rank"]) == 3
+    assert np.isneginf(spectrum["lyapunov_exponent"].values[-1])
+
+
+def test_a_function_may_lose_rank_far_from_the_start():
+    def cut(t, x, p):
+        return x.x if x.x < 100.0 else 100.0
+
+    tick = cd.Transition("tick", "run", "run", CLOCK - 1, 1, reset={X: cut, CLOCK: 0})
+    capped = cd.HybridSystem(states=(X, CLOCK), modes={"run": {X: X, CLOCK: 1}}, transitions=[tick], initial={X: 1.0})
+    assert examine(capped).deficient == frozenset({0})
+
+
 def test_dimension_survives_minus_infinity(mapped):
     rest = mapped(np.diag([1.2, 0.9, 0])).with_initial(x=0.0)
     spectrum = cd.lyapunov_spectrum(rest, duration=200)
