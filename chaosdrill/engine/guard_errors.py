@@ -103,6 +103,12 @@ def told_length(ws, i, degree, h):
     return h
 
 
+@inlined
+def near(settings, h):
+    """Within what time of each other roots in a step are looked at for whether they coincide."""
+    return max(GUARDS.near, GUARDS.late * settings.tolerance) * h
+
+
 @rare
 def root_error(functions, tables, settings, state, ws, i, j, s, t, scratch):
     """How far a root at s may be from the exact one: by the guard's rounding, and by the tolerance of the states."""

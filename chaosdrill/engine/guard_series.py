@@ -9,7 +9,7 @@ import math
 from chaosdrill.codegen.kinds import uint64
 from chaosdrill.codegen.layout import ROUNDING
 from chaosdrill.engine.dop853_tables import END, GUARD_DEGREE, NODES, PLACE, STAGES, TO_CHEBYSHEV, TO_POWERS
-from chaosdrill.engine.guard_errors import INTERPOLATION_NOISE, VALUE_NOISE, truncation
+from chaosdrill.engine.guard_errors import INTERPOLATION_NOISE, VALUE_NOISE, near, truncation
 from chaosdrill.engine.guard_roots import unit_of
 from chaosdrill.engine.jit import inlined, inner, series
 from chaosdrill.engine.layout import AFFINE, AFTER, STILL, TIMED
@@ -186,9 +186,10 @@ def locate(place, p, te, h, t):
     machine = machine_at(place)
     tables, state, times = machine.tables, state_of(machine.states, p), machine.scratch.times
     mode = state.run[0].mode
-    first = state.x.size + machine.settings[0].quadratures
+    settings = machine.settings[0]
+    first = state.x.size + settings.quadratures
     for j in range(tables.active[mode, 0]):
-        if times[j] > te + GUARDS.near * h:
+        if times[j] > te + near(settings, h):
             times[j] = -1.0
         elif times[j] > 0.0 and tables.marks[mode, j] & TIMED == 0:
             times[j] = _root(machine, place, p, j, times[j], h, t, machine.scratch.workspace[first + j])

@@ -12,7 +12,7 @@ import math
 from chaosdrill.codegen.kinds import uint64
 from chaosdrill.codegen.layout import EPSILON, ROUNDING
 from chaosdrill.engine import layout as at
-from chaosdrill.engine.guard_errors import POWER_NOISE, left_out, root_error, told_length
+from chaosdrill.engine.guard_errors import POWER_NOISE, left_out, near, root_error, told_length
 from chaosdrill.engine.guard_roots import degree_of, settled, told_before, unit_of
 from chaosdrill.engine.jit import inlined, inner, rare
 from chaosdrill.engine.passages import marks_at
@@ -369,7 +369,7 @@ def earliest(functions, tables, settings, state, ws, row, count, h, t, scratch):
     error, least = -1.0, math.inf
     for j in range(count):
         apart = times[j] - times[first]
-        if j == first or times[j] < 0.0 or apart > GUARDS.near * h:
+        if j == first or times[j] < 0.0 or apart > near(settings, h):
             continue
         if error < 0.0:
             error = least = root_error(functions, tables, settings, state, ws, row + first, first, te, t, scratch)
@@ -477,7 +477,7 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
 def coincides(functions, tables, settings, state, ws, row, j, te, instant, h, t, scratch):
     """Whether an instant behind the root of guard j at te, such as a strobe, is no later than the root may be."""
     apart = instant - te
-    return apart <= GUARDS.near * h and (
+    return apart <= near(settings, h) and (
         apart <= root_error(functions, tables, settings, state, ws, row + j, j, te, t, scratch)
     )
 

@@ -329,7 +329,7 @@ def _by_itself(method, count, first, order, lane, block, scratch):
 
 
 @inlined
-def _first_of(count, block):
+def _first_of(settings, count, block):
     """Which guard fires first in every lane and when, -1 for none; ``alone`` is where two are near each other."""
     times, alone = row_of(block.times), row_of(block.alone)
     none = spread(math.inf)
@@ -341,8 +341,7 @@ def _first_of(count, block):
         second = chosen(sooner, first, smaller(second, time))
         which = chosen(sooner, float(j), which)
         first = chosen(sooner, time, first)
-    near = second - first <= GUARDS.near * row_of(block.h)[0]
-    alone[0] = chosen(near, 1.0, alone[0])
+    alone[0] = chosen(second - first <= guard_errors.near(settings, row_of(block.h)[0]), 1.0, alone[0])
     row_of(block.which)[0] = which
     row_of(block.reach)[0] = chosen(which >= 0.0, first, -1.0)
 
@@ -378,7 +377,7 @@ def first_events(machine, place, settings, mode, lanes, places, first, ends, blo
                         state.x,
                         scratch.gradient,
                     )
-    _first_of(count, block)
+    _first_of(settings, count, block)
     for lane in range(lanes):
         if block.alone[lane] == 0.0:
             ends[lane, GUARD] = int(block.which[lane])
@@ -394,7 +393,7 @@ def first_events(machine, place, settings, mode, lanes, places, first, ends, blo
 @inner
 def coincides(functions, tables, settings, state, first, j, te, instant, lane, block, scratch):
     """As ``guards.coincides`` for one lane."""
-    if instant - te > GUARDS.near * block.h[lane]:
+    if instant - te > guard_errors.near(settings, block.h[lane]):
         return False
     count = tables.active[state.run[0].mode, 0]
     copy_lane(block.ws, 0, first + count, lane, settings.order, scratch.workspace)

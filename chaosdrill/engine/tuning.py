@@ -200,7 +200,8 @@ class Guards(NamedTuple):
     seen: float = 4.0
     """not if it is this many times as far from zero as the polynomial and its rounding may be off by."""
     near: float = 1e-6
-    """Part of the step within which two roots, or a root and a strobe, are looked at for whether they coincide."""
+    """Part of the step within which two roots, or a root and a strobe, are looked at for whether they coincide, unless
+    that of ``late`` tolerances is longer."""
     far: float = 1e15
     """Scale of the states by which they are put onto a guard however far away it is: where steps are fixed an event is
     as exact as its bisection, and a guess of an orbit may end anywhere."""

@@ -169,6 +169,21 @@ def test_two_oscillators_in_step_are_kicked_in_step(method, level, count):
     np.testing.assert_allclose(run["states"].values[-1], [*end, *end], rtol=0, atol=1e-9)
 
 
+@both_methods
+def test_a_tie_within_the_error_of_a_coarse_run_is_a_tie(method):
+    """A circle passes x = 0 when a clock ticks: what is declared first acts first, at any tolerance."""
+    tick = cd.Transition("tick", "run", "run", guard=N - sympy.pi / 2, direction=+1, reset={M: 2 * M, N: N - 10})
+    passage = cd.Transition("passage", "run", "run", guard=X, direction=-1, reset={M: M + 1})
+    for events in ([tick, passage], [passage, tick]):
+        system = cd.HybridSystem(
+            states=(X, V, N, M), modes={"run": {X: -V, V: X, N: 1, M: 0}}, transitions=events, initial={M: 1.0}
+        )
+        for phase in (0.0, 0.3, 0.7, 1.1):
+            started = system.with_initial(x=math.cos(phase), v=-math.sin(phase), n=-phase)
+            run = cd.trajectory(started, duration=phase + 2.0, samples=1, method=method, tolerance=1e-4)
+            assert [e.name for e in events] == run.cd.words("event_kind").values.tolist(), (phase, run["event_time"].values)
+
+
 @pytest.mark.parametrize(
     ("method", "samples", "length", "count"),
     [
