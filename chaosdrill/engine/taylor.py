@@ -21,11 +21,11 @@ from chaosdrill.engine.lanes import (
     width,
     with_lane,
 )
-from chaosdrill.engine.layout import AFFINE, STEEP, STILL
+from chaosdrill.engine.layout import AFFINE, STEEP, STILL, TIMED
 from chaosdrill.engine.polynomial import late_size, power, size, value
 from chaosdrill.engine.records import unit
 from chaosdrill.engine.scales import SMALLEST
-from chaosdrill.engine.tuning import SERIES
+from chaosdrill.engine.tuning import GUARDS, SERIES
 
 METHOD = {
     "summary": "adaptive Taylor series of variable order; events are roots of the guards' polynomials",
@@ -198,7 +198,12 @@ def _excess(late_size, series, n, count, marks, h, settings):
     for i in range(quadratures + count):
         if _is_held(i - quadratures, marks):
             g = series[n + i]
-            allowed = settings.tolerance * late_size(series, uint64(n + i), h, uint64(1)) * h + SMALLEST
+            moves = late_size(series, uint64(n + i), h, uint64(1)) * h
+            part = as_wide(settings.tolerance, h)
+            if i >= quadratures and marks[i - quadratures] & TIMED:
+                # what stays clear of zero has no root to be told
+                part = chosen(magnitude(g[0]) > moves, part, smaller(part, GUARDS.in_time))
+            allowed = part * moves + SMALLEST
             ends = larger(magnitude(g[order]) * (before * h), magnitude(g[order - 1]) * (before * settings.reach))
             excess = larger(excess, ends - allowed)
             sizes += allowed

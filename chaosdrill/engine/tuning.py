@@ -175,6 +175,9 @@ class Guards(NamedTuple):
     """Least truncation error of the interpolated polynomial of a curved guard, beside its rounding error."""
     interpolated_in_time: float = 1e-13
     """The same for a guard of time alone, which is interpolated between values that are exact."""
+    in_time: float = 1e-12
+    """Part of what it moves that the last terms of the series of such a guard may be, whatever the tolerance: at 1e-4 a
+    guard that touches zero would cross it."""
     parallel: float = 1e-12
     """Part by which the square of the cosine of two gradients may differ from 1 where guards that are zero at the same
     place are on one surface: the angle counts as zero up to 1e-6."""

@@ -48,6 +48,18 @@ def test_a_list_is_the_closed_forms(name, method, number):
     assert lists.check_single(family, numbers, times, method, TOLERANCE) == []
 
 
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6])
+def test_guards_of_time_are_exact_at_any_tolerance(tolerance):
+    """A guard that touches zero twice a turn was crossed 16 times."""
+    family = lists.FAMILIES["clocks"]()
+    numbers = {"m": 2.0, "p": np.pi, "c": 0.0, "a": 2.0, "m2": 2.0, "p2": np.pi, "scale": -35257.154680519256}
+    times = family.times(numbers, family.length(numbers), tolerance)
+    assert lists.check_single(family, numbers, times, "taylor", tolerance) == []
+    _, events, wrong = lists.check_lanes(family, np.random.default_rng(5150), tolerance, (3, 3, 1))
+    assert events > 0
+    assert wrong == []
+
+
 NAMES = {
     "kicks": ("rate", "rate2", "push", "jump", "d1", "d2", "d3", "scale", "x", "v", "clock", "other"),
     "polynomials of a clock": ("c", "scale", "chain_scale", *(f"{a}{i}" for a in "kx" for i in range(6))),
