@@ -40,7 +40,7 @@ def truncation(settings, marks):
 
 @rare
 def left_out(functions, tables, settings, state, ws, i, j, h, t, scratch):
-    """Truncation error of the interpolated polynomial of guard j over the step."""
+    """Truncation error of the interpolated polynomial of guard j over the step; for that of a series see `cut_off`."""
     mode = state.run[0].mode
     marks = tables.marks[mode, j]
     if settings.stepping == at.BY_SERIES:
@@ -90,6 +90,13 @@ def last_terms(g, n, s):
     """The last two terms of a polynomial at s, or of those of lanes."""
     before = power(s, n - 1)
     return g[uint64(n)] * (before * s), g[uint64(n - 1)] * before
+
+
+@inlined
+def cut_off(g, n, s):
+    """What the series of a guard may leave out at s: about its last two terms."""
+    last, before = last_terms(g, n, s)
+    return 2.0 * (magnitude(last) + magnitude(before))
 
 
 @inlined

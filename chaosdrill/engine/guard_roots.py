@@ -8,6 +8,7 @@ from chaosdrill.engine import layout as at
 from chaosdrill.engine.guard_errors import (
     POWER_NOISE,
     VALUE_NOISE,
+    cut_off,
     is_told,
     last_terms,
     left_out,
@@ -105,6 +106,19 @@ def _nearer(functions, state, ws, i, j, s, side, doubt, t, scratch):
 
 
 @inner
+def _is_crossed(functions, settings, state, ws, j, s, bend, steep, side, h, t, scratch):
+    """Whether a guard itself is beyond zero by more than its states may err, where its polynomial turns next to s."""
+    summit = min(max(s - steep / bend, 0.0), h) if bend != 0.0 else s
+    place = scratch.before[: state.x.size]
+    values(ws, place.size, summit, place)
+    beyond = -side * functions.guard(state.run[0].mode, j, t + summit, state.c, place, scratch.gradient)
+    off = ROUNDING * functions.guard_error(state.run[0].mode, j, t + summit, state.c, place, scratch.none)
+    for a in range(place.size):
+        off += settings.tolerance * abs(scratch.gradient[a]) * state.scale[a]
+    return beyond > off
+
+
+@inner
 def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scratch):
     """What a root at s, approached from a side, is to the guard's error: (when it is clear of that, root or -1).
 
@@ -116,7 +130,10 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
     marks = tables.marks[mode, j]
     whole = size(ws, uint64(i), h)
     left = 0.0
-    if marks & at.AFFINE == 0:
+    by_series = settings.stepping == at.BY_SERIES
+    if by_series and marks & at.AFFINE == 0:
+        left = cut_off(ws[i], n, s)
+    elif marks & at.AFFINE == 0:
         left = left_out(functions, tables, settings, state, ws, i, j, h, t, scratch)
         if marks & at.TIMED == 0:
             # value and slope at the start of the step are known
@@ -142,11 +159,17 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
     doubt = (off + 2.0 * EPSILON * size(ws, uint64(i), s) + left) * unit
     told = abs(steep) - slack
     simple = told > 0.0 and told * told > 2.0 * doubt * abs(bend)
-    if left == 0.0 and GUARDS.finer * own < begun and not (simple and doubt <= settings.tolerance * h * told):
+    if (
+        (by_series or left == 0.0)
+        and GUARDS.finer * own < begun
+        and not (simple and doubt <= settings.tolerance * h * told)
+    ):
         nearer = _nearer(functions, state, ws, i, j, s, side, doubt / unit, t, scratch)
         if nearer > 0.0:
             return nearer, -1.0
-    if simple:
+    if simple or (
+        by_series and left > 0.0 and _is_crossed(functions, settings, state, ws, j, s, bend, steep, side, h, t, scratch)
+    ):
         return -1.0, s
     if bend != 0.0:
         # by as much as that the value is in doubt where the rate, with its own error, may vanish

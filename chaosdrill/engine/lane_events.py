@@ -242,7 +242,7 @@ def _summit(a, order, sign, noise, block):
         highest = chosen(above, value, highest)
     bound = bound * (1.0 / LANE.degree)
     height, slope = value_and_slope(a, order, bound)
-    hidden = ~(sign * height > LANE.sure * highest)
+    hidden = ~(sign * height > LANE.sure * highest + noise)
     none = highest < -math.inf
     if some(hidden):
         summit = _inside(bound - slope / (LANE.degree * (LANE.degree - 1.0) * (sign * bend)))
@@ -286,7 +286,7 @@ def _polish(a, order, searched, u):
 
 
 @inlined
-def _search(count, order, block):
+def _search(marks, count, order, block):
     """Times of the first crossings of all guards in all lanes, -1 for none; ``alone`` is where that is not plain."""
     alone = row_of(block.alone)
     times = row_of(block.times)
@@ -297,6 +297,8 @@ def _search(count, order, block):
         a = _without_zeros(j, order, block)
         sign = row_of(block.sign)[j]
         noise = LANE.noise * row_of(block.total)[j]
+        if marks[j] & at.AFFINE == 0:
+            noise = noise + guard_errors.cut_off(a, order, 1.0)
         _bernstein(a, order, sign, noise, block)
         none, isolated, returns = _isolated(block)
         searched = candidates & isolated
@@ -361,7 +363,7 @@ def first_events(machine, place, settings, mode, lanes, places, first, ends, blo
             plain = _plan_anew(functions, tables, state, first, lane, block, scratch)
             block.alone[lane] = 0.0 if plain else 1.0
         state.run[0].turning = 0
-    _search(count, settings.order, block)
+    _search(tables.marks[mode], count, settings.order, block)
     for j in range(count):
         if tables.marks[mode, j] & at.TIMED:
             for lane in range(lanes):
