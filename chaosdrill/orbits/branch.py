@@ -54,7 +54,8 @@ class BranchSegment:
     def spectra(self) -> Spectra:
         """The multipliers of all orbits."""
         factors = np.array([p.shot.factors for p in self.points])
-        return spectra(self.curve.problem, self.orbit(0), self.monodromies, factors, self.rank)
+        orbits = [p.orbit for p in self.points]
+        return spectra(self.curve.problem, orbits, self.monodromies, factors, self.rank)
 
     @cached_property
     def durations(self) -> np.ndarray:

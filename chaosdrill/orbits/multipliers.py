@@ -1,5 +1,6 @@
 """Floquet multipliers: those that are 1 or 0 by structure, and the stability that the others decide."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -137,24 +138,80 @@ class Spectra:
         return ~(np.isfinite(free).all(axis=-1) & (near > np.sqrt(self.errors)))
 
 
-def spectra(problem: "Problem", orbit: "Orbit", monodromies: np.ndarray, factors: np.ndarray, rank: int) -> Spectra:
+def spectra(
+    problem: "Problem", orbits: "Sequence[Orbit]", monodromies: np.ndarray, factors: np.ndarray, rank: int
+) -> Spectra:
     """Multipliers of orbits, each to its own precision where the tangent map as a whole hides the smallest.
 
-    ``orbit``: one of them. ``monodromies``, shape (P, d, d). ``factors``, shape (P, N, d, d): of each map, in the order
-    in which they act. ``rank``: how many multipliers are not zero.
+    ``orbits``: P of the same segments. ``monodromies``, shape (P, d, d). ``factors``, shape (P, N, d, d): of each map,
+    in the order in which they act. ``rank``: how many multipliers are not zero.
     """
-    values = multipliers(problem, orbit, monodromies, rank)
-    noise = TUNING.tangent_error * len(orbit)
+    values = multipliers(problem, orbits[0], monodromies, rank)
+    noise = TUNING.tangent_error * len(orbits[0])
     errors = noise * np.maximum(1.0, np.abs(values).max(axis=-1, initial=0.0))
-    if rank < 2 or len(orbit) < 2:
-        return Spectra(values, errors)
     hidden = np.isfinite(values).all(axis=-1)
+    for k in np.flatnonzero(hidden).tolist():
+        if _strained(problem, values[k], monodromies[k]):
+            values[k], errors[k] = _across_flow(problem, orbits[k], rank)
+            hidden[k] = False
+    if rank < 2 or len(orbits[0]) < 2:
+        return Spectra(values, errors)
     hidden[hidden] = _hides(values[hidden, rank - 1], monodromies[hidden], TUNING.graded_along)
     if hidden.any():
         together = _together(values[hidden], monodromies[hidden], rank, TUNING.graded_along)
         values[hidden], spread = _simultaneous(factors[hidden], rank, together)
         errors[hidden] = np.minimum(errors[hidden], noise * spread)
     return Spectra(values, errors)
+
+
+def _strained(problem: "Problem", values: np.ndarray, monodromy: np.ndarray) -> bool:
+    """Whether a tangent map shears along the flow by so much that its multipliers are lost in the rounding of that."""
+    largest = max(1.0, float(np.abs(values).max(initial=0.0)))
+    return problem.neutral.flow and bool(np.linalg.norm(monodromy, 2) > TUNING.strained * largest)
+
+
+def _across_flow(problem: "Problem", orbit: "Orbit", rank: int) -> tuple[np.ndarray, float]:
+    """The multipliers of an orbit of an autonomous system, shape (d,), that of the flow exactly 1, and their error.
+
+    The others are those of the tangent maps of its pieces across the flow. What these do along it may be large: beside
+    a homoclinic orbit a deviation changes the time at the saddle.
+    """
+    parts = [_at_guard(problem, one) for one, _ in pieces(problem, orbit)]
+    parts = [_up_to(problem, one, after) for one, after in zip(parts, [*parts[1:], parts[0]], strict=True)]
+    flows = np.array([problem.flow_at(one) for one in parts]) / problem.units
+    across = np.linalg.qr(flows[..., np.newaxis], mode="complete")[0][..., 1:]
+    maps = np.array([problem.shoot(one, False).monodromy for one in parts])
+    factors = np.swapaxes(np.roll(across, -1, axis=0), -1, -2) @ maps @ across
+    values = np.zeros(problem.states, dtype=complex)
+    values[0] = 1.0
+    if rank > 1:
+        none = np.zeros((1, rank - 2), dtype=bool)
+        values[1:], _ = (one[0] for one in _simultaneous(factors[np.newaxis], rank - 1, none))
+    sizes = np.linalg.svd(factors, compute_uv=False)[:, max(rank - 2, 0)]
+    with np.errstate(divide="ignore"):
+        off = TUNING.tangent_error * float((np.linalg.norm(maps, 2, axis=(-2, -1)) / sizes).sum())
+    values = values[np.argsort(-np.abs(values), kind="stable")]
+    return values, off * float(np.abs(values[0]))
+
+
+def _at_guard(problem: "Problem", one: "Orbit") -> "Orbit":
+    """An event as a path, on its guard, beside which rounding may have grown along the flow; another path as it is."""
+    if one.eventless:
+        return one
+    shot, starts = problem.shoot(one, False), one.starts.copy()
+    starts[:, : problem.states] -= problem.flow_at(one) * shot.equations[0, -1] / shot.speeds[0]
+    return replace(one, starts=starts)
+
+
+def _up_to(problem: "Problem", one: "Orbit", after: "Orbit") -> "Orbit":
+    """A path without an event, up to the start of another one, beside which rounding may have grown along the flow."""
+    if not one.eventless:
+        return one
+    d, sizes = problem.states, problem.sizes
+    flow = problem.flow_at(after) / sizes
+    end = problem.at([one], one.durations[np.newaxis])[0][0, 0]
+    left = problem.shifts.across(after.starts[0, :d] - end) / sizes
+    return replace(one, durations=one.durations + left @ flow / (flow @ flow))
 
 
 def _hides(smallest: np.ndarray, maps: np.ndarray, part: float) -> np.ndarray:
@@ -223,17 +280,20 @@ def graded(problem: "Problem", orbit: "Orbit", monodromy: np.ndarray, rank: int)
     Its tangent map is made of pieces none of which is ill conditioned.
     """
     plain = multipliers(problem, orbit, monodromy, rank)
+    if _strained(problem, plain, monodromy):
+        return _across_flow(problem, orbit, rank)[0]
     if rank < 2 or not _hides(plain[rank - 1], monodromy, TUNING.graded):
         return plain
     together = _together(plain, monodromy, rank, TUNING.graded)
-    return np.asarray(_simultaneous(np.array(pieces(problem, orbit))[np.newaxis], rank, together[np.newaxis])[0][0])
+    parts = np.array([matrix for _, matrix in pieces(problem, orbit)])
+    return np.asarray(_simultaneous(parts[np.newaxis], rank, together[np.newaxis])[0][0])
 
 
 def largest_growth(problem: "Problem", orbit: "Orbit") -> float:
     """Largest factor by which a deviation grows on any part of an orbit, in sizes of the states."""
     sizes = problem.sizes
     largest, ending = 1.0, np.zeros((0, problem.states, problem.states))
-    parts = [piece * sizes / sizes[:, np.newaxis] for piece in pieces(problem, orbit, TUNING.growth_halvings)]
+    parts = [piece * sizes / sizes[:, np.newaxis] for _, piece in pieces(problem, orbit, TUNING.growth_halvings)]
     for piece in parts * 2:
         # those that end here, of a round at most
         ending = piece @ np.concatenate([ending, np.eye(problem.states)[np.newaxis]])[-len(parts) :]
@@ -241,12 +301,12 @@ def largest_growth(problem: "Problem", orbit: "Orbit") -> float:
     return largest
 
 
-def pieces(problem: "Problem", orbit: "Orbit", least: int = 0) -> list[np.ndarray]:
-    """Tangent maps of the segments and events of an orbit in order.
+def pieces(problem: "Problem", orbit: "Orbit", least: int = 0) -> list[tuple["Orbit", np.ndarray]]:
+    """Segments and events of an orbit as paths of their own, in order, and their tangent maps.
 
     Segments are halved ``least`` times, and until none is ill conditioned.
     """
-    found: list[np.ndarray] = []
+    found: list[tuple[Orbit, np.ndarray]] = []
     for one, before in problem.segment_by_segment(orbit):
         flow = one.segments.copy()
         flow[:, at.SEGMENT_END] = at.PLANE
@@ -255,18 +315,18 @@ def pieces(problem: "Problem", orbit: "Orbit", least: int = 0) -> list[np.ndarra
             time = one.phase + float(one.durations[0])
             starts = np.concatenate([before, one.starts[0, problem.states :]])[np.newaxis]
             event = replace(one, starts=starts, phase=time, durations=np.zeros(1))
-            found.append(problem.shoot(event, False).monodromy)
+            found.append((event, problem.shoot(event, False).monodromy))
     return found
 
 
-def _cut(problem: "Problem", one: "Orbit", found: list[np.ndarray], depth: int, least: int) -> None:
-    """Tangent maps of a segment, halved until they are well conditioned."""
+def _cut(problem: "Problem", one: "Orbit", found: list[tuple["Orbit", np.ndarray]], depth: int, least: int) -> None:
+    """The tangent maps of a segment, halved until they are well conditioned."""
     matrix = problem.shoot(one, False).monodromy
     sizes = np.linalg.svd(matrix, compute_uv=False)
     # across the surfaces that the mode holds it is zero
     smallest = sizes[-1 - kernels_of(problem.plain).layout.held[one.segments[0, at.SEGMENT_MODE]]]
     if depth >= least and (depth >= TUNING.piece_halvings or sizes[0] < TUNING.piece_condition * smallest):
-        found.append(matrix)
+        found.append((one, matrix))
         return
     half = one.durations / 2
     middle = problem.at([replace(one, durations=half)], half[np.newaxis])[0][0, 0]

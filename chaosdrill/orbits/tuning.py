@@ -196,6 +196,9 @@ class Tuning:
     """Part of the norm of the tangent map below which a multiplier is not read off the map as a whole."""
     graded_along: float = 1e-6
     """The same along branches, where many trials between two points ask for multipliers."""
+    strained: float = 1e4
+    """Norm of the tangent map of an autonomous system, in parts of its largest multiplier, above which multipliers are
+    those of its pieces across the flow: of the map as a whole they have half of their digits left."""
     graded_rounds: int = 12
     """Rounds of simultaneous iteration, at most: multipliers less than 15-fold apart are then taken together, whose
     block keeps 13 digits."""

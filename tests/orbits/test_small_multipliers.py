@@ -66,3 +66,35 @@ def test_what_the_map_as_a_whole_shows_is_not_parted(monkeypatch):
     expected = [pair, np.conj(pair), 0.95**count, 1e-3**count]
     assert min(abs(found[0] / e - 1) for e in expected[:2]) < 1e-13
     np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(expected), rtol=1e-11)
+
+
+def test_multipliers_beside_a_homoclinic_orbit():
+    """A rimless wheel that hardly passes the top, where the slope is 0.028922, and two states that it drives.
+
+    The multipliers are 1, cos(0.6)^2, and what the rates of the two make of the duration.
+    """
+    th, om, z, w, gamma = sympy.symbols("th om z w gamma", real=True)
+    angle = sympy.Rational(3, 10)
+    step = cd.Transition(
+        "step",
+        source="stance",
+        target="stance",
+        guard=th - gamma - angle,
+        direction=+1,
+        reset={th: gamma - angle, om: sympy.cos(2 * angle) * om, z: z + om},
+    )
+    wheel = cd.HybridSystem(
+        name="wheel-with-two",
+        states=(z, th, om, w),
+        parameters={"gamma": 0.03},
+        modes={"stance": {z: th - z / 10, th: om, om: sympy.sin(th), w: om * th - w / 20}},
+        transitions=[step],
+        initial={"mode": "stance", th: -0.27, om: 0.28, z: 0.0, w: 0.0},
+    )
+    found = cd.continue_orbit(wheel, {"gamma": (0.028, 0.031)}, start="guess", at="step")
+    end = float(found["gamma"].min())
+    assert end - 0.02892191395417579 < 1e-8
+    times = found["period_time"].values
+    exact = np.sort([1 + 0 * times, np.cos(0.6) ** 2 + 0 * times, np.exp(-times / 10), np.exp(-times / 20)], axis=0)
+    np.testing.assert_allclose(np.sort(np.abs(_multipliers(found)), axis=1), exact.T, rtol=2e-7)
+    assert (found["stable"] == 1).all()
