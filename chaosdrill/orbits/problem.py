@@ -314,8 +314,9 @@ class Problem:
 
         It has converged when no residual is above ``enough``, when none has become smaller where round-off,
         or the change of the steps with the state, may be all that is left of them, or when the start is known to its
-        rounding, of which deviations that grow in one turn make a large residual. On a level of what is conserved,
-        which the steps keep to their tolerance only, it has converged when corrections become no shorter.
+        rounding, of which deviations that grow in one turn make a large residual and durations as little known. On a
+        level of what is conserved, which the steps keep to their tolerance only, it has converged when corrections
+        become no shorter.
 
         ``conditions``, shape (q, columns): rows that corrections are orthogonal to; by default the free parameters stay
         as they are. ``reach``: longest correction by one step, in the norm of the weights. Where a shortened one has
@@ -366,7 +367,9 @@ class Problem:
                 code = SINGULAR
                 break
             grown = TUNING.rounding * float(np.abs(shot.monodromy).max())
-            settled = length <= TUNING.rounding and residual <= grown
+            # the durations follow from the start, but for what its rounding grows to on the way
+            timeless = np.delete(weights * correction, np.s_[d + 1 : d + 1 + count])
+            settled = bool(np.linalg.norm(timeless) <= TUNING.rounding) and max(length, residual) <= grown
             if len(self.conserved) and residual <= self.nearly_closed:
                 # what a step loses of a conserved quantity is left, since no equation is solved for it
                 settled |= length <= enough or (length <= self.nearly_closed and length > 0.3 * last)

@@ -98,3 +98,15 @@ def test_multipliers_beside_a_homoclinic_orbit():
     exact = np.sort([1 + 0 * times, np.cos(0.6) ** 2 + 0 * times, np.exp(-times / 10), np.exp(-times / 20)], axis=0)
     np.testing.assert_allclose(np.sort(np.abs(_multipliers(found)), axis=1), exact.T, rtol=2e-7)
     assert (found["stable"] == 1).all()
+
+
+@pytest.mark.parametrize("beyond", [1e-8, 1e-10])
+def test_an_orbit_beside_a_homoclinic_one_from_its_closed_form(beyond):
+    """Of its duration as many digits are known as rounding of its start leaves."""
+    slope, kept = 0.02892191395417579 + beyond, np.cos(0.6) ** 2
+    speed = np.sqrt(2 * (np.cos(slope - 0.3) - np.cos(slope + 0.3)) * kept / (1 - kept))
+    wheel = cd.build("rimless-wheel", parameters={"gamma": slope}).with_initial(th=slope - 0.3, om=speed)
+    found = cd.periodic_orbit(wheel, start="guess", at="step")
+    assert found["outcome"] == cd.Outcome.PERIODIC
+    np.testing.assert_allclose(found["multiplier_real"].values, [1, kept], rtol=1e-8)
+    assert found["orbit_state"].sel(state="om").item() == pytest.approx(speed, rel=1e-12)
