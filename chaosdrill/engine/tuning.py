@@ -301,8 +301,9 @@ class Orbits(NamedTuple):
 
     end: float = 1e-8
     """Part of the period before the end of a segment in which its guard is taken to be met at the end."""
-    steps: int = 200_000
-    """Steps of adaptive methods along one segment, at most: a guess that is far off may be stiff without end."""
+    steps: int = 2_000_000
+    """Steps of adaptive methods along one segment, at most, some seconds: a guess that is far off may be stiff without
+    end, and a relaxation oscillation that is a thousand times as stiff as slow takes 300,000."""
     steep: float = 1e-2
     """Speed of an event, in parts of the variation of its guard over the sizes of the states in one period, and"""
     grown: float = 1e3

@@ -24,7 +24,7 @@ from chaosdrill.orbits.guess import (
     unit_of,
 )
 from chaosdrill.orbits.marks import Marks
-from chaosdrill.orbits.multipliers import based, free_multipliers
+from chaosdrill.orbits.multipliers import based, free_multipliers, largest_growth
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.place import Place, drifts_until_guard, reached
 from chaosdrill.orbits.problem import CONVERGED, SINGULAR, SLOW, Problem, Shot, admissible, lasting
@@ -39,6 +39,9 @@ class NoOrbitError(Exception):
     ``residuals``: residuals of Newton's method up to its end. ``lost``: what its last step led to, if that could not be
     followed.
     """
+
+    returned: float = 0.0
+    """Time in which the motion returned that was the guess, if one did."""
 
     def __init__(
         self, outcome: Outcome, message: str, residuals: np.ndarray | None = None, lost: Orbit | None = None
@@ -115,6 +118,9 @@ def understood(problem: Problem, place: Place, period: int, failure: NoOrbitErro
     system = place.system
     unit = unit_of(problem, place)
     count, parts = TUNING.watched_units, 1 if system.discrete else TUNING.watched_samples
+    if not problem.forced:
+        # an even number
+        count = max(count, 2 * int(np.ceil(min(failure.returned / unit, TUNING.return_units[-1]))))
     run = place.run(unit, problem.numerics, samples=parts)
     begun, d = run.x.copy(), len(system.state_names)
     rows = np.zeros(((count + 1) * parts + 1, d + len(system.quadratures) + 1))
@@ -194,7 +200,9 @@ def why_not(code: int, residuals: np.ndarray) -> str:
         return f"Newton's method found the equations singular{went}"
     if code == SLOW:
         return f"Newton's method did not converge{went}"
-    return f"Newton's method ran off to where the system cannot be followed ({Outcome(code).meaning}){went}"
+    if not len(known):
+        return f"the path from the start cannot be followed with its derivatives: {Outcome(code).advice}"
+    return f"Newton's method ran off{went}; there the system cannot be followed: {Outcome(code).advice}"
 
 
 def find_orbit(
@@ -305,6 +313,7 @@ def orbit_read(
         try:
             orbit, shot, residuals = solved(problem, guess, reach, level=level)
         except NoOrbitError as error:
+            error.returned = float(guess.durations.sum())
             if error.lost is None:
                 raise
             # a spike is run over by less than a step changes its time, which the motion itself knows
@@ -370,7 +379,9 @@ def _solved(problem: Problem, guess: Orbit, reach: float) -> tuple[Orbit, Shot, 
     """The orbit to which Newton's method takes a guess."""
     code, orbit, shot, residuals = problem.newton(guess, reach=reach)
     if code == SLOW and residuals[-1] <= TUNING.converging:
-        code, orbit, shot, more = problem.newton(orbit, reach=reach)
+        # what rounding grows to on a part of the orbit is left, as where a relaxation oscillation jumps
+        grown = TUNING.step_error * largest_growth(problem, orbit)
+        code, orbit, shot, more = problem.newton(orbit, reach=reach, enough=max(TUNING.residual, grown))
         residuals = np.concatenate([residuals, more[1:]])
     if code != CONVERGED:
         lost = orbit if code in (Outcome.NONFINITE, Outcome.ESCAPED) and len(residuals) > 1 else None

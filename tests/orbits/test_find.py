@@ -121,18 +121,31 @@ def test_weak_and_strong_relaxation(van_der_pol, mu):
     assert np.isfinite(found.checks.exponents).all()
 
 
+def bavinck_and_grasman(mu):
+    """The period of van der Pol's oscillator to within mu^(-4/3) (1974, doi:10.1016/0020-7462(74)90008-0).
+
+    With the first zero of Airy's function.
+    """
+    return (3 - 2 * math.log(2)) * mu + 3 * 2.338107410459767 * mu ** (-1 / 3) - (2 / 3 * math.log(mu) + 1.3246) / mu
+
+
 @pytest.mark.parametrize(("mu", "method"), [(1e2, "dop853"), (1e4, "radau")])
 def test_a_stiff_relaxation(van_der_pol, mu, method):
     stiff = van_der_pol.with_parameters(mu=mu).with_initial(x=2.0)
     found = find_orbit(stiff, 1, "attractor", 200, Numerics(method, 1e-11))
     assert found.outcome == Outcome.PERIODIC, found.message
-    # Bavinck and Grasman 1974, doi:10.1016/0020-7462(74)90008-0, with the first zero of Airy's function
-    series = (3 - 2 * math.log(2)) * mu + 3 * 2.338107410459767 * mu ** (-1 / 3) - (2 / 3 * math.log(mu) + 1.3246) / mu
-    assert found.duration == pytest.approx(series, abs=mu ** (-4 / 3))
+    assert found.duration == pytest.approx(bavinck_and_grasman(mu), abs=mu ** (-4 / 3))
     # the divergence along the slow curve, x' = x/(mu (1 - x^2)) from 2 to 1 and back, which the jumps add little to
     slow = -2 * mu**2 * (3 / 4 + math.log(2))
     assert found.checks.exponents[1] * found.duration == pytest.approx(slow, rel=5 / mu)
     assert found.multipliers[0] == pytest.approx(1, abs=1e-6)
+
+
+def test_a_section_in_the_jump_of_a_relaxation(van_der_pol):
+    """A jump is 8,000 times as fast as what follows, and rounding grows by as much."""
+    found = cd.periodic_orbit(van_der_pol.with_parameters(mu=100.0), at="x<-1.5")
+    assert found["outcome"] == Outcome.PERIODIC
+    assert float(found["period_time"]) == pytest.approx(bavinck_and_grasman(100), abs=100 ** (-4 / 3))
 
 
 @pytest.mark.parametrize("peak", [-34.0, -32.0])
