@@ -571,6 +571,8 @@ def _orthonormal(rows: Iterable[np.ndarray]) -> list[np.ndarray]:
     """Orthonormal vectors that span what these span, without those that are not apart from the ones before."""
     frame: list[np.ndarray] = []
     for row in rows:
+        # by a power of two: squares may leave the doubles
+        row = np.ldexp(row, -np.frexp(np.abs(row).max())[1])
         row = row / np.sqrt(_product(row, row))
         for _ in range(2):
             near = [frame[i] for i in np.flatnonzero(_product(np.abs(np.reshape(frame, (-1, len(row)))), np.abs(row)))]

@@ -129,16 +129,28 @@ def _last_linear(
 def _bracket(linear: Callable[[float], bool]) -> tuple[float | None, float]:
     """Powers of two between which a response that was linear no longer is.
 
-    It need not be linear at first: there the displacement may be below the rounding of other states.
+    It need not be linear at first: there the displacement may be below the rounding of other states. Where no usual one
+    shows the end of the linear response, but one of the ends of all that there are does, those beyond are tried.
     """
-    power, low = -TUNING.range_powers, None
-    while power <= TUNING.range_powers:
+    least, first, last, most = TUNING.range_powers
+    low, high = _scan(linear, first, last)
+    if high is None and low is not None and not linear(most):
+        low, high = _scan(linear, low, most)
+    elif low is None and linear(least):
+        low, high = _scan(linear, least, first)
+    return (None, last) if low is None or high is None else (low, high)
+
+
+def _scan(linear: Callable[[float], bool], power: float, last: float) -> tuple[float | None, float | None]:
+    """The last power at which a response is linear, from one power up to another, and the next, at which it is not."""
+    low = None
+    while power <= last:
         if linear(power):
             low = power
         elif low is not None:
             return low, power
         power += TUNING.range_stride
-    return None, power
+    return low, None
 
 
 def _is_linear(base: _Path, there: _Path, known: np.ndarray, i: int, shift: float) -> bool:

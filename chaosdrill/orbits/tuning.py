@@ -12,8 +12,9 @@ class Tuning:
     off_linear: float = 0.25
     """Part of the linear response by which a motion beside another may be off: then the next order of the response,
     which a pitchfork or a fold lives on, is about as large."""
-    range_powers: float = 120.0
-    """Binary powers, up and down, between which displacements of states that stay zero are tried: 1e-36 to 1e36."""
+    range_powers: tuple[float, ...] = (-960.0, -120.0, 120.0, 500.0)
+    """Binary powers between which displacements of states that stay zero are tried: usually 1e-36 to 1e36, and beyond
+    from where doubles have all their digits to where their squares have."""
     range_stride: float = 5.0
     """Binary powers from one displacement to the next: the first that is not linear is not so large that a motion on a
     fifth power is a thousand times as fast."""

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
+from chaosdrill.dataset.branches import Special
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.orbits.find import starting_orbit
 from chaosdrill.orbits.sizes import sizes_beside, sizes_met
@@ -243,3 +244,33 @@ def test_a_branch_without_events_is_whole_in_any_unit_of_one_state(unit, at):
     assert branch["mu"].values[[0, -1]].tolist() == [0.2, 0.6]
     radius = np.hypot(*(branch["orbit_state"].values / [1.0, unit]).T)
     np.testing.assert_allclose(radius, np.sqrt(branch["mu"].values), rtol=1e-10)
+
+
+WIDE = {"x": (-1e300, 1e300)}
+PARAMETERS = {"r": 0.8, "unit": 1.0}
+
+
+def turned_off():
+    """A map that loses its symmetry where r is 1."""
+    return cd.Map(states="x", parameters=PARAMETERS, images={"x": "unit*tanh(r*x/unit)"}, bounds=WIDE)
+
+
+def driven():
+    """A flow that does so where the mean of what drives it is 1."""
+    modes = {"m": {"x": "-x + unit*tanh(r*x/unit)*(1 + cos(t)/2)"}}
+    return cd.HybridSystem(states="x", parameters=PARAMETERS, modes=modes, period="2*pi", bounds=WIDE, time="t")
+
+
+@pytest.mark.parametrize("build", [turned_off, driven])
+def test_a_state_that_stays_zero_bifurcates_in_any_unit(build):
+    system, known = build(), None
+    for unit in (1.0, 1e-170, 1e-12, 1e12, 1e150):
+        found = cd.continue_orbit(
+            system.with_parameters(unit=unit), {"r": (0.6, 1.3)}, start="guess", doublings=1, step=0.02
+        )
+        assert found["special_kind"].values.tolist() == [Special.BRANCH_POINT]
+        assert abs(found["special_value"].item() - 1) <= found["special_error"].item()
+        assert found["branch_parent"].values.tolist() == [-1, 0, 0]
+        told = np.array([found["special_coefficient"].item(), np.abs(found["orbit_state"].values).max() / unit])
+        known = told if known is None else known
+        np.testing.assert_allclose(told, known, rtol=1e-4)
