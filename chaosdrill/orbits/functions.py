@@ -250,7 +250,9 @@ class Functions:
         # the parabola through three neighbours tells which of several tops is the highest
         bend = 2 * middle - left - right
         with np.errstate(divide="ignore", invalid="ignore"):
-            rise = np.where((middle >= left) & (middle >= right) & (bend > 0), (right - left) ** 2 / (8 * bend), 0.0)
+            rise = np.where(
+                (middle >= left) & (middle >= right) & (bend > 0), (right - left) / (8 * bend) * (right - left), 0.0
+            )
         centre, width, best = (1 + (middle + rise).argmax(axis=1)) / last, 1.0 / last, values.max(axis=1)
         while width > TUNING.function_narrowest:
             near = np.clip(centre[:, np.newaxis] + width * np.linspace(-1, 1, 9), 0.0, 1.0)

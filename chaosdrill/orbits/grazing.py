@@ -212,7 +212,7 @@ def _through(place: Place, other: int, fall: float, doubt: float) -> Shift | Non
     gradient = place.touch.side * place.guard(place.mode, place.touch.guard)[2]
     try:
         growth, _ = place.slope(apart, place.onward(place.mode))
-        across = gradient * place.sizes**2 / np.abs(gradient * place.sizes).max()
+        across = gradient * place.sizes / np.abs(gradient * place.sizes).max() * place.sizes
         stiff, error = place.slope(apart, np.append(across, 0.0))
     except LostError:
         # as of a contact whose force goes with a broken power of the depth

@@ -10,6 +10,7 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
+from chaosdrill.engine.scales import SMALLEST
 from chaosdrill.engine.setup import bounds_of
 from chaosdrill.orbits.tuning import TUNING
 
@@ -108,7 +109,8 @@ def _crossing(place: Place, numerics: Numerics, unit: float) -> tuple[float, int
     for row, time, rate in zip(rows, times, rates, strict=True):
         kernels_of(system).functions.field(int(row[-1]), time, run.c, row[:d].copy(), rate)
     extent = np.ptp(rows[:, :d], axis=0)
-    mean = np.sqrt((rates[:, :d] ** 2).mean(axis=0))
+    largest = np.maximum(np.abs(rates[:, :d]).max(axis=0), SMALLEST)
+    mean = largest * np.sqrt(((rates[:, :d] / largest) ** 2).mean(axis=0))
     moving = (mean > 0) & (extent > 0)
     ways = extent[moving] / mean[moving]
     if run.steps <= len(rows):

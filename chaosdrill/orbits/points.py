@@ -57,7 +57,7 @@ class Whole:
         course = np.concatenate([moved.ravel(), times, self.rest * change[d + 1 :]])
         length = float(np.sqrt(course @ course))
         row = np.zeros(len(change))
-        row[d + 1 :] = self.rest**2 * change[d + 1 :]
+        row[d + 1 :] = self.rest * (self.rest * change[d + 1 :])
         row += (factors * moved).ravel() @ seen.reshape(count * d, len(row))
         if self.forced:
             later = self.times * times[::-1].cumsum()[::-1]

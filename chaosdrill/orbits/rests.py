@@ -46,7 +46,7 @@ def shrinks(curve: "Curve", before: Point, last: Point, reach: float) -> bool:
     no speed. Planes across the flow need not contain the equilibrium, so that orbits, while they shrink, leave each of
     them long before they are points.
     """
-    spreads = rounds(curve, [before, last]).var(axis=1) / curve.problem.sizes**2
+    spreads = (rounds(curve, [before, last]) / curve.problem.sizes).var(axis=1)
     wide, small = (float(one.sum()) for one in spreads)
     values = [float(curve.values(p.orbit)[0]) for p in (before, last)]
     if not small < wide or values[0] == values[1]:

@@ -100,7 +100,7 @@ def curve_behind(curve: SpecialCurve, last: Point, border: Border) -> tuple[Spec
         return None
     moved = one.problem.moved(found.orbit, found.shot, TUNING.ahead * found.ahead)
     code, orbit, _, _ = one.problem.newton(
-        moved, (found.ahead * one.weights(moved) ** 2)[np.newaxis], TUNING.reach_beside
+        moved, (found.ahead * one.weights(moved) * one.weights(moved))[np.newaxis], TUNING.reach_beside
     )
     if code != CONVERGED:
         return None

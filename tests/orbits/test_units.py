@@ -9,6 +9,7 @@ import chaosdrill as cd
 from chaosdrill.dataset.branches import Special
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.orbits.find import starting_orbit
+from chaosdrill.orbits.place import Place, characteristic_time
 from chaosdrill.orbits.sizes import sizes_beside, sizes_met
 from chaosdrill.orbits.verification import check, describe, verify
 
@@ -274,3 +275,13 @@ def test_a_state_that_stays_zero_bifurcates_in_any_unit(build):
         told = np.array([found["special_coefficient"].item(), np.abs(found["orbit_state"].values).max() / unit])
         known = told if known is None else known
         np.testing.assert_allclose(told, known, rtol=1e-4)
+
+
+def test_how_fast_a_motion_is_does_not_depend_on_the_unit_of_its_states():
+    modes = {"m": {"x": "y", "y": "-x - y/2 + unit*tanh(y/unit)"}}
+    system = cd.HybridSystem(states="x y", parameters={"unit": 1.0}, modes=modes, bounds=dict.fromkeys("xy", WIDE["x"]))
+    numerics, times = Numerics(), []
+    for unit in (1.0, 1e-170, 1e160):
+        place = Place(system.with_parameters(unit=unit).with_initial(x=unit, y=0.0))
+        times.append(characteristic_time(place, numerics))
+    assert times[1:] == pytest.approx(times[:1] * 2, rel=1e-9)
