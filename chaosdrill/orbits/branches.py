@@ -33,7 +33,7 @@ from chaosdrill.orbits.results import NO_GRAZING, BranchResult, Cascade
 from chaosdrill.orbits.roots import bracketed
 from chaosdrill.orbits.sliding import TOUCHING, Landing, sliding_between, sliding_beyond
 from chaosdrill.orbits.special_points import marked, marked_at_limit
-from chaosdrill.orbits.switching import crossing, curve_behind, doubled
+from chaosdrill.orbits.switching import crossing, crossings, curve_behind, doubled
 from chaosdrill.orbits.table import branch_table, cascade_from, nothing
 from chaosdrill.orbits.tuning import TUNING
 
@@ -430,15 +430,18 @@ def _born(curve: Curve, branch: Branch, mark: Mark, step: float) -> Iterator[Poi
     elif mark.kind == Special.BRANCH_POINT:
         points, k = branch.segments[mark.segment].points, mark.point
         beside = [points[max(k - 1, 0)].orbit, points[min(k + 1, len(points) - 1)].orbit]
-        for orbit, shot, ahead in crossing(curve, beside[0], points[k].orbit, beside[1], step):
+        places = beside[0], points[k].orbit, beside[1]
+        several = mark.multiplicity > 1
+        found = crossings(curve, *places, mark.multiplicity, step) if several else crossing(curve, *places, step)
+        for orbit, shot, ahead in found:
             yield curve.first(orbit, shot, ahead)
 
 
 def _partners(curve: Curve, whole: Branch, step: float, most: int) -> list[Branch]:
-    """The branches that cross the first one at its branch points, a branch on either side."""
+    """The branches that cross the first one at its branch points, each on either side."""
     found: list[Branch] = []
     for mark in whole.marks:
-        if mark.kind != Special.BRANCH_POINT or mark.multiplicity > 1:
+        if mark.kind != Special.BRANCH_POINT or mark.multiplicity > TUNING.most_together:
             continue
         here = whole.segments[mark.segment].points[mark.point]
         again = replace(whole, marks=[m for m in whole.marks if m is not mark])
@@ -466,10 +469,16 @@ def _several(found: list[Branch]) -> list[str]:
     return [
         f"{mark.multiplicity} multipliers are "
         + told[mark.kind].format(f"{branch.segments[0].curve.problem.free[0]} = {branch.value(mark):.9g}")
-        for branch in found
+        for number, branch in enumerate(found)
         for mark in branch.marks
-        if mark.multiplicity > 1 and mark.kind in told
+        if mark.multiplicity > 1 and mark.kind in told and not _followed_from(found, number, mark)
     ]
+
+
+def _followed_from(found: list[Branch], number: int, mark: Mark) -> bool:
+    """Whether branches were followed from a point at which this one crosses them."""
+    value = found[number].value(mark)
+    return mark.kind == Special.BRANCH_POINT and any(one.parent == number and one.born == value for one in found)
 
 
 def _once(curve: Curve, found: list[Branch]) -> None:

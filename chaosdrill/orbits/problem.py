@@ -444,12 +444,12 @@ class Problem:
         told = held @ (null / weights).T
         return np.asarray(np.linalg.svd(told)[2][-count:] @ null)
 
-    def nearly_null(self, orbit: Orbit, shot: Shot, weights: np.ndarray) -> np.ndarray:
-        """Two directions in which orbits most nearly go on within their families, shape (2, columns), as `null_space`.
+    def nearly_null(self, orbit: Orbit, shot: Shot, weights: np.ndarray, count: int = 2) -> np.ndarray:
+        """Directions in which orbits most nearly go on within their families, shape (count, columns), as `null_space`.
 
         Where branches cross, an orbit is known to the root of its residual, and so are the equations there.
         """
-        return self._within_families(orbit, shot, weights)[1][-2:]
+        return self._within_families(orbit, shot, weights)[1][-count:]
 
     def loosely_null(self, orbit: Orbit, shot: Shot, weights: np.ndarray) -> np.ndarray:
         """All directions in which orbits go on to within ``TUNING.loose``, shape (m, columns), as `nearly_null`."""

@@ -1,7 +1,9 @@
 """Branch switching: onto doubled orbits, and onto the curve behind a change of the event sequence."""
 
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -76,6 +78,46 @@ def crossing(
             if sign * away @ (across * weights) < 0.5 * length or abs(away[-1]) * float(curve.spans[0]) > most:
                 continue
             yield found, seen, sign * across
+            break
+
+
+def crossings(
+    curve: Curve, before: Orbit, orbit: Orbit, after: Orbit, count: int, most: float
+) -> Iterator[tuple[Orbit, Shot, np.ndarray]]:
+    """Orbits of all branches that cross another one where several multipliers, ``count``, are 1: as `crossing` has it.
+
+    In the space of the null vectors each branch has a direction, of which the equations at the point tell nothing: with
+    a symmetry their second order vanishes as well. Newton's method leads to it from another direction, a little beside
+    the point, where the equations are regular: from those between axes, and then those between branches.
+    """
+    problem, d = curve.problem, curve.problem.states
+    shot = problem.shoot(orbit, watched=False)
+    weights = curve.weights(orbit)
+    null = problem.nearly_null(orbit, shot, weights, count + 1)
+    along = null @ (weights * (after.reduced(d) - before.reduced(d)))
+    frame = np.linalg.svd(along[np.newaxis])[2]
+    signs = [np.array(one) for one in product((0.0, 1.0, -1.0), repeat=count + 1) if any(one[1:])]
+    signs = [one for one in sorted(signs, key=np.count_nonzero) if np.count_nonzero(one) <= TUNING.most_axes]
+    known, ways = [frame[0], -frame[0]], deque(one @ frame for one in signs)
+    for _ in range(TUNING.most_ways):
+        if not ways:
+            break
+        way = ways.popleft()
+        way = way / np.linalg.norm(way)
+        for length in TUNING.doubling_distances:
+            code, found, seen, _ = problem.beside(orbit, shot, way @ null / weights, length, weights)
+            if code != CONVERGED or not admissible(found, seen):
+                continue
+            away = null @ (weights * (found.reduced(d) - orbit.reduced(d)))
+            gone = float(np.linalg.norm(away))
+            changed = abs(float(curve.values(found)[0] - curve.values(orbit)[0]))
+            if not length * TUNING.branch_near < gone < length / TUNING.branch_near or changed > most:
+                continue
+            ahead = away / gone
+            if max(one @ ahead for one in known) < TUNING.branch_apart:
+                ways.extend(one + ahead for one in known if one @ ahead > -TUNING.branch_apart)
+                known.append(ahead)
+                yield found, seen, ahead @ null / weights
             break
 
 

@@ -435,6 +435,18 @@ class Tuning:
     """Distance of a multiplier from 1 or -1 at which a first orbit may be near a special point."""
     doubling_distances: tuple[float, ...] = (1e-3, 3e-3, 3e-4, 1e-2, 1e-4, 3e-2)
     """Distances from the doubling at which the doubled orbit is tried, in the norm of the weights."""
+    most_together: int = 4
+    """Multipliers that are 1 together, at most, where the branches that cross are followed: with each there are three
+    times as many directions."""
+    most_axes: int = 3
+    """Axes, at most, between which the first directions lie."""
+    most_ways: int = 400
+    """Directions, at most, in which these branches are looked for: between all pairs of many there are too many."""
+    branch_near: float = 0.3
+    """Part of that distance, or its inverse, in which an orbit of one of several branches through a point is found: the
+    way there is at an angle to the branch."""
+    branch_apart: float = 0.99
+    """Cosine of the angle between two of these branches below which they are two."""
     doubling_shorter: int = 4
     """How often a distance is shortened over which the parameter changes too much."""
     repeated: float = 1e-6

@@ -174,19 +174,55 @@ def test_a_loop_turns_back_where_a_straight_branch_crosses(step):
     assert (np.abs(np.sort(branch["special_value"]) - [-0.5, 0.5]) <= branch["special_error"]).all()
 
 
-def test_branches_that_are_not_followed_where_several_cross_are_told():
-    """Two coupled pitchforks: at mu = 0 four branches cross, on the axes and on the diagonals."""
-    together = mapped(
-        {x: x + a * x * (mu - x**2 - b * y**2), y: y + a * y * (mu - y**2 - b * x**2)},
-        {"mu": -0.2, "a": 0.3, "b": 0.5},
-        [0.0, 0.0],
-    )
+def test_all_branches_are_followed_where_several_cross():
+    """Two coupled pitchforks: at mu = 0 four branches cross, on the axes and on the diagonals, in bent coordinates."""
+    u, v = x - (y - x) ** 2 / 5, y - x
+    first, other = (p + a * p * (mu - p**2 - b * q**2) for p, q in ((u, v), (v, u)))
+    images = {x: first + other**2 / 5, y: other + first + other**2 / 5}
+    together = mapped(images, {"mu": -0.2, "a": 0.3, "b": 0.5}, [0.0, 0.0])
     found = cd.continue_orbit(together, {"mu": (-0.5, 0.6)}, start="guess", doublings=1, step=0.05)
-    assert found.attrs["message"].startswith("2 multipliers are 1 together at mu = ")
-    assert found.attrs["message"].endswith("the branches that cross there are not followed")
-    # beside it there is nothing to tell
-    aside = cd.continue_orbit(together, {"mu": (-0.5, -0.1)}, start="guess", doublings=1, step=0.05)
-    assert not aside.attrs["message"]
+    assert kinds(found) == [Special.BRANCH_POINT]
+    assert found["special_multiplicity"].item() == 2
+    assert not found.attrs["message"]
+    assert found["branch_parent"].values.tolist() == [-1] + [0] * 8
+    ends = found.sel(point=np.flatnonzero(found["mu"] == 0.6))
+    u, v = (ends["orbit_state"].sel(state=name).values for name in "xy")
+    v = v - u
+    u = u - v**2 / 5
+    far, near = np.sqrt(0.6), np.sqrt(0.6 / 1.5)
+    known = [
+        (0, 0),
+        (far, 0),
+        (-far, 0),
+        (0, far),
+        (0, -far),
+        *((p * near, q * near) for p in (1, -1) for q in (1, -1)),
+    ]
+    np.testing.assert_allclose(
+        sorted(zip(u.round(9), v.round(9), strict=True)), sorted(np.round(known, 9).tolist()), atol=2e-9
+    )
+
+
+def test_the_branches_of_a_ring_are_followed_where_two_multipliers_are_one():
+    """Three maps p/2 + p^2 - p^3 with repelling neighbours: two multipliers are 1 at a = 1/3, where six ways lead off.
+
+    On each two maps are alike; in the plane of equal sums the branches come in threes, which turns permute.
+    """
+    states = sympy.symbols("x y z", real=True)
+    total = sum(states)
+    images = {p: p / 2 + p**2 - p**3 + a * (p - (total - p) / 2) for p in states}
+    ring = cd.Map(states=states, parameters={"a": 0.3}, images=images)
+    found = cd.continue_orbit(ring, {"a": (0.25, 0.345)}, start="guess", doublings=1, step=0.005)
+    assert abs(found["special_value"][0].item() - 1 / 3) <= found["special_error"][0].item()
+    assert found["special_multiplicity"][0] == 2
+    assert found["branch_parent"].values.tolist() == [-1] + [0] * 6
+    for number in range(1, 7):
+        own = found["orbit_state"].values[found["branch"].values == number]
+        alike = [np.abs(own[:, i] - own[:, j]).max() < 1e-9 for i, j in ((0, 1), (1, 2), (2, 0))]
+        assert sum(alike) == 1
+    ends = [found["orbit_state"].values[found["branch"].values == number][-1].round(9) for number in range(1, 7)]
+    assert len({tuple(sorted(one)) for one in ends}) == 2
+    assert len({tuple(one) for one in ends}) == 6
 
 
 def test_an_isola_of_period_three_is_walked_once_between_its_folds():
