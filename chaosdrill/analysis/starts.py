@@ -5,6 +5,7 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.analysis.starting_states import Start
+from chaosdrill.dataset.outcomes import Outcome
 from chaosdrill.errors import SettingsError
 from chaosdrill.names import remedy, shown
 from chaosdrill.settings import Faults, Known, Value, entries, long, real, told, within
@@ -182,19 +183,19 @@ def share_of(hits: Any, starts: int) -> tuple[Any, Any]:
     return hits / starts, np.sqrt(likely * (1 - likely) / starts)
 
 
+NOT_RUN = (Outcome.FAILED, Outcome.INVALID_START)
+"""Outcomes of starts that could not be run."""
+
+
 def any_ran(outcomes: "np.ndarray") -> "np.ndarray":
     """Whether any of some starts, (..., N), could be run; shares and measures of basins are NaN elsewhere."""
     import numpy as np
 
-    from chaosdrill.dataset import Outcome
-
-    return np.asarray(~np.isin(outcomes, (Outcome.FAILED, Outcome.INVALID_START)).all(axis=-1))
+    return np.asarray(~np.isin(outcomes, NOT_RUN).all(axis=-1))
 
 
 def told_of_starts(system: "HybridSystem", outcomes: "np.ndarray") -> str:
     """Why no run of an analysis could begin, with the guard if the system's own start is beyond one; else empty."""
-    from chaosdrill.dataset import Outcome
-
     if not outcomes.size or (outcomes != Outcome.INVALID_START).any():
         return ""
     passed = _passed(system)

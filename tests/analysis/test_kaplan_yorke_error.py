@@ -17,7 +17,7 @@ def record(series, blocks=256):
 
 def error_of(series, states=None):
     exponents, rates = record(series)
-    return kaplan_yorke_error(exponents, rates, 0.0, float(len(series)), states or len(exponents))
+    return kaplan_yorke_error(exponents, rates, 0.0, float(len(series)), states or len(exponents))[0]
 
 
 def bakers(rng, p, narrow, wide, length):
@@ -56,8 +56,8 @@ def test_no_error_where_the_dimension_is_a_whole_number():
     for lost in (noise[:, :1] + 0.5, noise + np.array([0.5, -0.1])):
         exponents, rates = record(lost)
         rates = np.column_stack([rates, np.zeros(len(rates))])
-        assert kaplan_yorke_error(np.append(exponents, -INF), rates, 0.0, 5120.0, 3) == 0.0
-    assert kaplan_yorke_error(np.array([-INF, -INF]), np.zeros((256, 2)), 0.0, 5120.0, 2) == 0.0
+        assert kaplan_yorke_error(np.append(exponents, -INF), rates, 0.0, 5120.0, 3) == (0.0, "")
+    assert kaplan_yorke_error(np.array([-INF, -INF]), np.zeros((256, 2)), 0.0, 5120.0, 2) == (0.0, "")
 
 
 def test_a_sum_that_may_have_either_sign_gives_the_larger_error():
@@ -73,13 +73,15 @@ def test_a_sum_that_may_have_either_sign_gives_the_larger_error():
 def test_a_first_exponent_near_zero_has_no_error():
     rng = np.random.default_rng(4)
     assert np.isnan(error_of(0.1 * rng.normal(size=(256 * 20, 2)) - [0.0, 1.0]))
-    assert np.isnan(kaplan_yorke_error(np.array([0.5, np.nan]), np.zeros((9, 2)), 0.0, 9.0, 2))
-    assert np.isnan(kaplan_yorke_error(np.array([0.5, -1.0]), np.zeros((1, 2)), 0.0, 1.0, 2))
+    for exponents, blocks in (([0.5, np.nan], 9), ([0.5, -1.0], 1)):
+        error, reason = kaplan_yorke_error(np.array(exponents), np.zeros((blocks, 2)), 0.0, float(blocks), 2)
+        assert np.isnan(error)
+        assert reason
 
 
 def test_the_method_counts_on_a_cycle_of_blocks():
     rates = np.tile([0.5, -1.0], (256, 1))
-    found = kaplan_yorke_error(np.array([0.5, -1.0]), rates, 1e-6, 1e4, 2)
+    found, _ = kaplan_yorke_error(np.array([0.5, -1.0]), rates, 1e-6, 1e4, 2)
     assert found == pytest.approx(1e-6 * (1 + 0.5), rel=1e-9)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from chaosdrill.analysis.judgement.recurrence import CLOSE
 from chaosdrill.analysis.tuning import BOUNDARIES
-from chaosdrill.dataset.outcomes import Outcome
+from chaosdrill.dataset.outcomes import Outcome, count_outcomes
 from chaosdrill.engine.shifts import Shifts, shifts_of
 
 if TYPE_CHECKING:
@@ -282,18 +282,20 @@ def measures_dataset(system: "HybridSystem", given: Any, job: "Job") -> "xr.Data
     if given.sweep is None:
         found = over_states(system, given, job).rename(attractor="reached", attractor_number="attractor")
         measured, reasons = _measures(system, given, found)
+        reason = "; ".join(reasons)
     else:
         found = followed(system, given, job, *cells_and_listed(system, given, settled=False))
-        measured, reasons = _along(system, given, found)
+        measured, reason = _along(system, given, found)
     kept = {name: found[name].variable for name in _KEPT if name in found.variables}
     told = more(measured, kept | {"start_count": ((), found["reached"].size // measured["fraction_none"].size)})
-    return told.assign_attrs({"reason": "; ".join(reasons)} if reasons else {})
+    return told.assign_attrs({"reason": reason} if reason else {})
 
 
-def _along(system: "HybridSystem", given: Any, found: "xr.Dataset") -> tuple["xr.Dataset", list[str]]:
+def _along(system: "HybridSystem", given: Any, found: "xr.Dataset") -> tuple["xr.Dataset", str]:
     """Measures at every value of a parameter, an outcome there, and why some of them are NaN, and where."""
     import xarray as xr
 
+    from chaosdrill.analysis.grids.points import reasons_along
     from chaosdrill.analysis.starts import any_ran
     from chaosdrill.dataset.build import more
 
@@ -306,18 +308,10 @@ def _along(system: "HybridSystem", given: Any, found: "xr.Dataset") -> tuple["xr
         ),
         strict=True,
     )
-    where: dict[str, list[float]] = {}
-    for value, reasons in zip(values.tolist(), said, strict=True):
-        for reason in reasons:
-            where.setdefault(reason, []).append(value)
-    told = [
-        reason if len(at) == len(values) else f"{reason} (at {len(at)} of {len(values)} values, the first {at[0]:.6g})"
-        for reason, at in where.items()
-    ]
     # along axes of different lengths there are different distances
     along = xr.concat(parts, name, data_vars="all", coords="minimal", compat="override", join="outer")
     outcome = np.where(any_ran(codes), Outcome.OK, codes.max(axis=1)).astype(np.int8)
-    return more(along, {name: values, "outcome": (name, outcome)}), told
+    return more(along, {name: values, "outcome": (name, outcome)}), reasons_along(name, values, said)
 
 
 def _measures(system: "HybridSystem", given: Any, found: "xr.Dataset") -> tuple["xr.Dataset", list[str]]:
@@ -375,9 +369,19 @@ def _measures(system: "HybridSystem", given: Any, found: "xr.Dataset") -> tuple[
         there = found["attractor_outcome"].values >= 0
         why = _lacking(variables, cells, given.box, power.reason)
         why |= _without_kick(cells, *([one[k] for k in np.flatnonzero(there)] for one in (inside, kicks)))
+    missed = _not_run(found["outcome"].values.ravel())
     if not any_ran(found["outcome"].values.ravel()):
-        return dataset(variables | coords, coords).where(False), ["no start could be run"]
-    return dataset(variables | coords, coords), [f"{name}: {words}" for name, words in why.items()]
+        return dataset(variables | coords, coords).where(False), [f"no start could be run: {missed}"]
+    reasons = [f"{name}: {words}" for name, words in why.items()]
+    return dataset(variables | coords, coords), reasons + [f"fraction_none: {missed}"] * bool(missed)
+
+
+def _not_run(outcomes: np.ndarray) -> str:
+    """How many starts could not be run, by their outcomes."""
+    from chaosdrill.analysis.starts import NOT_RUN
+
+    counts = count_outcomes(outcomes[np.isin(outcomes, NOT_RUN)])
+    return ", ".join(f"{count} of {len(outcomes)} starts are {word}" for word, count in counts.items())
 
 
 def _lacking(variables: Mapping[str, Any], cells: np.ndarray, box: int, no_exponent: str) -> dict[str, str]:

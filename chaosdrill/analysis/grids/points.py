@@ -1,7 +1,8 @@
 """Points of a grid, of a list of starts, or of a line: tasks that any worker can do a part of."""
 
+import re
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -224,6 +225,23 @@ class LineTask(Task):
             "mode": self.mode,
             "keeps": list(self.keeps),
         }
+
+
+def reasons_along(name: str, values: np.ndarray, reasons: Sequence[Sequence[str]]) -> str:
+    """The attribute ``reason`` of a sweep: each of those at all values once, with the number of these and the first.
+
+    Those that differ by numbers alone are one.
+    """
+    where: dict[str, list[tuple[str, float]]] = {}
+    for value, those in zip(values.tolist(), reasons, strict=True):
+        for reason in filter(None, those):
+            where.setdefault(re.sub(r"\d[\d.e+-]*", "", reason), []).append((reason, value))
+    told = []
+    for (reason, first), *others in where.values():
+        count = 1 + len(others)
+        place = f" (at {count} of {len(values)} values, the first {name} = {first:.6g})"
+        told.append(reason + place * (count < len(values)))
+    return "; ".join(told)
 
 
 def endings(

@@ -26,6 +26,10 @@ _FEWEST_BLOCKS = 16
 _LONGEST = 0.5
 """Longest correlation time that a record is believed to show, in parts of its length."""
 
+ONE_BLOCK = "one block has no scatter: take a longer record, or more blocks"
+BEYOND = "the dimension may take more exponents than were computed: ask for more"
+"""Why errors are not known."""
+
 _NORMAL = 1.959964
 _STUDENT = (12.706205, 4.302653, 3.182446, 2.776445, 2.570582, 2.446912, 2.364624, 2.306004)
 """Quantiles at 97.5 % of the normal distribution, and of Student's t with 1 to 8 degrees of freedom."""
@@ -207,7 +211,9 @@ def kaplan_yorke(exponents: np.ndarray, states: int) -> float:
     return float(states) if len(exponents) == states else float("nan")
 
 
-def kaplan_yorke_error(exponents: np.ndarray, rates: np.ndarray, of_method: float, length: float, states: int) -> float:
+def kaplan_yorke_error(
+    exponents: np.ndarray, rates: np.ndarray, of_method: float, length: float, states: int
+) -> tuple[float, str]:
     """Standard error of the Kaplan-Yorke dimension of a descending spectrum, from the blocks of one record.
 
     Exponents of one record are correlated: in a flow of constant divergence their sum has no error at all. So each
@@ -223,12 +229,15 @@ def kaplan_yorke_error(exponents: np.ndarray, rates: np.ndarray, of_method: floa
     of one exponent that the tolerance lets steps make. ``length``: time over which the exponents were averaged.
 
     Returns: 0 where the first exponent is surely negative. NaN where the first exponent may be zero, as there
-    the dimension jumps between 0 and 1 or more, where the dimension itself is NaN, and with fewer than two blocks.
+    the dimension jumps between 0 and 1 or more, where the dimension itself is NaN, and with fewer than two blocks; and
+    why it is NaN, or else empty text.
     """
-    if len(rates) < 2 or np.isnan(kaplan_yorke(exponents, states)):
-        return float("nan")
+    if np.isnan(kaplan_yorke(exponents, states)):
+        return float("nan"), BEYOND
     if np.isinf(exponents[0]):
-        return 0.0
+        return 0.0, ""
+    if len(rates) < 2:
+        return float("nan"), ONE_BLOCK
 
     def error(weights: np.ndarray) -> float:
         used = rates[:, : len(weights)]
@@ -240,9 +249,9 @@ def kaplan_yorke_error(exponents: np.ndarray, rates: np.ndarray, of_method: floa
         return bool(abs(total) > margin(np.array(error(np.ones(count))), length))
 
     if not told(exponents[0], 1):
-        return float("nan")
+        return float("nan"), "the first exponent may be zero, where the dimension jumps"
     if exponents[0] < 0:
-        return 0.0
+        return 0.0, ""
     finite = int(np.isfinite(exponents).sum())
     sums = np.cumsum(exponents[:finite])
     errors = []
@@ -258,7 +267,10 @@ def kaplan_yorke_error(exponents: np.ndarray, rates: np.ndarray, of_method: floa
         else:
             size = -exponents[k]
             errors.append(error(np.append(np.full(k, 1 / size), sums[k - 1] / size**2)) if size > 0 else np.nan)
-    return float(np.max(errors))
+    found = float(np.max(errors))
+    if not np.isnan(found):
+        return found, ""
+    return found, BEYOND if finite == len(exponents) < states else "a sum of exponents may have either sign"
 
 
 def free_exponents(

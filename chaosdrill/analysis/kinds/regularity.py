@@ -16,7 +16,13 @@ VARIABLES = table(
     *STATES,
     need("average", _STATE, "f8", "weighted Birkhoff average", "Over section points. NaN for a state at rest there."),
     need("average_error", _STATE, "f8", "standard error of the average", COVERS),
-    need("digits", _STATE, "f8", "digits of the average", "Agreement of both halves, relative to the extent."),
+    need(
+        "digits",
+        _STATE,
+        "f8",
+        "digits of the average",
+        "Agreement of both halves, relative to the extent. NaN as the average.",
+    ),
     need("digits_error", _STATE, "f8", "standard error of the digits", "Of those of records of the same length."),
     need("rotation_number", SWEEP, "f8", "rotation number", "Turns about the centre from point to point, 0 to 1."),
     need("rotation_number_error", SWEEP, "f8", "standard error of the rotation number", COVERS),
@@ -69,8 +75,8 @@ def regularity(system: HybridSystem, given: Regularity, job: Job) -> Dataset:
     plane of two states, or of an angle among the states that goes round. On a closed curve about that centre it is the
     ratio of two frequencies, up to whole numbers; on a cycle a fraction. On other sets it is the mean of that angle,
     which depends on the plane. Where angles fill the turn, as in most chaos, turns cannot be counted, and it is NaN, as
-    it is where the error reaches half a turn, or where several angles go round and ``plane`` names none; the ``reason``
-    of a dataset without a sweep says which.
+    it is where the error reaches half a turn, or where several angles go round and ``plane`` names none; the attribute
+    ``reason`` says which.
 
     Returns
     -------

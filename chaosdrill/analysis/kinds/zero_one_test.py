@@ -14,7 +14,9 @@ VARIABLES = table(
     *STATES,
     need("k", _STATE, "f8", "growth K of the 0-1 test", "0: regular, 1: chaos. NaN for a state that does not move."),
     need("k_error", _STATE, "f8", "standard error of K", "For records of this length; near 1 for short ones."),
-    need("k_by_turn", f"{_STATE} turn", "f8", "growth K for each turning phase", "K is the median over these."),
+    need(
+        "k_by_turn", f"{_STATE} turn", "f8", "growth K for each turning phase", "K is the median over these; NaN as K."
+    ),
     axis("turn_angle", "turn", "f8", "turning phase", "In radians, between pi/5 and 4 pi/5."),
     need("period", SWEEP, "i4", "period found", "In iterates of the section; 0 when none was found."),
     outcome(SWEEP),

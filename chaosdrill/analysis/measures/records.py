@@ -9,12 +9,11 @@ import numpy as np
 import xarray as xr
 
 from chaosdrill.analysis.base import Job
-from chaosdrill.analysis.grids.points import Axis, endings
+from chaosdrill.analysis.grids.points import Axis, endings, reasons_along
 from chaosdrill.analysis.measures.section_points import Taken, section_points
 from chaosdrill.analysis.sections import Section, find_section
 from chaosdrill.dataset import Outcome, count_outcomes
 from chaosdrill.dataset.build import dataset
-from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.ahead import ONE_RUN, compile_ahead
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run, lost_sum
@@ -81,7 +80,7 @@ class ValueTask(ABC):
             return self.at(self.system.with_parameters({self.parameter: value}))
         except SettingsError:
             # a forcing period that is no positive number, or a record that is too short for what is asked of it
-            empty = {"f": np.nan, "i": 0}
+            empty = {"f": np.nan, "i": 0, "U": ""}
             nothing = {name: np.full(shape, empty[dtype[0]], dtype) for name, (dtype, shape) in self.columns().items()}
             return nothing | {"outcome": np.int8(Outcome.FAILED)}
 
@@ -115,15 +114,14 @@ class RecordTask(ValueTask):
         """Dtype and shape of one unit of each array."""
         sizes = {**self.measure.sizes, "state": len(self.system.state_names)}
         told = {name: ("f8", tuple(sizes[dim] for dim in dims)) for name, dims in self.measure.dims.items()}
-        return told | {"period": ("i4", ()), "lacking": ("i1", ()), **ENDED}
+        return told | {"period": ("i4", ()), "reason": ("U240", ()), **ENDED}
 
     def at(self, system: HybridSystem) -> Arrays:
         """What the section points at a value say."""
         where = self.where.at_parameters(system, self.given, self.numerics)
         taken = section_points(where, self.given, self.given.max_period, Job(self.numerics))
         found = _measured(taken, self.measure, self.given, self.numerics)
-        lacking = bool(found.get("reason")) or found["outcome"] == Outcome.UNDECIDED
-        return {**found, "lacking": lacking, "ended_by": ended_by(taken.run, Outcome(int(taken.outcome)))}
+        return {"reason": "", **found, "ended_by": ended_by(taken.run, Outcome(int(taken.outcome)))}
 
     def fingerprint(self) -> dict[str, Any]:
         """Everything that determines the numbers."""
@@ -150,11 +148,9 @@ def over_records(system: HybridSystem, given: Any, job: Job, measure: Measure) -
         )
     parameter, values = over_values
     found, said = carry_out(RecordTask(system, given, job.numerics, parameter, values, where, measure), job)
-    lacking = values[(found.pop("lacking") == 1) | ~np.isin(found["outcome"], MEASURED)]
+    if reason := reasons_along(parameter, values, [[one] for one in found.pop("reason").tolist()]):
+        said = {**(said or {}), "reason": reason}
     over = {name: ((parameter, *measure.dims.get(name, ())), value) for name, value in found.items()}
-    if len(lacking):
-        words = f"{len(lacking)} of {len(values)} values lack a number, the first {parameter} = {lacking[0]:.6g}"
-        said = {**(said or {}), "reason": f"{words}; a record at one of them says why"}
     return dataset({parameter: values, **labels, **over}, labels, said)
 
 

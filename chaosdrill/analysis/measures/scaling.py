@@ -89,7 +89,7 @@ def _of_record(taken: Taken, given: Any, numerics: Numerics) -> dict[str, Any]:
         )
         if given.sweep is None:
             raise SettingsError(words)
-        outcome = Outcome.UNDECIDED
+        outcome, reasons = Outcome.UNDECIDED, [words]
     elif outcome == Outcome.OK:
         points, spread = in_spreads(taken)
         for place, (order, of_order) in enumerate(zip(orders, sums_of(points, given.window, orders), strict=True)):

@@ -12,6 +12,8 @@ from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.judgement.classification import Averages, Records, add_rests, evidence_of_records
 from chaosdrill.analysis.judgement.resting import is_left, rests
 from chaosdrill.analysis.judgement.statistics import (
+    BEYOND,
+    ONE_BLOCK,
     block_ends,
     error_of_exponents,
     error_of_mean_rate,
@@ -61,14 +63,14 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
     path = _Path(run, ends, m, kept, passed=not plan.periodic and system.autonomous)
     if outcome == Outcome.OK:
         outcome = path.follow(job)
-    complete, why, dimension_error = outcome == Outcome.OK, "", float("nan")
+    complete, why, dimension_error, unknown = outcome == Outcome.OK, "", float("nan"), BEYOND
     means = MeanExponents.unknown(len(ends) - 1, m)
     if complete and m:
         by_size, taken = path.sums_by_size(shifts_of(system, but_of=())), (plan.unit, job.numerics, run.steps)
         means = mean_exponents(path.sums, by_size, ends, *taken)
         for_words = mean_exponents(by_size[judged], by_size[judged], ends[judged], *taken)
         of_method = job.numerics.step_error * run.steps / plan.length
-        dimension_error = kaplan_yorke_error(means.values, means.rates, of_method, plan.length, system.free)
+        dimension_error, unknown = kaplan_yorke_error(means.values, means.rates, of_method, plan.length, system.free)
         evidence = _evidence(run, plan, structure, for_words, path, judged, job)
         outcome, why = Outcome(int(words(evidence)[0])), reason(evidence)
     variables = {
@@ -82,8 +84,23 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
         "outcome": ((), np.int8(outcome)),
         **_averages(run, plan, job.numerics, ends, path.drilled, complete),
     }
-    texts = {"message": plan.message or run.stopped(outcome), "reason": why}
+    reasons = [why, *_unknown(variables, unknown)] if complete else []
+    texts = {"message": plan.message or run.stopped(outcome), "reason": "; ".join(filter(None, reasons))}
     return dataset(variables, ["block_time"], {name: text for name, text in texts.items() if text})
+
+
+def _unknown(variables: dict[str, Any], of_dimension: str) -> list[str]:
+    """Why numbers of a run that reached its end are NaN, by their names."""
+    if not of_dimension:
+        reasons = []
+    elif np.isnan(variables["kaplan_yorke_dimension"][1]):
+        reasons = [f"kaplan_yorke_dimension: {of_dimension}"]
+    else:
+        reasons = [f"kaplan_yorke_error: {of_dimension}"]
+    if len(variables["block_time"][1]) == 1:
+        errors = [name for name in variables if name.endswith("_error") and not name.startswith("kaplan_yorke")]
+        reasons.append(f"{', '.join(errors)}: {ONE_BLOCK}")
+    return reasons
 
 
 def _evidence(
