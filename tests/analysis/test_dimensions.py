@@ -11,7 +11,16 @@ from support import discrete
 
 import chaosdrill as cd
 from chaosdrill.analysis.measures.neighbours import NEAREST, SCALES, neighbours, picked, shares
-from chaosdrill.analysis.measures.scaling import FEWEST, STEP, local_slopes, refusal, scaling_region, sums_of
+from chaosdrill.analysis.measures.scaling import (
+    FEWEST,
+    STEP,
+    Sums,
+    by_chance,
+    local_slopes,
+    refusal,
+    scaling_region,
+    sums_of,
+)
 from chaosdrill.analysis.tuning import SCALING
 
 SHARE, LEFT, RIGHT = 0.3, 0.25, 0.4
@@ -335,3 +344,16 @@ def test_over_a_parameter_each_value_is_a_record_of_its_own(tmp_path):
     assert np.isnan(ds["dimension"].values).tolist() == [[True, False, False], [True, True, True]]
     assert ds.attrs["reason"].startswith("order 1: no scaling region; the points resolve ")
     assert ds.attrs["reason"].endswith(" (at 1 of 2 values, the first a = 1)")
+
+
+def test_a_pair_that_is_near_by_chance_adds_to_the_error_once():
+    """Of independent points the scatter over records is known, and pairs make most of it at small distances."""
+    rng, weights, at = np.random.default_rng(8), np.zeros((1, 12)), slice(36, 48)
+    place = np.arange(12) - 5.5
+    weights[0] = place / (place**2).sum() / STEP
+    for order, most in ((2, 1.45), (3, 1.45)):
+        every = [sums_of(rng.uniform(0, 3.4, (800, 1)), 0, np.array([order]))[0] for _ in range(200)]
+        every = [Sums(*(part[..., at] for part in one)) for one in every]
+        scatter = np.std([weights @ one.values for one in every])
+        errors = [by_chance(one, weights) for one in every]
+        assert 0.95 < np.sqrt(np.mean(np.square(errors))) / scatter < most

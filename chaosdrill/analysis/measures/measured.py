@@ -175,7 +175,8 @@ def parting(vectors: "np.ndarray", window: int, followed: int) -> tuple[float, f
     near = np.logical_and.accumulate(mean < far[np.isfinite(far)].mean() - RECURRENCES.near)
     if 0 < (end := stride * int(near.sum())) < followed and stride > 1:
         return parting(vectors, window, end)
-    sums = Sums(mean, in_blocks(logs - mean, RECURRENCES.blocks), np.zeros(len(mean)), near)
+    none = np.zeros((3, len(mean)))
+    sums = Sums(mean, in_blocks(logs - mean, RECURRENCES.blocks), none[0], near, none[1:])
     region = even_region(sums, RECURRENCES.shortest)
     if region is None:
         steps = max(int(near.sum()) - 1, 0)

@@ -15,7 +15,7 @@ from chaosdrill.analysis.judgement.statistics import in_blocks, standard_error
 from chaosdrill.analysis.measures.neighbours import SCALES, Counted, Shares, neighbours, shares
 from chaosdrill.analysis.measures.records import Measure, over_records
 from chaosdrill.analysis.measures.section_points import Taken, phases_of
-from chaosdrill.analysis.tuning import SCALING
+from chaosdrill.analysis.tuning import SCALING, WINDOWS
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.errors import SettingsError
@@ -43,6 +43,7 @@ class Sums(NamedTuple):
     blocks: np.ndarray  # (B, S): what parts of the record add to them
     itself: np.ndarray  # (S,): what they would gain if a point were its own neighbour, if that were no less right
     sound: np.ndarray  # (S,): whether a scaling region may reach there
+    pairs: np.ndarray  # (2, S): variance by which pairs are so near by chance, and how much of that is in the blocks
 
 
 class Region(NamedTuple):
@@ -146,7 +147,8 @@ def correlation_sums(counted: Counted, order: int) -> Sums:
 
     The sum of order q is the mean of the (q - 1)-th power of the share of points near a point, to the power 1/(q - 1)
     (Grassberger 1983, doi:10.1016/0375-9601(83)90753-3); powers are counted as tuples of different points. A point adds
-    to it as a centre, and q - 1 times as much as a neighbour.
+    to it as a centre, and q - 1 times as much as a neighbour. How many neighbours it has by chance is no property of
+    the point, though, but of pairs, and adds to the error once for each.
     """
     power, (places, counts, possible) = order - 1, counted
     tuples = np.ones_like(counts)
@@ -155,13 +157,17 @@ def correlation_sums(counted: Counted, order: int) -> Sums:
     mean = tuples.mean(axis=0)
     told = mean > 0
     blocks = (in_blocks(tuples, SCALING.blocks)[:, told] / mean[told] - 1) * (order / power)
+    # at the least, where all centres have as many neighbours; those among centres are counted from both sides
+    of_pairs = 1 / (len(counts) * counted.near()[told])
+    pairs = np.array([1 + min(len(counts) / possible.mean(), 1.0), order**2])[:, np.newaxis] * of_pairs
     itself = np.log1p(1 / counted.near()[told]) if counted.regular() else np.zeros(told.sum())
-    parts = np.log(mean[told]) / power, blocks, itself, counted.sound()[told]
+    parts = np.log(mean[told]) / power, blocks, itself, counted.sound()[told], pairs
     whole = Sums(
         np.full(len(SCALES), np.nan),
         np.full((len(blocks), len(SCALES)), np.nan),
         np.zeros(len(SCALES)),
         np.zeros(len(SCALES), dtype=bool),
+        np.zeros((2, len(SCALES))),
     )
     for part, found in zip(parts, whole, strict=True):
         found[..., places[told]] = part
@@ -179,7 +185,9 @@ def joined(parts: list[Sums]) -> Sums:
                 new + (old[..., here] - new[..., here])[..., np.newaxis]
                 for old, new in zip(whole[:3], part[:3], strict=True)
             ]
-            whole = Sums(*(np.where(beyond, new, old) for old, new in zip(whole, (*moved, part.sound), strict=True)))
+            # beyond, neighbours are so many that those of a pair add nothing
+            found = (*moved, part.sound, whole.pairs[:, here, np.newaxis])
+            whole = Sums(*(np.where(beyond, new, old) for old, new in zip(whole, found, strict=True)))
     return whole
 
 
@@ -192,16 +200,16 @@ def information_sums(found: Shares, counted: Counted) -> Sums:
     # of points that are met again exactly the first neighbours are at the distance 0
     found = Shares(*(part[..., np.isfinite(found.logs).all(axis=0)] for part in found))
     logs, at = found.logs.mean(axis=0), np.log(SCALES)
-    none = np.full(len(SCALES), np.nan)
+    none, no_pairs = np.full(len(SCALES), np.nan), np.zeros((2, len(SCALES)))
     if len(logs) < 2 or not (np.diff(logs) > 0).all():
-        return Sums(none, np.full((1, len(SCALES)), np.nan), none, np.zeros(len(SCALES), dtype=bool))
+        return Sums(none, np.full((1, len(SCALES)), np.nan), none, np.zeros(len(SCALES), dtype=bool), no_pairs)
     inside = (at >= logs[0]) & (at <= logs[-1])
     slope = np.interp(at, logs, np.gradient(found.parts, logs))
     off = in_blocks(logs - found.logs, SCALING.blocks)
     blocks = np.array([np.interp(at, logs, one) for one in off]) * slope
     blocks[:, ~inside] = np.nan
     itself = np.interp(at, logs, np.log1p(1 / found.neighbours)) if counted.regular() else np.zeros(len(at))
-    return Sums(np.where(inside, np.interp(at, logs, found.parts), np.nan), blocks, itself, inside)
+    return Sums(np.where(inside, np.interp(at, logs, found.parts), np.nan), blocks, itself, inside, no_pairs)
 
 
 def local_slopes(sums: Sums) -> tuple[np.ndarray, np.ndarray]:
@@ -265,9 +273,18 @@ def _fitted(sums: Sums, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, 
         for into, count in ((weights, steps + 1), (finer, steps // 2 + 2)):
             into[which[:, np.newaxis], low[which, np.newaxis] + np.arange(count)] = _weights(count)
         by_range[which] = OF_SLOPE * standard_error(sliding_window_view(slopes, steps)[low[which]].T)
-    dimension, by_chance = weights @ sums.values, standard_error(np.einsum("bs,rs->br", sums.blocks, weights))
-    parts = np.array([by_chance, by_range, finer @ sums.values - dimension, weights @ sums.itself])
+    dimension = weights @ sums.values
+    parts = np.array([by_chance(sums, weights), by_range, finer @ sums.values - dimension, weights @ sums.itself])
     return dimension, np.sqrt((parts**2).sum(axis=0))
+
+
+def by_chance(sums: Sums, weights: np.ndarray) -> np.ndarray:
+    """Errors by chance of sums with weights of shape (R, S)."""
+    of_points = standard_error(np.einsum("bs,rs->br", sums.blocks, weights)) ** 2
+    # pairs within the smaller of two distances are within both
+    together = np.diff(np.cumsum(weights, axis=1) ** 2, axis=1, prepend=0.0)
+    pairs, shared = np.maximum(np.einsum("ks,rs->kr", sums.pairs, together), 0.0)
+    return np.sqrt(np.maximum(of_points - WINDOWS.enlarged**2 * shared, 0.0) + pairs)
 
 
 def _weights(count: int) -> np.ndarray:
