@@ -5,11 +5,11 @@ import re
 
 import numpy as np
 import pytest
+from support.short_calls import short_calls
 
 import chaosdrill as cd
 from chaosdrill.dataset.outcomes import MEASURED, Outcome
 from chaosdrill.dataset.schema import SCHEMA
-from tests.support.short_calls import short_calls
 
 
 def maps():
@@ -93,3 +93,10 @@ def test_what_is_missing_says_why(motion):
         if names := unexplained(ds):
             silent[name, str(arguments)] = names
     assert silent == {}
+
+
+def test_basins_name_starts_beyond_a_guard():
+    oscillator, lengths = cd.build("impact-oscillator"), {"transient": 2, "periods": 4, "max_period": 2}
+    for wall, told in ((0.0, "fraction_none: 2 of 4"), (1.0, "no start could be run: 4 of 4")):
+        found = cd.basin_measures(oscillator, {"x": [wall, 2.0], "v": [0.0, 0.1]}, **lengths)
+        assert f"{told} starts are invalid_start" in found.attrs["reason"]
