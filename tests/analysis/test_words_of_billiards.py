@@ -190,3 +190,17 @@ def strange():
 def test_what_is_no_torus_is_in_no_order(path):
     for beside in (np.roll(path, 1), np.cos(2 * np.pi * GOLDEN * K), 1e-9 * path):
         assert not ordered(np.column_stack([path, beside])[1:])[0]
+
+
+@pytest.mark.parametrize("turns", [0.01, 0.02, 0.05])
+@pytest.mark.parametrize(
+    "drift",
+    [lambda s: np.sqrt(s + 0.05), lambda s: s**3, np.square, lambda s: np.sin(2 * s), lambda s: np.expm1(2 * s) / 4],
+    ids=["ever slower", "cubic", "even", "turns back", "ever faster"],
+)
+def test_an_angle_whose_rate_drifts_by_a_hundredth_of_a_turn_is_in_no_order(drift, turns):
+    """Its points still run along a circle, at an angle that is off by as little."""
+    for rate in (0.377, 0.468, GOLDEN, 0.145):
+        angle = 2 * np.pi * (rate * K + turns * drift(K / 1024) + 0.3)
+        points = np.stack([np.cos(angle) + 0.2 * np.cos(2 * angle + 0.4), np.sin(angle + 0.3)], axis=1)
+        assert not ordered(points)[0]

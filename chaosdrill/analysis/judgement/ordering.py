@@ -67,6 +67,12 @@ that a step is worth at least. What is left of it is fitted with the motion."""
 WAVES = 2
 """Waves along a curve of which its motion consists, as of a circle that shrinks, or moves on as it is."""
 
+WINDS, DRIFTS, FALLEN = 5, 0.9, 0.05
+"""Degree of the polynomial of time by which an angle drifts beside its even pace, and part of what points lack to the
+curve through the others that the drift explains at least where there is one (measured: 0.93 and more of chirps; where
+an angle advances evenly 0.86 at most, of less than `MOVES`, and 0.1 as a rule). Part of it that is left in the later
+half of a record at most where a torus is approached; of a rate that falls like a root of time 0.16 is."""
+
 LEFT, SLOWER = 0.02, 0.9
 """Part of the extent by which a curve that moves ever slower may move on, and part of its pace in the first half of the
 record that it has in the second at most: it settles on a torus then. A spiral goes on to its centre, a third of the
@@ -106,6 +112,7 @@ def ordered(points: np.ndarray) -> tuple[bool, bool, bool]:
     path = points[::curves]
     # in a few turns along one of several no rate is known, that from one to the next is
     moves |= any(quickens(told) for each in {1, curves} for told in points[::each, full(points[::each])].T)
+    moves |= any(_drifts(points[k::curves], turn) for k in range(curves))
     back = comes_back(path[:, full(path)])
     back |= curves > 1 and _returns(points, len(points), 0.0, ROUND_OFF, _extents(points, curves))
     return not moves and not back, moves, cuts > 1
@@ -331,6 +338,31 @@ def _moves_on(points: np.ndarray, turn: float, waves: int) -> bool:
     return not (settles and last * middle / np.log(first / last) <= LEFT)
 
 
+def _drifts(points: np.ndarray, turn: float) -> bool:
+    """Whether the angle in whose order points run along a curve does not advance evenly, as that of a slow chirp.
+
+    That of a torus that is approached falls into its even pace so fast that hardly any of its drift is in the later
+    half of the record.
+    """
+    size, explained = _drift(points, turn)
+    if size <= MOVES or explained <= DRIFTS:
+        return False
+    first, second = (_drift(points[half], turn)[0] for half in _halves(points))
+    return second > FALLEN * first
+
+
+def _drift(points: np.ndarray, turn: float) -> tuple[float, float]:
+    """What the drift of an angle makes of points on the curve through others, in their extents, and which part of the
+    squares of what they miss that explains."""
+    points, every = points / np.ptp(points, axis=0), (slice(None, None, 2), slice(1, None, 2))
+    turn, _ = _refined(points, turn, *every)
+    winds = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, len(points)), WINDS)[:, 1:]
+    misses, slope, later, _ = _missed(points, turn, *every, times=winds)
+    lacks, columns = misses.ravel(), (slope[:, :, np.newaxis] * later[:, np.newaxis]).reshape(misses.size, WINDS)
+    even, drifting = _rest(columns[:, :1], lacks)[1], _rest(columns, lacks)[1]
+    return (float(np.sqrt((even - drifting) / len(lacks))), 1 - drifting / even) if even > drifting else (0.0, 0.0)
+
+
 def _halves(points: np.ndarray) -> tuple[slice, slice]:
     """The earlier and the later half of some points."""
     return slice(len(points) // 2), slice(len(points) // 2, None)
@@ -340,7 +372,8 @@ def _refined(points: np.ndarray, turn: float, some: slice, others: slice) -> tup
     """The turn with which points lie on the curve through others, and by how much they miss it all the same."""
     missed = 0.0
     for _ in range(PASSES):
-        misses, along, later, _ = _missed(points, turn, some, others)
+        misses, slope, later, _ = _missed(points, turn, some, others)
+        along = slope * later
         missed = float(np.median(np.abs(misses).max(axis=1))) if len(misses) else 0.0
         # in a few turns of nearly whole numbers angles tell times, and what is drawn through neighbours is hardly later
         missed *= len(points) / 2 / max(float(np.median(np.abs(later))), 1.0) if len(later) else 1.0
@@ -362,32 +395,36 @@ def _pace(
     Returns ``pace``, in extents a point, and ``explained``, part of the squares of what is missed; of the state that
     shows it best.
     """
-    misses, along, later, angle = _missed(points, turn, some, others, thin)
+    misses, slopes, later, angle = _missed(points, turn, some, others, thin)
     phases = 2 * np.pi * np.outer(angle, np.arange(waves + 1))
     moves = np.concatenate([np.cos(phases), np.sin(phases[:, 1:])], axis=1)
     best = (0.0, 0.0)
-    for missed, slope in zip(misses.T, along.T, strict=True):
-        total = _rest(slope[:, np.newaxis], missed)[1]
-        found, rest = _rest(np.column_stack([slope, moves * later[:, np.newaxis]]), missed)
+    for missed, slope in zip(misses.T, slopes.T, strict=True):
+        columns = np.column_stack([slope, moves]) * later
+        total = _rest(columns[:, :1], missed)[1]
+        found, rest = _rest(columns, missed)
         if total > 0 and 1 - rest / total > best[1]:
             best = float(np.sqrt(((moves @ found[1:]) ** 2).mean())), float(1 - rest / total)
     return best
 
 
 def _missed(
-    points: np.ndarray, turn: float, some: slice, others: slice, thin: int = 1
+    points: np.ndarray, turn: float, some: slice, others: slice, thin: int = 1, times: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """By how much polynomials through other points, the neighbours of some points by angle, miss these.
 
     The others are at other times, so that they miss by what the curve has moved meanwhile, and, if the turn is not
     known, along the curve. Of the others every ``thin`` one by angle is taken; what lies at a jump is left out.
 
-    Returns ``misses``, what is missed, ``along``, what an error of one in the turn would make of it, shapes (K, n);
-    ``later``, how much later the others are, and ``angle``, shapes (K,).
+    ``times``, shape (W, m): functions of the time; default the number of the point.
+
+    Returns ``misses``, what is missed, ``slope``, what a turn of the angle makes of it, shapes (K, n); ``later``, how
+    much more these functions are of the others, shape (K, m), and ``angle``, shape (K,).
     """
-    angle, times = _angles(len(points), turn), np.arange(len(points))
+    angle, number = _angles(len(points), turn), np.arange(len(points))
+    times = number[:, np.newaxis] if times is None else times
     order, most = np.argsort(angle[others], kind="stable")[::thin], NODES // 2
-    asked = times[some][np.argsort(angle[some], kind="stable")]
+    asked = number[some][np.argsort(angle[some], kind="stable")]
     asked = asked[:: max(1, len(asked) // ASKED)]
     sought = angle[asked]
     a, x, t = (one[others][order] for one in (angle, points, times))
@@ -401,11 +438,11 @@ def _missed(
     ratios[:, itself, itself] = 1.0
     weight = ratios.prod(axis=2)
     misses = np.einsum("wk,wki->wi", weight, x[near]) - points[asked]
-    later = (weight * t[near]).sum(axis=1) - asked
+    later = np.einsum("wk,wkm->wm", weight, t[near]) - times[asked]
     slope = (x[place] - x[place - 1]) / (a[place] - a[place - 1])[:, np.newaxis]
     size = np.abs(misses).max(axis=1)
     known = size <= FAR * np.nanmedian(size) if np.isfinite(size).any() else np.zeros(len(size), dtype=bool)
-    return misses[known], (slope * later[:, np.newaxis])[known], later[known], sought[known]
+    return misses[known], slope[known], later[known], sought[known]
 
 
 def _rest(columns: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, float]:
