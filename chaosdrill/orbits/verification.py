@@ -294,8 +294,9 @@ def exponents_of(problem: "Problem", orbit: "Orbit", moduli: np.ndarray, rank: i
         apart |= np.isnan(falls) & (grown * TUNING.exponent_rounds >= -np.log(TUNING.exponent_turned))
         ends = [*(np.flatnonzero(apart) + 1).tolist(), rank]
         for first, end in zip([0, *ends[:-1]], ends, strict=True):
-            about = logs[first:end] - logs[first:end].mean() if np.isfinite(logs[first:end]).all() else 0.0
-            values[first:end] = values[first:end].mean() + about / duration if end > first else 0.0
+            if end > first:
+                about = logs[first:end] - logs[first:end].mean() if np.isfinite(logs[first:end]).all() else 0.0
+                values[first:end] = values[first:end].mean() + about / duration
     return values, ends
 
 
