@@ -31,7 +31,7 @@ from chaosdrill.engine.dop853_tables import (
 from chaosdrill.engine.guard_series import guard_polynomials
 from chaosdrill.engine.jit import inner, series
 from chaosdrill.engine.records import machine_at, state_of
-from chaosdrill.engine.scales import SMALLEST, fill, finest
+from chaosdrill.engine.scales import SMALLEST, fill, finest, renew
 from chaosdrill.engine.stepper import offered
 from chaosdrill.engine.tuning import CHECKS, DOP853, GUARDS, STEPS
 
@@ -237,7 +237,8 @@ def expand(place, p, t):
     run.evaluations += 1
     for v in range(live):
         functions.variation(mode, t, state.c, x, vectors[v], stages[VECTORS + ROWS_A_VECTOR * v])
-    known = control.weigh(x, scale, tables.proportional[mode], run.period, tolerance, stages)
+    renew(tables, mode, x, scale)
+    known = control.weigh(x, scale, run.period, tolerance, stages)
     if not math.isfinite(control.size(stages[0], stages[WEIGHTS])):
         return math.nan
     wanted = control.wanted_length(functions, t, state, known, tolerance, stages)

@@ -30,7 +30,7 @@ def _end(functions, tables, settings, end, state, buffer, scratch):
     run, x = state.run[0], state.x
     least = scales.finest(settings.tolerance)
     for i in range(x.size):
-        state.scale[i] = scales.brought(state.scale[i], x[i], least, False)
+        state.scale[i] = scales.brought(state.scale[i], x[i], least)
     te = end - run.time
     j = -1
     if end == settings.phase:

@@ -5,7 +5,7 @@ arrays of lanes, in the order of ``engine.layout``.
 """
 
 from chaosdrill.codegen.kinds import uint64
-from chaosdrill.engine import taylor
+from chaosdrill.engine import scales, taylor
 from chaosdrill.engine.checked import first_row
 from chaosdrill.engine.jit import inlined
 from chaosdrill.engine.lanes import LANES, gathered, row_of, table_of
@@ -50,8 +50,8 @@ def expand(lane_functions, mode, live, tables, settings, block, row):
     taylor.fill(lane_functions, mode, live, settings, block.t, block.c, block.x, vectors, ws)
     series, weights, period = table_of(ws), row_of(block.weights), row_of(block.period)[0]
     first, scale, metric = first_row(ws, vectors, 0), row_of(block.scale), row_of(block.metric)
-    proportional = tables.proportional[mode]
-    h = taylor.length(_over, series, n, live, first, settings, proportional, period, scale, weights, metric, row)
+    scales.renew(tables, mode, row_of(block.x), scale)
+    h = taylor.length(_over, series, n, live, first, settings, period, scale, weights, metric, row)
     taylor.follow(series, n, scale, h)
     row_of(block.h)[0] = h
     return taylor.doubts(lane_late_size, lane_size, series, n, tables, settings, mode, h, weights)

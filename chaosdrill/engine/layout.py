@@ -93,7 +93,7 @@ class Tables(NamedTuple):
     feeds: IntegerMatrix
     """(modes, n): whether rates in the mode depend on the state; the others are constant, and move no tangent"""
     proportional: IntegerMatrix
-    """(modes, n): whether a state stays zero if it is, and leaves zero at a rate that changes"""
+    """(modes, 1 + n): number of the states that stay zero if they are, and leave zero at a rate that changes; these"""
     held: Integers
     """(modes,): number of surfaces that a mode holds; ``guard`` knows them behind the guards"""
     slack: Vector

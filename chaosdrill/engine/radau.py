@@ -38,7 +38,7 @@ from chaosdrill.engine.radau_step import (
 )
 from chaosdrill.engine.radau_tables import BETWEEN, DEGREE, POWERS
 from chaosdrill.engine.records import machine_at, state_of
-from chaosdrill.engine.scales import fill, finest
+from chaosdrill.engine.scales import fill, finest, renew
 from chaosdrill.engine.stepper import offered
 from chaosdrill.engine.tuning import CHECKS, GUARDS, RADAU, STEPS
 
@@ -116,8 +116,8 @@ def expand(place, p, t):
             row[i] = 0.0
             for k in range(n):
                 row[i] += room.at_start[i, k] * vectors[v, k]
-    proportional = tables.proportional[mode]
-    known = control.weigh(x, scale, proportional, run.period, tolerance / RADAU.noise, stages)
+    renew(tables, mode, x, scale)
+    known = control.weigh(x, scale, run.period, tolerance / RADAU.noise, stages)
     if not math.isfinite(control.size(stages[0], stages[WEIGHTS])):
         return math.nan
     wanted = control.wanted_length(functions, t, state, known, tolerance, stages)

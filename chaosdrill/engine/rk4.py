@@ -98,7 +98,7 @@ def expand(place, p, t):
     state = state_of(machine_at(place).states, p)
     run, x, scale = state.run[0], state.x, state.scale
     for i in range(x.size):
-        scale[i] = scales.brought(scale[i], x[i], 1.0, False)
+        scale[i] = scales.brought(scale[i], x[i], 1.0)
     step = run.fixed_step
     h = step - run.time % step
     return h if h > 1e-9 * step else h + step

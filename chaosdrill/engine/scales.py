@@ -24,10 +24,20 @@ def finest(tolerance):
 
 
 @inlined
-def brought(scale, x, least, proportional):
+def brought(scale, x, least):
     """Size with which a state, or one in each lane, comes to a step; ``least`` is `finest` of the tolerance."""
-    faded = larger(SIZES.fade * scale, least * magnitude(x))
-    return chosen(magnitude(x) > SIZES.left, magnitude(x), faded) if proportional else faded
+    return larger(SIZES.fade * scale, least * magnitude(x))
+
+
+@inlined
+def renew(tables, mode, x, scale):
+    """Let the sizes of states that move in proportion to themselves be their values, when they are brought to a step.
+
+    ``x`` and ``scale`` are of one run, or of lanes.
+    """
+    for k in range(tables.proportional[mode, 0]):
+        i = tables.proportional[mode, 1 + k]
+        scale[i] = chosen(magnitude(x[i]) > SIZES.left, magnitude(x[i]) / SIZES.fade, scale[i])
 
 
 @inlined

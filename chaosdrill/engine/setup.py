@@ -1,6 +1,6 @@
 """What a system and its numerics put into the engine's arrays, whatever the point at which it is run."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -94,11 +94,20 @@ def tables_of(
         symmetries=np.array(symmetries, dtype=float),
         constrained=constrained_states(system),
         feeds=np.array(kernels.layout.feeds, dtype=np.int64),
-        proportional=np.array(kernels.layout.proportional, dtype=np.int64),
+        proportional=_listed(kernels.layout.proportional),
         held=np.array(kernels.layout.held, dtype=np.int64),
         slack=np.zeros(len(system.state_names)),
         **_steep(system),
     )
+
+
+def _listed(rows: Sequence[Sequence[int]]) -> np.ndarray:
+    """Of rows of flags, how many are set and which."""
+    found = np.zeros((len(rows), 1 + len(rows[0])), dtype=np.int64)
+    for row, flags in zip(found, rows, strict=True):
+        places = np.flatnonzero(flags)
+        row[: 1 + len(places)] = [len(places), *places]
+    return found
 
 
 def _steep(system: "HybridSystem") -> dict[str, np.ndarray]:

@@ -47,7 +47,7 @@ def size(x, weights):
 
 
 @inner
-def weigh(x, scale, proportional, longest, tolerance, stages):
+def weigh(x, scale, longest, tolerance, stages):
     """Let the sizes fade, and note one over them, 0 where there is none; returns whether there is any.
 
     A length is looked for that no state could make short by leaving a size that has nearly decayed.
@@ -57,7 +57,7 @@ def weigh(x, scale, proportional, longest, tolerance, stages):
     for i in range(stages.shape[1]):
         value = x[i] if i < x.size else 0.0
         rate = stages[0, i]
-        scale[i] = brought(scale[i], value, least, i < x.size and proportional[i] == 1)
+        scale[i] = brought(scale[i], value, least)
         stages[WEIGHTS, i] = 0.0
         if not is_new(scale[i], value, rate, least, longest):
             stages[WEIGHTS, i] = 1.0 / max(scale[i], abs(rate) * longest / STEPS.quick)

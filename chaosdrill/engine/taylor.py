@@ -100,7 +100,7 @@ def _over(a, b, size):
 
 
 @inlined
-def length(over, series, n, live, first, settings, proportional, period, scale, weights, metric, row):
+def length(over, series, n, live, first, settings, period, scale, weights, metric, row):
     """The step that keeps states and tangents within tolerance; NaN where the series of a state holds one.
 
     The last term is to be a part of the tolerance: for states relative to their scales, which are the sizes that they
@@ -109,7 +109,7 @@ def length(over, series, n, live, first, settings, proportional, period, scale, 
     ``over(a, b, size)`` divides the first two by the third; of lanes that is one division and two products. ``series``
     has the coefficients of the states, and from row ``first`` on those of the tangents; ``scale``, ``weights`` and
     ``metric`` have of each state its size, one over it, and that where all have one; ``row`` is scratch for one series.
-    ``proportional`` says which states move in proportion to themselves. All else is of one run, or of lanes.
+    All are of one run, or of lanes.
     """
     order, reach = settings.order, settings.reach
     least = scales.finest(settings.tolerance)
@@ -117,7 +117,7 @@ def length(over, series, n, live, first, settings, proportional, period, scale, 
     last = last_but_one = whole = nothing
     for i in range(n):
         g = series[i]
-        here = scales.brought(scale[i], g[0], least, proportional[i])
+        here = scales.brought(scale[i], g[0], least)
         begins = scales.has_none(here, g[1], period)
         if some(begins):
             here = larger(here, _begun(g, chosen(begins, 1.0, 0.0), order, reach, period, row))
@@ -282,8 +282,8 @@ def expand(functions, tables, settings, t, state, ws, scratch):
     run.evaluations += settings.order
     first = first_row(ws, state.vectors, 0)
     metric, row = scratch.metric, scratch.polynomial
-    proportional = tables.proportional[mode]
-    h = length(_over, ws, n, live, first, settings, proportional, run.period, state.scale, weights, metric, row)
+    scales.renew(tables, mode, state.x, state.scale)
+    h = length(_over, ws, n, live, first, settings, run.period, state.scale, weights, metric, row)
     if h != h:
         return h
     follow(ws, n, state.scale, h)
