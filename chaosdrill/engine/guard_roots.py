@@ -105,7 +105,7 @@ def _nearer(functions, state, ws, i, j, s, side, doubt, t, scratch):
     return s - away if GUARDS.finer * ROUNDING * error < doubt else -1.0
 
 
-@inner
+@rare
 def _is_crossed(functions, settings, state, ws, j, s, bend, steep, side, h, t, scratch):
     """Whether a guard itself is beyond zero by more than its states may err, where its polynomial turns next to s."""
     summit = min(max(s - steep / bend, 0.0), h) if bend != 0.0 else s
