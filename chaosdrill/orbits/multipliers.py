@@ -64,6 +64,10 @@ def structural_rank(problem: "Problem", orbit: "Orbit") -> int:
     structure = examine(problem.plain)
     if not structure.deficient:
         return free
+    # in the sizes of the states, which a run that begins where they are zero does not know
+    sizes = np.linalg.svd(np.nan_to_num(problem.shoot(orbit, False).monodromy), compute_uv=False)
+    if sizes[free - 1] > TUNING.tangent_error * len(orbit) * sizes[0]:
+        return free
     segment, time, state = standpoint(problem, orbit)
     run = run_from(problem, orbit, segment, time, state, tangents=np.eye(d), deficient=structure.deficient)
     outcome = Outcome.OK

@@ -285,3 +285,13 @@ def test_how_fast_a_motion_is_does_not_depend_on_the_unit_of_its_states():
         place = Place(system.with_parameters(unit=unit).with_initial(x=unit, y=0.0))
         times.append(characteristic_time(place, numerics))
     assert times[1:] == pytest.approx(times[:1] * 2, rel=1e-9)
+
+
+def test_states_in_units_far_apart_that_stay_zero_lose_no_rank():
+    """A pair of multipliers passes the unit circle where r is 1."""
+    images = {"x": "r*(x/2 - 5*y/6*1e14) - x**3*1e-10", "y": "r*(y/2 + x*3/4*1e-14*6/5) - y**3*1e18"}
+    spiral = cd.Map(states="x y", parameters={"r": 0.9}, images=images)
+    found = cd.continue_orbit(spiral, {"r": (0.8, 1.2)}, start="guess", step=0.02)
+    assert found["special_kind"].values.tolist() == [Special.NEIMARK_SACKER]
+    assert found["special_multiplicity"].item() == 2
+    assert abs(found["special_value"].item() - 1) <= found["special_error"].item()
