@@ -174,3 +174,13 @@ def test_a_cycle_that_is_approached_slowly_counts_once(logistic, unsettled):
     starts = {"x": np.linspace(0.05, 0.95, 40), "clock": np.array([0.5])}
     found = cd.basins(logistic.with_parameters(r=2.999), starts, transient=40, periods=64, **unsettled)
     assert found.sizes["attractor_number"] == 1
+
+
+def test_a_cycle_keeps_its_word_where_instants_are_whole_turns_apart():
+    """The rest at the centre and the circle of radius 2 attract; 512 instants are nearly two turns apart each."""
+    away = "(1 - x**2 - y**2)*(4 - x**2 - y**2)/8"
+    rates = {"x": f"-y - x*{away}", "y": f"x - y*{away}"}
+    system = cd.HybridSystem(states="x y", parameters={}, modes={"on": rates}, initial={"x": 0.1, "y": 0.0})
+    for apart in (1.003, 1.0267):
+        found = cd.basins(system, {"x": [0.1, 2.0], "y": [0.2, 1.0]}, duration=512 * 4 * np.pi * apart, transient=300.0)
+        assert found.cd.words("outcome").values.tolist() == [["equilibrium", "periodic"], ["periodic", "periodic"]]

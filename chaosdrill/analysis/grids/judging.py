@@ -105,9 +105,7 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
     e.rests, moves = _at_rest(plan, batch, which, e, before)
     e.ended = np.where(e.rests, int(Outcome.OK), e.ended)
     if not plan.maps and not plan.system.forced and not noisy:
-        # turns between two instants are not seen
-        seen = batch.length[which] <= windows.shape[1] * plan.where.unit
-        add_turns(e, records, lambda k, *at: batch.rates(int(which[k]), *at), seen)
+        add_turns(e, records, lambda k, *at: batch.rates(int(which[k]), *at))
     outcome = words(e)
     if batch.counts_returns:
         grazed = np.array([plan.where.grazed(of_one) for of_one in times], dtype=bool)

@@ -74,6 +74,10 @@ QUARTER = 0.25
 ENDS = (4, 8, 16, 32)
 """Parts at the end of a record, as one over them, in which it is seen whether it has come to a cycle."""
 
+LOOKS = 16
+"""Instants at which it is seen whether a motion goes further than its extent until the next, so that its turns are not
+seen."""
+
 OPEN_ANSWERS = (Outcome.TRANSIENT, Outcome.UNDECIDED)
 """Words that leave open what a motion is on."""
 
@@ -384,27 +388,31 @@ def add_ends(e: Evidence, averages: Averages, paths: np.ndarray, known: np.ndarr
         e.arrives[left] = closes_for_good(paths[left, -count:], known[left], e.rounding[left])
 
 
-def add_turns(
-    e: Evidence, records: Records, rates: Callable[[int, np.ndarray, int], np.ndarray], seen: np.ndarray | bool = True
-) -> None:
+def add_turns(e: Evidence, records: Records, rates: Callable[[int, np.ndarray, int], np.ndarray]) -> None:
     """Add whether turns of motions at instants of any kind lengthen, where nothing but that speaks against a cycle.
 
     What does not move has no turns. It is on a cycle with the forcing, or along a line, or else passes slowly, unless
-    its rates tell that it turns between instants. ``rates``: those of a record, by its number, at a state in a mode.
+    its rates tell that it turns between instants; so may what seems to turn slowly. ``rates``: those of a record, by
+    its number, at a state in a mode.
     """
     windows, shifts = records.windows, records.shifts
     asked = np.flatnonzero(words(e) == Outcome.PERIODIC)
     asked = asked[np.isfinite(windows[asked]).all(axis=(1, 2))]
     if len(asked):
         paths = shifts.quotient(windows[asked, :, :-1])
-        still, found = is_still(paths), np.broadcast_to(seen, len(e.lead))[asked] & lengthens(paths)
+        still, found = is_still(paths), lengthens(paths)
         found[still] = not (records.system.forced or len(shifts.lines))
         interval = (records.averages.length * records.part)[asked] / windows.shape[1]
-        for k in np.flatnonzero(found & still):
-            *state, mode = windows[asked[k], -1]
-            here = np.array(state)
-            moved = interval[k] * shifts.rates(here, rates(int(asked[k]), here, int(mode)))
-            found[k] = (np.abs(moved) <= CLOSE * np.abs(paths[k]).max(axis=0)).all()
+        for k in np.flatnonzero(found):
+            # instants all along the record, the last one too
+            rows = windows[asked[k], :: -max(1, windows.shape[1] // LOOKS)]
+            flow = [shifts.rates(row[:-1], rates(int(asked[k]), row[:-1].copy(), int(row[-1]))) for row in rows]
+            moved, size = interval[k] * np.abs(flow), np.abs(paths[k]).max(axis=0)
+            if still[k]:
+                found[k] = (moved[0] <= CLOSE * size).all()
+            else:
+                extent = np.ptp(paths[k], axis=0)
+                found[k] = (np.median(moved, axis=0) <= extent)[extent > CLOSE * size].all()
         e.lengthens[asked] |= found
 
 
