@@ -184,3 +184,12 @@ def test_a_cycle_keeps_its_word_where_instants_are_whole_turns_apart():
     for apart in (1.003, 1.0267):
         found = cd.basins(system, {"x": [0.1, 2.0], "y": [0.2, 1.0]}, duration=512 * 4 * np.pi * apart, transient=300.0)
         assert found.cd.words("outcome").values.tolist() == [["equilibrium", "periodic"], ["periodic", "periodic"]]
+
+
+def test_a_gait_is_no_part_of_the_sea_of_a_walker_that_has_fallen():
+    """Fallen, its legs swing as pendulums do, without friction: through all states, those of the gait as well."""
+    starts = [{"theta": theta, "omega": omega} for theta, omega in ((0.2, -0.2), (0.21, -0.21), (0.2, -0.19))]
+    found = cd.basins(cd.build("simplest-walker"), initial=starts, duration=400.0, transient=300.0)
+    one, same, other = found["attractor"].values.tolist()
+    assert one == same != other
+    assert found.cd.words("outcome").values.tolist() == ["periodic", "periodic", "chaotic"]

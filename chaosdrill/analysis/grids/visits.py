@@ -9,12 +9,13 @@ cells, if these are small enough. A record that turns out to end on a cycle belo
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
 from chaosdrill.analysis.grids.matching import alike_first, moments, part
 from chaosdrill.analysis.grids.plan import Plan
-from chaosdrill.analysis.judgement.classification import is_own_period, undrawn
+from chaosdrill.analysis.judgement.classification import OPEN_ANSWERS, is_own_period, undrawn
 from chaosdrill.analysis.judgement.recurrence import CLOSE, recurrence, sizes
 from chaosdrill.analysis.judgement.resting import rests
 from chaosdrill.analysis.judgement.tori import aside
@@ -61,7 +62,7 @@ def merge(
         left.append(followed)
         room -= len(which) - len(ended)
     same = [(one, other) for one in settled for other in np.flatnonzero(alike_first(part(told, [one]), told)).tolist()]
-    for one, other in (*_pairs(left), *same):
+    for one, other in (*_pairs(left, told["outcome"]), *same):
         part_of[part_of == part_of[other]] = part_of[one]
     return _renumbered(found, numbers, leaders, part_of)
 
@@ -95,8 +96,12 @@ def _follow(plan: Plan, which: np.ndarray, runs: Batch, told: dict[str, np.ndarr
     return Followed(which[there[on]], points[on], known[on], shifts), ended.tolist()
 
 
-def _pairs(followed: list[Followed]) -> list[tuple[int, int]]:
-    """Attractors, by their places, of which each pair is one."""
+def _pairs(followed: list[Followed], outcome: np.ndarray) -> list[tuple[int, int]]:
+    """Attractors, by their places, of which each pair is one.
+
+    A record may have been in a part only of what the other visits. Of different words, neither of them open, each must
+    visit cells of the other: a cycle within a sea lies in cells that this visits.
+    """
     place = np.concatenate([one.which for one in followed]).tolist()
     if len(place) < 2:
         return []
@@ -110,12 +115,13 @@ def _pairs(followed: list[Followed]) -> list[tuple[int, int]]:
         if np.median(again) >= ATTRACTORS.familiar:
             break
     visited = [np.unique(one) for one in cells]
-    return [
-        (place[i], place[j])
-        for i in range(len(place))
-        for j in range(i + 1, len(place))
-        if max(np.isin(cells[i], visited[j]).mean(), np.isin(cells[j], visited[i]).mean()) >= ATTRACTORS.shared
-    ]
+    pairs = []
+    for i, j in combinations(range(len(place)), 2):
+        words = {int(outcome[place[i]]), int(outcome[place[j]])}
+        enough = max if len(words.difference(OPEN_ANSWERS)) < 2 else min
+        if enough(np.isin(cells[i], visited[j]).mean(), np.isin(cells[j], visited[i]).mean()) >= ATTRACTORS.shared:
+            pairs.append((place[i], place[j]))
+    return pairs
 
 
 def _scaled(points: np.ndarray, known: np.ndarray) -> np.ndarray:
