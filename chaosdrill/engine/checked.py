@@ -336,7 +336,7 @@ def doubt_of_tangent(functions, s, t, state, scratch):
 @inner
 def tangents_agree(functions, degree, allowed, noise, s, t, state, ws, scratch):
     """Whether the polynomials of tangents obey the variational equation at s, but for the noise of their rates."""
-    scale, n = state.scale, state.x.size
+    scale, n = state.span, state.x.size
     direction, rate, slope = scratch.jump, scratch.before, scratch.after
     widest = 0.0
     for i in range(n):

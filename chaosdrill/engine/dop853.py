@@ -31,7 +31,7 @@ from chaosdrill.engine.dop853_tables import (
 from chaosdrill.engine.guard_series import guard_polynomials
 from chaosdrill.engine.jit import inner, series
 from chaosdrill.engine.records import machine_at, state_of
-from chaosdrill.engine.scales import SMALLEST, fill, finest, renew
+from chaosdrill.engine.scales import SMALLEST, fill, finest, renew, widen
 from chaosdrill.engine.stepper import offered
 from chaosdrill.engine.tuning import CHECKS, DOP853, GUARDS, STEPS
 
@@ -114,7 +114,7 @@ def _estimate(stages, first, n, h, length):
 
 
 @inner
-def error_of(x, h, scale, least, longest, vectors, live, rounding, stages):
+def error_of(x, h, scale, span, least, longest, vectors, live, rounding, stages):
     """Largest error of a step: of states and quadratures in their scales, of a tangent relative to its length.
 
     No scale is smaller than ``rounding`` has it, see `coarsest`; a state whose own would be has none for tangents.
@@ -139,6 +139,7 @@ def error_of(x, h, scale, least, longest, vectors, live, rounding, stages):
             if rounding[i] * stages[WEIGHTS, i] > 0.5:
                 stages[WEIGHTS, i] = 0.0
         fill(stages[WEIGHTS][: x.size])
+        widen(stages[WEIGHTS], span, x.size)
     for v in range(live):
         length = control.size(vectors[v], stages[WEIGHTS])
         if length > 0.0:
@@ -229,7 +230,7 @@ def expand(place, p, t):
     machine = machine_at(place)
     functions, settings, tables, scratch = machine.functions, machine.settings[0], machine.tables, machine.scratch
     state = state_of(machine.states, p)
-    run, x, scale, vectors, stages = state.run[0], state.x, state.scale, state.vectors, scratch.stages
+    run, x, scale, span, vectors, stages = state.run[0], state.x, state.scale, state.span, state.vectors, scratch.stages
     mode, live = run.mode, run.live
     tolerance = settings.tolerance
     least = finest(tolerance)
@@ -237,7 +238,7 @@ def expand(place, p, t):
     run.evaluations += 1
     for v in range(live):
         functions.variation(mode, t, state.c, x, vectors[v], stages[VECTORS + ROWS_A_VECTOR * v])
-    renew(tables, mode, x, scale)
+    renew(tables, mode, x.size, x, scale, span)
     known = control.weigh(x, scale, run.period, tolerance, stages)
     if not math.isfinite(control.size(stages[0], stages[WEIGHTS])):
         return math.nan
@@ -256,10 +257,10 @@ def expand(place, p, t):
             h *= STEPS.smallest_growth
             rejected = True
             continue
-        error = error_of(x, h, scale, least, run.period, vectors, live, scratch.none, stages) / tolerance
+        error = error_of(x, h, scale, span, least, run.period, vectors, live, scratch.none, stages) / tolerance
         if error > 1.0:
             checked.coarsest(functions, tables, tolerance, h, t, state, stages[END], scratch)
-            error = error_of(x, h, scale, least, run.period, vectors, live, scratch.doubt, stages) / tolerance
+            error = error_of(x, h, scale, span, least, run.period, vectors, live, scratch.doubt, stages) / tolerance
         if not error <= 1.0:
             ends = ends or not math.isfinite(error)
             factor = control.shrink(error, h, larger, longer, 8.0)

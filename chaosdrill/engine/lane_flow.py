@@ -113,6 +113,8 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
         state = state_of(states, places[lane])
         for i in range(n):
             state.scale[i] = block.scale[i, lane]
+        for i in range(block.span.shape[0]):
+            state.span[i] = block.span[i, lane]
     if not every(sure & held & plain):
         gaps = row_of(block.gap)
         gaps[0] = chosen(sure, 1.0, 0.0)

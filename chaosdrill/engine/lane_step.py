@@ -25,6 +25,9 @@ def gather(places, live, states, varying, block):
     for i in range(n):
         x[i] = gathered(states.x, places, i)
         scale[i] = gathered(states.scale, places, i)
+    span = row_of(block.span)
+    for i in range(block.span.shape[0]):
+        span[i] = gathered(states.span, places, i)
     vectors = table_of(block.v)
     for v in range(live):
         for i in range(n):
@@ -50,8 +53,9 @@ def expand(lane_functions, mode, live, tables, settings, block, row):
     taylor.fill(lane_functions, mode, live, settings, block.t, block.c, block.x, vectors, ws)
     series, weights, period = table_of(ws), row_of(block.weights), row_of(block.period)[0]
     first, scale, metric = first_row(ws, vectors, 0), row_of(block.scale), row_of(block.metric)
-    scales.renew(tables, mode, row_of(block.x), scale)
-    h = taylor.length(_over, series, n, live, first, settings, period, scale, weights, metric, row)
+    span, parts = row_of(block.span), scales.part(tables)
+    scales.renew(tables, mode, n, row_of(block.x), scale, span)
+    h = taylor.length(_over, series, n, live, first, settings, period, scale, span, parts, weights, metric, row)
     taylor.follow(series, n, scale, h)
     row_of(block.h)[0] = h
     return taylor.doubts(lane_late_size, lane_size, series, n, tables, settings, mode, h, weights)

@@ -93,7 +93,7 @@ class Tables(NamedTuple):
     feeds: IntegerMatrix
     """(modes, n): whether rates in the mode depend on the state; the others are constant, and move no tangent"""
     proportional: IntegerMatrix
-    """(modes, 1 + n): number of the states that stay zero if they are, and leave zero at a rate that changes; these"""
+    """(modes, 1 + most): number of the states that stay zero if they are, and leave it at a rate that changes; these"""
     held: Integers
     """(modes,): number of surfaces that a mode holds; ``guard`` knows them behind the guards"""
     slack: Vector
@@ -115,6 +115,8 @@ class States(NamedTuple):
     """(P, n)"""
     scale: Matrix
     """(P, n + q): sizes that states have had of late, and what integrals have moved in a step"""
+    span: Matrix
+    """(P, n + q): sizes by which tangents are measured; `scale` itself where no state moves in proportion to itself"""
     sums: Cube
     """(P, 3, q): quadratures as compensated sums, and how far they have moved in all"""
     vectors: Cube
@@ -267,6 +269,8 @@ class Block(NamedTuple):
     ws: Cube
     scale: Matrix
     """(n, lanes)"""
+    span: Matrix
+    """(n, lanes), as in `States`; without rows where it is ``scale``"""
     weights: Matrix
     """(n, lanes): one over the scales"""
     metric: Matrix

@@ -116,7 +116,7 @@ def expand(place, p, t):
             row[i] = 0.0
             for k in range(n):
                 row[i] += room.at_start[i, k] * vectors[v, k]
-    renew(tables, mode, x, scale)
+    renew(tables, mode, n, x, scale, state.span)
     known = control.weigh(x, scale, run.period, tolerance / RADAU.noise, stages)
     if not math.isfinite(control.size(stages[0], stages[WEIGHTS])):
         return math.nan
@@ -190,7 +190,8 @@ def expand(place, p, t):
 def _errors(functions, settings, kind, t, state, h, tolerance, rounding, room, stages):
     """Error of a step with its tangents, if that of the states is within the tolerance, and that of `errors_of`."""
     least = finest(tolerance / RADAU.noise)
-    error, plain = errors_of(kind, state.x, h, state.scale, least, state.run[0].period, rounding, room, stages)
+    longest = state.run[0].period
+    error, plain = errors_of(kind, state.x, h, state.scale, state.span, least, longest, rounding, room, stages)
     if error <= tolerance:
         error = _tangents(functions, settings, kind, t, state, h, tolerance, error, room, stages)
     return error, plain

@@ -14,7 +14,7 @@ from chaosdrill.engine.checked import first_row, rounding_of_rate
 from chaosdrill.engine.dop853_tables import END, PLACE, ROWS_A_VECTOR, VECTORS, WEIGHTS
 from chaosdrill.engine.jit import inner, rare, series
 from chaosdrill.engine.radau_tables import DEGREE, MOST_STAGES, NODES, PIVOT, POWERS, SLOPES, WEIGHTS_OF_RATES
-from chaosdrill.engine.scales import SMALLEST, fill
+from chaosdrill.engine.scales import SMALLEST, fill, widen
 from chaosdrill.engine.step_control import begun, is_new, size
 from chaosdrill.engine.tuning import CHECKS, RADAU
 
@@ -372,7 +372,7 @@ def _begun(kind, scale, stages, i, most):
 
 
 @inner
-def errors_of(kind, x, h, scale, least, longest, rounding, room, stages):
+def errors_of(kind, x, h, scale, span, least, longest, rounding, room, stages):
     """Error of a step: as it counts, and without the damping of what is stiff; the sizes that measure it are kept.
 
     Tangents count states that have no size, as what has decayed to nothing, by the largest one of the others. No size
@@ -405,6 +405,7 @@ def errors_of(kind, x, h, scale, least, longest, rounding, room, stages):
         if rounding[i] * widths[i] > 0.5:
             widths[i] = 0.0
     fill(widths[:n])
+    widen(widths, span, n)
     return error, plain
 
 

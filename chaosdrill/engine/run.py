@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 STANDING = ("mode", "fresh", "fired", "held", "surface", "way", "moved_by", "residual", "speed", "pull", "jerk")
-BESIDE = ("scale", "sides", "hardest", "extent", "doubt", "leeway", "normal")
+BESIDE = ("scale", "span", "sides", "hardest", "extent", "doubt", "leeway", "normal")
 """Where a run keeps the sides of its guards: fields of its record, and arrays."""
 
 _ENDLESS = {

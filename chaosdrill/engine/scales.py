@@ -30,11 +30,21 @@ def brought(scale, x, least):
 
 
 @inlined
-def renew(tables, mode, x, scale):
+def part(tables):
+    """Whether tangents have sizes of their own: some state moves in proportion to itself."""
+    return tables.proportional.shape[1] > 1
+
+
+@inlined
+def renew(tables, mode, n, x, scale, span):
     """Let the sizes of states that move in proportion to themselves be their values, when they are brought to a step.
 
-    ``x`` and ``scale`` are of one run, or of lanes.
+    Tangents keep sizes that fade: they are made orthogonal as they are, and by the value of a state that has nearly
+    died out all of them would lie along it. ``x`` and the sizes are of one run, or of lanes.
     """
+    if part(tables):
+        for i in range(n):
+            span[i] = larger(SIZES.fade * span[i], scale[i])
     for k in range(tables.proportional[mode, 0]):
         i = tables.proportional[mode, 1 + k]
         scale[i] = chosen(magnitude(x[i]) > SIZES.left, magnitude(x[i]) / SIZES.fade, scale[i])
@@ -77,6 +87,14 @@ def of_series(g, order, reach, longest):
     for k in range(order, 0, -1):
         size = max(size * h, abs(g[k]) * h)
     return size
+
+
+@inlined
+def widen(weights, span, n):
+    """Let no size of n states, one over which the weights are, be smaller for tangents than ``span`` has it."""
+    for i in range(n):
+        if weights[i] * span[i] > 1.0:
+            weights[i] = 1.0 / span[i]
 
 
 @inner

@@ -31,7 +31,7 @@ def begin(tables, state, mode, live, last_mode, last_end, last_outcome):
     run.residual = run.pull = 0.0
     run.next_step = 0.0
     state.sides[:] = 0
-    state.scale[:] = 0.0
+    state.scale[:] = state.span[:] = 0.0
     state.normal[:] = 0.0
     state.leeway[:] = 0.0
     for i in range(state.x.size):

@@ -103,7 +103,7 @@ def tables_of(
 
 def _listed(rows: Sequence[Sequence[int]]) -> np.ndarray:
     """Of rows of flags, how many are set and which."""
-    found = np.zeros((len(rows), 1 + len(rows[0])), dtype=np.int64)
+    found = np.zeros((len(rows), 1 + max(map(sum, rows))), dtype=np.int64)
     for row, flags in zip(found, rows, strict=True):
         places = np.flatnonzero(flags)
         row[: 1 + len(places)] = [len(places), *places]
@@ -245,11 +245,13 @@ def states_of(
     run["qr_wait"], run["rank_check"] = 1, at.CHECKED
     run["period"] = periods
     run["fixed_step"] = periods / numerics.steps_a_period
+    scale = np.zeros((points, n + q))
     return at.States(
         run=run,
         c=constants,
         x=np.array(starts, dtype=float),
-        scale=np.zeros((points, n + q)),
+        scale=scale,
+        span=np.zeros_like(scale) if any(map(any, kernels.layout.proportional)) else scale,
         sums=np.zeros((points, 3, q)),
         vectors=np.repeat(tangents[np.newaxis], points, axis=0),
         exponent_of=np.repeat(np.arange(max(m, 1))[np.newaxis], points, axis=0),
@@ -335,6 +337,7 @@ def _block(system: "HybridSystem", m: int, constants: np.ndarray) -> at.Block:
         v=aligned(m, n, LANES),
         ws=aligned(rows, columns, LANES),
         scale=aligned(n, LANES),
+        span=aligned(n if any(map(any, kernels_of(system).layout.proportional)) else 0, LANES),
         weights=aligned(n, LANES),
         metric=aligned(n, LANES),
         h=aligned(LANES),

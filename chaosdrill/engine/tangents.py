@@ -104,9 +104,9 @@ def keep_to_surfaces(functions, tables, state, scratch):
     scratch.metric[:] = 1.0
     found = normals_of(functions, tables, run.mode, time_of(run), state, n, scratch)
     for i in range(vectors.shape[0]):
-        before = _by_size(vectors[i], state.scale)
+        before = _by_size(vectors[i], state.span)
         _take_away(vectors[i], normals, found, n, n)
-        if _by_size(vectors[i], state.scale) <= TANGENTS.rank**2 * before:
+        if _by_size(vectors[i], state.span) <= TANGENTS.rank**2 * before:
             for a in range(n):
                 vectors[i, a] = 0.0
 
@@ -205,7 +205,7 @@ def orthonormalise(functions, tables, state, scratch):
             whole[a] = vectors[i, a]
         length = before
         checked = run.rank_check >= CHECKED
-        image = _by_size(vectors[i], state.scale) if checked else 0.0
+        image = _by_size(vectors[i], state.span) if checked else 0.0
         for _ in range(2 if kept > 0 else 0):
             for j in range(kept):
                 dot = 0.0
@@ -227,7 +227,7 @@ def orthonormalise(functions, tables, state, scratch):
             length = math.sqrt(length)
         else:
             length = _left_of(whole, vectors, kept, vectors[i])
-        if length == 0.0 or (checked and _by_size(vectors[i], state.scale) <= TANGENTS.rank**2 * image):
+        if length == 0.0 or (checked and _by_size(vectors[i], state.span) <= TANGENTS.rank**2 * image):
             if run.rank_check != AT_EVENT or abs(early) <= TANGENTS.rank * told:
                 lost[exponent_of[i]] = 1
                 continue

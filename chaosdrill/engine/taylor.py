@@ -100,7 +100,7 @@ def _over(a, b, size):
 
 
 @inlined
-def length(over, series, n, live, first, settings, period, scale, weights, metric, row):
+def length(over, series, n, live, first, settings, period, scale, span, parts, weights, metric, row):
     """The step that keeps states and tangents within tolerance; NaN where the series of a state holds one.
 
     The last term is to be a part of the tolerance: for states relative to their scales, which are the sizes that they
@@ -108,7 +108,8 @@ def length(over, series, n, live, first, settings, period, scale, weights, metri
 
     ``over(a, b, size)`` divides the first two by the third; of lanes that is one division and two products. ``series``
     has the coefficients of the states, and from row ``first`` on those of the tangents; ``scale``, ``weights`` and
-    ``metric`` have of each state its size, one over it, and that where all have one; ``row`` is scratch for one series.
+    ``metric`` have of each state its size, one over it, and that where all have one, of ``span`` if ``parts`` says that
+    tangents have sizes of their own; ``row`` is scratch for one series.
     All are of one run, or of lanes.
     """
     order, reach = settings.order, settings.reach
@@ -134,6 +135,8 @@ def length(over, series, n, live, first, settings, period, scale, weights, metri
         common = 1.0 / chosen(widest > 0.0, widest, 1.0)
         for i in range(n):
             metric[i] = chosen(weights[i] > 0.0, weights[i], common)
+            if parts:
+                metric[i] = smaller(metric[i], 1.0 / larger(span[i], SMALLEST))
         for v in range(live):
             size = a = b = nothing
             for i in range(n):
@@ -282,11 +285,13 @@ def expand(functions, tables, settings, t, state, ws, scratch):
     run.evaluations += settings.order
     first = first_row(ws, state.vectors, 0)
     metric, row = scratch.metric, scratch.polynomial
-    scales.renew(tables, mode, state.x, state.scale)
-    h = length(_over, ws, n, live, first, settings, run.period, state.scale, weights, metric, row)
+    scale, span = state.scale, state.span
+    scales.renew(tables, mode, n, state.x, scale, span)
+    parts = scales.part(tables)
+    h = length(_over, ws, n, live, first, settings, run.period, scale, span, parts, weights, metric, row)
     if h != h:
         return h
-    follow(ws, n, state.scale, h)
+    follow(ws, n, scale, h)
     sure, held, plain = doubts(late_size, size, ws, n, tables, settings, mode, h, weights)
     if not (sure & held & plain):
         h = settled(functions, tables, settings, h, t, state, scratch, sure, plain)

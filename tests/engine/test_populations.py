@@ -77,3 +77,15 @@ def test_what_decays_for_ever_leaves_the_rest_alone():
     found = cd.lyapunov_spectrum(lorenz, duration=400.0, transient=50.0, tolerance=1e-10)
     off = abs(found["lyapunov_exponent"].values - [0.9056, 0, -5, -14.572])
     np.testing.assert_array_less(off, 4 * found["lyapunov_error"].values + 0.01)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("duration", [90.0, 250.0])
+def test_exponents_beside_what_dies_out_are_those_of_the_rest_state(method, duration):
+    """Two losers decay for ever beside a winner, from deviations of which squares are below rounding."""
+    rates = {"x": "x*(1 - x - y - 2*z)", "y": "y*(1 - 1.7*x - z)", "z": "z*(2 - 4.3*x - y)"}
+    three = cd.HybridSystem(states=[*rates], modes={"on": rates}, initial={"x": 1.0, "y": 1e-9, "z": 1e-9})
+    found = cd.lyapunov_spectrum(three, duration=duration, transient=200, method=method, tolerance=1e-12)
+    expected = [-0.7, -1.0, -2.3]
+    np.testing.assert_allclose(found["lyapunov_exponent"], expected, atol=1e-6)
+    assert found["lyapunov_exponent"].sum() == pytest.approx(-4.0, abs=1e-8)
