@@ -138,5 +138,7 @@ def test_an_outcome_is_hidden_only_where_the_one_before_has_no_condition_in_any_
 
 
 def test_a_drift_in_one_mode_is_no_period():
-    with pytest.raises(cd.ModelError, match=r"period: t\*x does not repeat after the declared period 2; mend"):
+    with pytest.raises(
+        cd.ModelError, match=r"period: t\*x does not repeat after the declared period 2; correct the period"
+    ):
         sawtooth(period=2, quadratures={"work": {"up": "x", "down": "t*x"}})
