@@ -137,6 +137,7 @@ class Expressions:
 
     def test(self, condition: Any) -> "Test":
         """Whether a condition holds; parts that call a special function are computed only if they are needed."""
+        condition = self.definitions.get(condition, condition)
         if condition in (sympy.true, sympy.false):
             return self.function.truth(condition == sympy.true)
         if isinstance(condition, sympy.Not):
