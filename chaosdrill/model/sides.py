@@ -31,6 +31,8 @@ class Side:
     values: Mapping[Any, float]
     heights: dict[Any, Any] = field(default_factory=dict)
     """What is positive on this side and zero at its end -> the part that has a kink or a jump there."""
+    settled: dict[Any, Any] = field(default_factory=dict)
+    """A condition on other parameters alone, or what it is not -> the part in which it stands."""
     name: str = ""
 
     @classmethod
@@ -53,7 +55,7 @@ class Side:
         rates = (rate for one in (*modes.values(), *quadratures.values()) for rate in one.values())
         if bent := kinked((*rates, *(one.guard for one in transitions), period or 0), set(self.free)):
             raise self.refusal(bent[0])
-        if not self.heights:
+        if not (self.heights or self.settled):
             return system
         return system.remade(modes=modes, transitions=transitions, quadratures=quadratures, period=period)
 
@@ -67,8 +69,7 @@ class Side:
 
     def _branch(self, part: Any) -> Any:
         if isinstance(part, sympy.Piecewise):
-            told = {r: self._above(r.gts - r.lts, part) > 0 for r in part.atoms(Relational) if hasattr(r, "gts")}
-            return part.xreplace({r: sympy.true if holds else sympy.false for r, holds in told.items()})
+            return part.xreplace({r: self._holds(r, part) for r in part.atoms(Relational) if hasattr(r, "gts")})
         if isinstance(part, sympy.Abs | sympy.sign):
             (g,) = part.args
             way = sympy.Integer(self._above(g, part))
@@ -79,6 +80,15 @@ class Side:
             if other != chosen:
                 self._above(chosen - other, part)
         return chosen
+
+    def _holds(self, condition: Any, part: Any) -> Any:
+        g = condition.gts - condition.lts
+        if g.free_symbols & self.free:
+            return sympy.true if self._above(g, part) > 0 else sympy.false
+        value = self._value(g)
+        holds = value > 0 or (value == 0 and isinstance(condition, sympy.Ge | sympy.Le))
+        self.settled[condition if holds else ~condition] = part
+        return sympy.true if holds else sympy.false
 
     def _value(self, e: Any) -> float:
         # decimal numbers as they are written, so that a parameter at a kink is there
@@ -97,6 +107,16 @@ class Side:
             raise self.refusal(part)
         self.heights[g if value > 0 else -g] = part
         return 1 if value > 0 else -1
+
+    def alone(self) -> None:
+        """Refuse a side that other parameters decide, too, where these may get other values."""
+        for told, part in (*self.heights.items(), *self.settled.items()):
+            if others := told.free_symbols - self.free:
+                symbol, other = (min(some, key=str).name for some in (part.free_symbols & self.free, others))
+                raise SettingsError(
+                    f"{self.name}: where {part!s:.60} has a kink or a jump in the parameter {symbol!r} depends on "
+                    f"{other!r}; write a number for {other!r}, or leave {symbol!r} as it is"
+                )
 
     def refusal(self, part: Any) -> SettingsError:
         """The message that refuses derivatives by the parameters of a part."""

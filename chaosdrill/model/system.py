@@ -454,7 +454,7 @@ class HybridSystem(System):
         ------
         SettingsError
             If the system has no such parameter, or a rate or guard has a kink or a jump at its value, or one of which
-            the place is not known.
+            the place is not known, or depends on other parameters.
         """
         import sympy
 
@@ -473,6 +473,7 @@ class HybridSystem(System):
         fixed = {parameter(key): self.parameters[key] for key in names}
         side = Side.of(self, names)
         smooth = side.smooth(self)
+        side.alone()
         ends = {key: tuple(end.value for end in side.ends(key)) if smooth is not self else None for key in names}
         wide = smooth.remade(
             name=f"{self.name} (augmented)",

@@ -144,8 +144,9 @@ def _with_free(system: HybridSystem, free: tuple[str, ...]) -> tuple[HybridSyste
     try:
         return system.relative(("free", *free), partial(_made_with_free, system, free)), []
     except _BesideKinkError as beside:
-        how, smooth = ("free", *free, *map(str, beside.side.heights)), beside.smooth
-        ends = [beside.side.ends(name) for name in free]
+        side, smooth = beside.side, beside.smooth
+        how = ("free", *free, *map(str, (*side.heights, *side.settled)))
+        ends = [side.ends(name) for name in free]
         return system.relative(how, partial(_made_with_free, smooth, free)), ends
 
 

@@ -25,6 +25,7 @@ def over(k, written, start, **more):
         ("k*sign(k - m)", 1.0, lambda k: k, (0.5, 2.0)),
         ("(k + 3)*Heaviside(k)", 1.0, lambda k: k + 3, (0.0, 2.0)),
         ("Piecewise(k, k > 0, -k)", -1.0, np.abs, (-2.0, 0.0)),
+        ("Piecewise(k, k > 0 and m >= 1/2, -k)", 1.0, lambda k: k, (0.0, 2.0)),
         ("Abs(Max(k, m) - 3/2)", 1.0, lambda k: 1.5 - k, (0.5, 1.5)),
     ],
 )
@@ -50,6 +51,26 @@ def test_the_other_side_is_another_branch_of_the_same_system():
         a = 2 + np.abs(k - m)
         assert (k.min(), k.max()) == pytest.approx(ends, abs=1e-12)
         np.testing.assert_allclose(found["orbit_state"].values[:, 0], a / (1 + a * a), rtol=1e-11)
+
+
+def test_another_parameter_chooses_the_branch():
+    system = cd.HybridSystem(
+        states="x", parameters={"k": 1.0, "m": 0.5}, time="t", period="2*pi",
+        modes={"on": {"x": "cos(t) - Piecewise(3 + k, m >= 1/2, 3 - k)*x"}},
+    )  # fmt: skip
+    for m, way in ((0.5, 1), (0.4, -1), (2.0, 1)):
+        found = cd.continue_orbit(system.with_parameters(m=m), {"k": (-2.0, 2.0)})
+        k = found["k"].values
+        a = 3 + way * k
+        assert (k.min(), k.max()) == pytest.approx((-2.0, 2.0))
+        np.testing.assert_allclose(found["orbit_state"].values[:, 0], a / (1 + a * a), rtol=1e-11)
+
+
+@pytest.mark.parametrize("written", ["Abs(k - m)", "Piecewise(k, m >= 1/2, -k)"])
+def test_a_side_that_another_parameter_may_change_is_no_system(written):
+    system = cd.HybridSystem(states="x", parameters={"k": 1.0, "m": 0.5}, modes={"on": {"x": f"1 - (2 + {written})*x"}})
+    with pytest.raises(cd.SettingsError, match="in the parameter 'k' depends on 'm'"):
+        system.augmented(parameters=("k",))
 
 
 @pytest.mark.parametrize("reset", ["0", "x - 1 - Abs(k)", "Abs(k)/4"])
