@@ -1,5 +1,6 @@
 """The kernels of a system, written as LLVM code."""
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -243,18 +244,30 @@ def _feeds(system: "HybridSystem") -> Iterator[tuple[int, ...]]:
 def _proportional(system: "HybridSystem") -> Iterator[tuple[int, ...]]:
     """By mode and state: 1 where the state stays zero if it is, and leaves zero at a rate that changes.
 
-    A population that falls by many powers of ten comes back from what is left of it.
+    It may change along the motion or from mode to mode. A population that falls by many powers of ten comes back from
+    what is left of it.
     """
     moving = {*system.states, system.time}
-    for field in system.modes.values():
-        yield tuple(int(_leaves_zero(state, rate, moving)) for state, rate in field.items())
+    rates = [[_rate_from_zero(state, rate) for state, rate in field.items()] for field in system.modes.values()]
+    changes = []
+    for of_state in zip(*rates, strict=True):
+        found = {one for one in of_state if one != 0}
+        along = any(one.free_symbols & moving for one in found)
+        changes.append(along or (len(found) > 1 and len(set(map(sympy.expand, found)) - {0}) > 1))
+    for of_mode in rates:
+        yield tuple(int(one != 0 and change) for one, change in zip(of_mode, changes, strict=True))
 
 
-def _leaves_zero(state: Any, rate: Any, moving: set[Any]) -> bool:
-    if state not in rate.free_symbols or rate.has(Called):
+def _rate_from_zero(state: Any, rate: Any) -> Any:
+    """The rate at which a state leaves zero, in parts of itself; 0 if it is fed or rests there, or none is known."""
+    if state not in rate.free_symbols or rate.has(Called) or not _vanishes(rate.xreplace({state: sympy.S.Zero})):
+        return sympy.S.Zero
+    growth = sympy.diff(rate, state).xreplace({state: sympy.S.Zero})
+    return sympy.S.Zero if growth.has(sympy.nan, sympy.zoo, sympy.oo) else growth
+
+
+def _vanishes(e: Any) -> bool:
+    if e.is_Add and 1 in Counter(symbol for term in e.args for symbol in term.free_symbols).values():
+        # no other term cancels what depends on it
         return False
-    left = rate.subs(state, 0)
-    if not (left.is_zero or sympy.expand(left).is_zero):
-        return False
-    growth = sympy.diff(rate, state).subs(state, 0)
-    return bool(growth.free_symbols & moving) and not growth.has(sympy.nan, sympy.zoo, sympy.oo)
+    return bool(e.is_zero or sympy.expand(e).is_zero)

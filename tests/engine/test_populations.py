@@ -33,6 +33,29 @@ def test_an_event_of_its_return_is_in_time(method):
     assert found["event_time"].values == pytest.approx([2 * np.pi - np.arccos(0.5)], abs=1e-10)
 
 
+@pytest.fixture(scope="module")
+def seasons():
+    """x falls for one unit of time and grows for the next, each at one rate."""
+    turns = [cd.Transition(a, a, b, "sin(pi*t)", way) for a, b, way in (("dry", "wet", -1), ("wet", "dry", 1))]
+    return cd.HybridSystem(
+        states="x", parameters={"a": FALL}, modes={"dry": {"x": "-a*x"}, "wet": {"x": "a*x"}}, transitions=turns,
+        period=2, initial={"mode": "dry", "x": 1.0},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_rates_that_change_with_the_mode(seasons, method):
+    """It came back 1e13 times too large."""
+    found = cd.trajectory(seasons, periods=3, samples=8, method=method, tolerance=1e-11)
+    expected = FALL * (np.abs(found["time"].values % 2 - 1) - 1)
+    np.testing.assert_allclose(np.log(found["states"].values[:, 0]), expected, atol=3e-9)
+
+
+def test_modes_side_by_side(seasons):
+    found = cd.bifurcation_diagram(seasons, {"a": np.linspace(20.0, 70.0, 16)}, transient=2, periods=8, tolerance=1e-12)
+    np.testing.assert_allclose(found["section"].values[..., 0], 1.0, rtol=1e-8)
+
+
 def test_runs_side_by_side():
     sizes = np.linspace(20.0, 70.0, 16)
     found = cd.bifurcation_diagram(swing(), {"a": sizes}, transient=2, periods=8, tolerance=1e-12)
