@@ -294,10 +294,9 @@ def graded(problem: "Problem", orbit: "Orbit", monodromy: np.ndarray, rank: int)
 
 
 def largest_growth(problem: "Problem", orbit: "Orbit") -> float:
-    """Largest factor by which a deviation grows on any part of an orbit, in sizes of the states."""
-    sizes = problem.sizes
+    """Largest factor by which a deviation grows on any part of an orbit, in units near the sizes of the states."""
     largest, ending = 1.0, np.zeros((0, problem.states, problem.states))
-    parts = [piece * sizes / sizes[:, np.newaxis] for _, piece in pieces(problem, orbit, TUNING.growth_halvings)]
+    parts = [piece for _, piece in pieces(problem, orbit, TUNING.growth_halvings)]
     for piece in parts * 2:
         # those that end here, of a round at most
         ending = piece @ np.concatenate([ending, np.eye(problem.states)[np.newaxis]])[-len(parts) :]

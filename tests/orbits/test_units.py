@@ -9,6 +9,7 @@ import chaosdrill as cd
 from chaosdrill.dataset.branches import Special
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.orbits.find import starting_orbit
+from chaosdrill.orbits.multipliers import largest_growth
 from chaosdrill.orbits.place import Place, characteristic_time
 from chaosdrill.orbits.sizes import sizes_beside, sizes_met
 from chaosdrill.orbits.verification import check, describe, verify
@@ -295,3 +296,16 @@ def test_states_in_units_far_apart_that_stay_zero_lose_no_rank():
     assert found["special_kind"].values.tolist() == [Special.NEIMARK_SACKER]
     assert found["special_multiplicity"].item() == 2
     assert abs(found["special_value"].item() - 1) <= found["special_error"].item()
+
+
+@pytest.mark.parametrize("unit", [1e-8, 1.0, 1e8])
+def test_what_deviations_grow_by_is_the_same_in_any_unit(unit):
+    """Beside a circle they keep their angle and lose their radius, and nothing grows; it was 1e8 in such units."""
+    system = cd.HybridSystem(
+        states="x y",
+        parameters={"u": unit},
+        modes={"on": {"x": "x*(1 - (x/u)**2 - y**2)/4 - u*y", "y": "y*(1 - (x/u)**2 - y**2)/4 + x/u"}},
+        initial={"x": unit},
+    )
+    problem, orbit, *_ = starting_orbit(system, (), 1, "guess", 0, Numerics())
+    assert largest_growth(problem, orbit) < 2
