@@ -250,8 +250,9 @@ def _simultaneous(factors: np.ndarray, rank: int, together: np.ndarray) -> tuple
     before = np.broadcast_to(np.linalg.qr(np.random.default_rng(20260105).normal(size=(d, d)))[0], (count, d, d))
     triangles, basis = np.zeros(factors.shape), before
     logs, apart = np.zeros((count, rank)), np.zeros((count, rank - 1), dtype=bool)
-    for _ in range(TUNING.graded_rounds):
-        before, turned = basis, (apart | together).all()
+    # with directions that are lost, a basis of those that are left takes a round for each
+    for turn in range(TUNING.graded_rounds + d - rank):
+        before, turned = basis, turn >= d - rank and (apart | together).all()
         for i in range(steps):
             basis, triangles[:, i] = np.linalg.qr(factors[:, i] @ basis)
         if turned:

@@ -110,3 +110,31 @@ def test_an_orbit_beside_a_homoclinic_one_from_its_closed_form(beyond):
     assert found["outcome"] == cd.Outcome.PERIODIC
     np.testing.assert_allclose(found["multiplier_real"].values, [1, kept], rtol=1e-8)
     assert found["orbit_state"].sel(state="om").item() == pytest.approx(speed, rel=1e-12)
+
+
+@pytest.mark.parametrize("left", [1, 2])
+def test_what_is_left_where_directions_are_lost(left):
+    """A multiplier, or a complex pair, of maps one of which loses the other directions, two of them in two rounds."""
+    count, angle, lost = 5, 0.3, 2
+    turn = 1.1 * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])[:left, :left]
+    step, end = np.eye(left + lost), np.zeros((left + lost, left + lost))
+    step[:left, :left] = end[:left, :left] = turn
+    end[left, left + 1] = 1.0
+    frames = np.random.default_rng(7).normal(size=(count, left + lost, left + lost)) + 3 * np.eye(left + lost)
+    middle = [step] * (count - 1) + [end]
+    factors = np.array([np.roll(frames, -1, 0)[i] @ middle[i] @ np.linalg.inv(frames[i]) for i in range(count)])
+    values, _ = _simultaneous(factors[np.newaxis], left, np.ones((1, left - 1), dtype=bool))
+    exact = np.linalg.eigvals(np.linalg.matrix_power(turn, count))
+    np.testing.assert_allclose(np.sort_complex(values[0, :left]), np.sort_complex(exact), rtol=1e-12)
+
+
+def test_an_event_that_loses_a_direction_beside_a_shear():
+    """A circle from which what is off in z changes the pace: its multipliers are 1, exp(0.4 pi) and 0."""
+    pace = "(1 + b*(x**2 + y**2 - 1) + b*z)"
+    rates = {"x": f"-x*(1 - x**2 - y**2)/10 - y*{pace}", "y": f"-y*(1 - x**2 - y**2)/10 + x*{pace}", "z": "z/20"}
+    circle = cd.HybridSystem(
+        states="x y z", parameters={"b": 1e5}, modes={"on": rates}, initial={"x": np.cos(0.5), "y": -np.sin(0.5)},
+        transitions=[cd.Transition("tick", "on", "on", "y", 1, reset={"z": 0})],
+    )  # fmt: skip
+    found = cd.periodic_orbit(circle, at="tick", transient=0)
+    np.testing.assert_allclose(_multipliers(found), [np.exp(0.4 * np.pi), 1.0, 0.0], rtol=1e-7)
