@@ -100,3 +100,16 @@ def test_basins_name_starts_beyond_a_guard():
     for wall, told in ((0.0, "fraction_none: 2 of 4"), (1.0, "no start could be run: 4 of 4")):
         found = cd.basin_measures(oscillator, {"x": [wall, 2.0], "v": [0.0, 0.1]}, **lengths)
         assert f"{told} starts are invalid_start" in found.attrs["reason"]
+
+
+def test_a_sweep_has_the_reasons_of_all_orders():
+    """They ended within that of the second."""
+    states = [f"x{i}" for i in range(8)]
+    many = cd.Map(
+        states, {"a": 1.99}, {x: f"1 - (a - {i}/200)*{x}**2" for i, x in enumerate(states)},
+        initial={x: 0.1 + 0.07 * i for i, x in enumerate(states)},
+    )  # fmt: skip
+    given = {"transient": 100, "periods": 520, "orders": [1, 2, 3, 4]}
+    one, swept = (cd.dimensions(many, **given, **more) for more in ({}, {"sweep": {"a": [1.99]}}))
+    assert one.attrs["reason"].count("record more points") == 4
+    assert swept.attrs["reason"] == one.attrs["reason"]

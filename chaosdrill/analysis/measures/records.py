@@ -114,7 +114,9 @@ class RecordTask(ValueTask):
         """Dtype and shape of one unit of each array."""
         sizes = {**self.measure.sizes, "state": len(self.system.state_names)}
         told = {name: ("f8", tuple(sizes[dim] for dim in dims)) for name, dims in self.measure.dims.items()}
-        return told | {"period": ("i4", ()), "reason": ("U240", ()), **ENDED}
+        # one for each order
+        letters = 240 * sizes.get("order", 1)
+        return told | {"period": ("i4", ()), "reason": (f"U{letters}", ()), **ENDED}
 
     def at(self, system: HybridSystem) -> Arrays:
         """What the section points at a value say."""
