@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import chaosdrill as cd
 from chaosdrill.analysis.judgement.ordering import LAST, comes_back, goes_on, ordered
 
 GOLDEN = (np.sqrt(5) - 1) / 2
@@ -138,3 +139,22 @@ def test_a_rotation_with_a_slow_passage_is_in_order():
         path.append((z.real, z.imag))
     for count in (2048, 8192):
         assert ordered(np.array(path[-count:]))[0]
+
+
+@pytest.mark.parametrize("count", [2, 3])
+@pytest.mark.parametrize("rest", [0.0, 1e-15])
+def test_a_state_may_rest_on_each_of_several_curves(count, rest):
+    """A flag that goes round, but for its rounding, beside an angle that does not come back; and a spiral beside it."""
+    k = np.arange(2048)
+    angle, flag = np.pi * GOLDEN * k, (k % count) * (1 + rest * np.sin(1e3 * k))
+    points = np.column_stack([np.cos(angle), np.sin(angle), flag])
+    assert ordered(points)[:2] == (True, False)
+    points[:, :2] *= np.exp(-1e-7 * k)[:, np.newaxis]
+    assert ordered(points)[:2] == (False, True)
+
+
+def test_a_flag_leaves_a_torus_one():
+    turned = {"x": "cos(w)*x - sin(w)*y", "y": "sin(w)*x + cos(w)*y", "f": "-f"}
+    flagged = cd.Map("x y f", {"w": 1.234}, turned, initial={"x": 1.0, "f": 1.0})
+    found = cd.bifurcation_diagram(flagged, {"w": [1.234, 1.5]}, transient=0, periods=1024)
+    assert (found["outcome"] == cd.Outcome.QUASIPERIODIC).all()

@@ -150,6 +150,12 @@ def _extents(points: np.ndarray, curves: int) -> np.ndarray:
     return np.maximum(of_curves, least)[np.arange(len(points)) % curves]
 
 
+def _extent(points: np.ndarray) -> np.ndarray:
+    """Extent of every state along one curve, shape (n,); of one that rests there, as a flag does, infinite."""
+    extent = np.ptp(points, axis=0)
+    return np.where(extent > SAME * np.abs(points).max(axis=0), extent, np.inf)
+
+
 def _repeat(points: np.ndarray, others: np.ndarray, steps: np.ndarray, extents: np.ndarray) -> bool:
     """Whether points are the same as other states, several of them, all after multiples of one number of steps.
 
@@ -163,7 +169,7 @@ def _repeat(points: np.ndarray, others: np.ndarray, steps: np.ndarray, extents: 
 
 def _beside(points: np.ndarray, turn: float, others: np.ndarray, later: np.ndarray) -> np.ndarray:
     """Which other states, shape (K, n), ``later`` by that many points, lie between the points beside them by angle."""
-    angle, extent = _angles(len(points), turn), np.ptp(points, axis=0)
+    angle, extent = _angles(len(points), turn), _extent(points)
     order = np.argsort(angle, kind="stable")
     place = np.searchsorted(angle[order], later * turn - np.floor(later * turn))
     near = points[order[(place[:, np.newaxis] + np.arange(-BESIDE, BESIDE)) % len(points)]]
@@ -196,7 +202,7 @@ def _orders(points: np.ndarray) -> Iterator[tuple[int, float, int]]:
         fills = full(path)
         if not fills.any():
             continue
-        path, told = path / np.ptp(path, axis=0), int(fills.argmax())
+        path, told = path / _extent(path), int(fills.argmax())
         paths = [points[k::curves] for k in range(curves)]
         here: list[float] = []
         for turn, parts in _turns(path, told):
@@ -269,12 +275,12 @@ def _jumps(points: np.ndarray, turn: float) -> int:
     """Number of jumps of the closed curve along which points run."""
     steps = _steps(points, turn)
     beside = np.minimum(np.roll(steps, 1, axis=0), np.roll(steps, -1, axis=0))
-    return int(((steps > JUMP * np.ptp(points, axis=0)) & (steps > APART * beside)).any(axis=1).sum())
+    return int(((steps > JUMP * _extent(points)) & (steps > APART * beside)).any(axis=1).sum())
 
 
 def _follows(points: np.ndarray, turn: float) -> bool:
     """Whether points run along a curve in the order of their angle, and any part of them along all of it."""
-    extent = np.ptp(points, axis=0)
+    extent = _extent(points)
 
     def ways(parts: int) -> np.ndarray:
         return np.array([_way(part, turn) / extent for part in np.array_split(points, parts)])
@@ -318,7 +324,7 @@ def _returns(points: np.ndarray, most: int, stays: float, close: float, extents:
 
 def _moves_on(points: np.ndarray, turn: float, waves: int) -> bool:
     """Whether the curve along which points run moves evenly, as along a spiral, and will not have settled soon."""
-    points = points / np.ptp(points, axis=0)
+    points = points / _extent(points)
     middle, quarter, halves = len(points) // 2, len(points) // 4, _halves(points)
     turn, missed = _refined(points, turn, *halves)
     # less than of a curve that moves enough
@@ -354,7 +360,7 @@ def _drifts(points: np.ndarray, turn: float) -> bool:
 def _drift(points: np.ndarray, turn: float) -> tuple[float, float]:
     """What the drift of an angle makes of points on the curve through others, in their extents, and which part of the
     squares of what they miss that explains."""
-    points, every = points / np.ptp(points, axis=0), (slice(None, None, 2), slice(1, None, 2))
+    points, every = points / _extent(points), (slice(None, None, 2), slice(1, None, 2))
     turn, _ = _refined(points, turn, *every)
     winds = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, len(points)), WINDS)[:, 1:]
     misses, slope, later, _ = _missed(points, turn, *every, times=winds)
