@@ -112,3 +112,16 @@ def test_exponents_beside_what_dies_out_are_those_of_the_rest_state(method, dura
     expected = [-0.7, -1.0, -2.3]
     np.testing.assert_allclose(found["lyapunov_exponent"], expected, atol=1e-6)
     assert found["lyapunov_exponent"].sum() == pytest.approx(-4.0, abs=1e-8)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("unit", [1.0, 1e-9])
+def test_what_dies_out_leaves_tangents_their_accuracy(method, unit):
+    """Both exponents of the winner's rest are -1, and their mean on the way there is that of the divergence."""
+    rates = {"x": "x*(1 - x - 2*y/unit)", "y": "y*(1 - 2*x - y/unit)"}
+    rivals = cd.HybridSystem(
+        states="x y", parameters={"unit": unit}, modes={"on": rates}, initial={"x": 0.6, "y": 0.3 * unit}
+    )
+    found = cd.lyapunov_spectrum(rivals, duration=200, transient=20, method=method, tolerance=1e-12)
+    assert float(found["lyapunov_exponent"].sum()) == pytest.approx(-2, abs=1e-6)
+    assert abs(found["lyapunov_exponent"] + 1).max() < 0.2
