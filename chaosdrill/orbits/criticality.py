@@ -4,7 +4,8 @@ The return map of the orbit is taken from a place within a segment, after the pe
 back to the plane across the flow there. All events move with the path, so that its first derivatives are exact; the
 second and third are differences of them, at several distances, extrapolated to none (Ridders 1982,
 doi:10.1016/S0141-1195(82)80057-0). The coefficients on the centre manifold are those of Kuznetsov 2023,
-doi:10.1007/978-3-031-22007-4, chapter 5.
+doi:10.1007/978-3-031-22007-4, chapter 5, for a critical eigenvector whose mean square along the orbit is 1, as that of
+Kuznetsov, Govaerts, Doedel and Dhooge 2005, doi:10.1137/040611306.
 """
 
 from collections.abc import Callable
@@ -16,6 +17,8 @@ import numpy as np
 from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset.branches import Criticality, Special
 from chaosdrill.engine import shooting as at
+from chaosdrill.engine.layout import DONE
+from chaosdrill.engine.scales import SMALLEST
 from chaosdrill.engine.setup import constrained_states
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.problem import LostError
@@ -72,17 +75,34 @@ class ReturnMap:
             moved = float(np.abs(correction[durations]).max()) / total
             if not moved < TUNING.farthest:
                 raise LostError("the events beside the orbit are far from its own")
+            shift = shot.sensitivity @ correction
+            # events at given times stay, though the states there move
+            moved = max(moved, float((np.abs(shift[:, :d]) / self.sizes).max()))
             if moved <= TUNING.residual or (moved < TUNING.converged_path and moved > 0.3 * last):
                 break
             last = moved
             path = replace(
                 path,
-                starts=path.starts + shot.sensitivity @ correction,
+                starts=path.starts + shift,
                 durations=path.durations + correction[durations],
             )
         later = -np.linalg.solve(rows[:, durations], rows[:, :d])
         whole = (ends[:, :d] + ends[:, durations] @ later) * self.sizes / self.sizes[:, np.newaxis]
         return np.asarray(self.basis.T @ whole @ self.basis)
+
+    def length(self, deviation: np.ndarray) -> tuple[float, float]:
+        """Root mean square of a deviation, shape (m,), carried once around the orbit, and its error as a part of it.
+
+        Each state counts in parts of its own root mean square along the orbit, an angle in radians. What is along the
+        flow does not count where time is free. So it does not depend on where the deviation begins.
+        """
+        start, count, before = self.sizes * (self.basis @ deviation), TUNING.mean_places, np.inf
+        while True:
+            found = _mean_square(self.problem, self.path, start, self.closed, count) ** 0.5
+            error = 0.0 if self.problem.plain.discrete else abs(found - before) / found
+            if error <= TUNING.mean_known or count >= TUNING.most_places:
+                return found, error
+            before, count = found, 2 * count
 
     def _equations(self, path: Orbit, shot: "Shot") -> tuple[np.ndarray, np.ndarray]:
         """What durations obey, none a later one, and the end, linearised in the reduced unknowns; constants last."""
@@ -99,6 +119,51 @@ class ReturnMap:
             rows[-1, d + 1 : d + 1 + count] = 1.0
             rows[-1, -1] = path.durations.sum() - self.path.durations.sum()
         return rows, ends
+
+
+def _mean_square(problem: "Problem", path: Orbit, start: np.ndarray, closed: bool, count: int) -> float:
+    """Mean square of a deviation along a path, at about as many places, in sizes of the states there.
+
+    ``start``: the deviation at its start. ``closed``: whether what is along the flow does not count.
+    """
+    places, parts = _places(problem, path, count)
+    shot = problem.shoot(places, False)
+    if not (shot.outcome == DONE and np.isfinite(shot.factors).all()):
+        raise LostError("the deviation cannot be carried around the orbit")
+    moved = [start / problem.units]
+    for factor in shot.factors[:-1]:
+        moved.append(factor @ moved[-1])
+    sizes = np.maximum(np.sqrt(parts @ places.starts[:, : problem.states] ** 2), TUNING.smallest_size * problem.sizes)
+    for turn in problem.shifts.turns:
+        sizes = np.where(turn != 0, np.abs(turn) / (2 * np.pi), sizes)
+    away = np.array(moved) * problem.units / sizes
+    if closed:
+        flows = np.array([problem.flow_at(places.rotated(k, None)) for k in range(len(places))]) / sizes
+        flows /= np.maximum(np.linalg.norm(flows, axis=1, keepdims=True), SMALLEST)
+        away = away - flows * (flows * away).sum(axis=1, keepdims=True)
+    return float(parts @ (np.abs(away) ** 2).sum(axis=1))
+
+
+def _places(problem: "Problem", path: Orbit, count: int) -> tuple[Orbit, np.ndarray]:
+    """A path divided at about as many Gauss nodes, or at the iterates of a map, and the part of it that each tells.
+
+    What begins where a segment does tells nothing then.
+    """
+    whole, each = float(path.durations.sum()), max(2, count // len(path))
+    nodes, weights = np.polynomial.legendre.leggauss(each)
+    inner, parts = np.append(0.0, (1 + nodes) / 2), np.append(0.0, weights / 2)
+    if problem.plain.discrete:
+        inner, parts = np.arange(round(whole)) / whole, np.full(round(whole), 1 / whole)
+    before = np.cumsum(path.durations) - path.durations
+    times = before[:, np.newaxis] + path.durations[:, np.newaxis] * inner
+    starts, segments = (np.repeat(one, len(inner), axis=0) for one in (path.starts, path.segments))
+    within = np.tile(np.arange(len(inner)) > 0, len(path))
+    starts[within, : problem.states] = problem.at([path], times.ravel()[within][np.newaxis])[0][0]
+    goes_on = np.roll(within, -1)
+    segments[goes_on, at.SEGMENT_END], segments[goes_on, at.SEGMENT_OUTCOME] = at.SHARE, -1
+    durations = path.durations[:, np.newaxis] * np.diff(np.append(inner, 1.0))
+    told = path.durations[:, np.newaxis] * parts / whole
+    return replace(path, segments=segments, starts=starts, durations=durations.ravel()), told.ravel()
 
 
 def _free_segment(problem: "Problem", orbit: Orbit) -> int:
@@ -172,12 +237,12 @@ def cubic_term(problem: "Problem", orbit: Orbit, near: complex) -> tuple[float, 
     the coefficient.
     """
     returns = ReturnMap(problem, orbit)
-    (_, cubic), (_, error), _ = _terms(returns, lambda values: np.abs(values - near), TUNING.sign_known)
-    return float(cubic), float(error)
+    (_, cubic), (_, error), _, q = _terms(returns, lambda values: np.abs(values - near), TUNING.sign_known)
+    return _per_length(returns, q, float(cubic), float(error))
 
 
 def _decided(kind: Special, returns: ReturnMap) -> NormalForm:
-    (quadratic, cubic), (quadratic_error, error), bends = _terms(returns, _CRITICAL[kind])
+    (quadratic, cubic), (quadratic_error, error), bends, q = _terms(returns, _CRITICAL[kind])
     if kind == Special.BRANCH_POINT:
         away = TUNING.crossing_known
         # in differences at h, terms of fourth and fifth order show as 2 h^2 and 5/3 h^2 of themselves
@@ -186,15 +251,22 @@ def _decided(kind: Special, returns: ReturnMap) -> NormalForm:
         error += away * (abs(cubic) + 4 * fourth + 10 * away * fifth)
         if abs(quadratic) > quadratic_error:
             return NormalForm(Criticality.TRANSCRITICAL)
+    cubic, error = _per_length(returns, q, float(cubic), float(error))
     if not abs(cubic) > error:
-        return NormalForm(Criticality.UNDECIDED, float(cubic), float(error))
-    return NormalForm(Criticality.SUPERCRITICAL if cubic > 0 else Criticality.SUBCRITICAL, float(cubic), float(error))
+        return NormalForm(Criticality.UNDECIDED, cubic, error)
+    return NormalForm(Criticality.SUPERCRITICAL if cubic > 0 else Criticality.SUBCRITICAL, cubic, error)
+
+
+def _per_length(returns: ReturnMap, q: np.ndarray, cubic: float, error: float) -> tuple[float, float]:
+    """A cubic coefficient and its error for a critical eigenvector of mean square 1 along the orbit."""
+    length, off = returns.length(q)
+    return cubic / length**2, (error + 2 * off * abs(cubic)) / length**2
 
 
 def _terms(
     returns: ReturnMap, distances_of: Callable[[np.ndarray], np.ndarray], enough: float = 0.0
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Quadratic and cubic coefficient of the multiplier at the least distance, their errors and bends.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Quadratic and cubic coefficient of the multiplier at the least distance, their errors and bends; its eigenvector.
 
     ``enough``: error, as a part of them, that need not be smaller.
     """
@@ -217,7 +289,7 @@ def _terms(
         raise np.linalg.LinAlgError("two multipliers cannot be told apart")
     q = q / np.linalg.norm(q)
     p = p / (p @ q)
-    return extrapolated(lambda h: _coefficients(returns, at_rest, mu, q, p, h), enough)
+    return *extrapolated(lambda h: _coefficients(returns, at_rest, mu, q, p, h), enough), q
 
 
 def _coefficients(

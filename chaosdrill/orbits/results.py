@@ -115,8 +115,8 @@ class NormalForm:
 
     criticality: Criticality
     coefficient: float = float("nan")
-    """Of the cubic term, positive where it drives back what moves away; of states in parts of their sizes along the
-    orbit, for a critical eigenvector of length 1. NaN without one."""
+    """Of the cubic term, positive where it drives back what moves away; of states in parts of their root mean
+    squares along the orbit, for a critical eigenvector of mean square 1 there. NaN without one."""
     error: float = float("nan")
 
 

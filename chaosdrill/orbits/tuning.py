@@ -344,6 +344,12 @@ class Tuning:
     """Times the difference of two extrapolations that their error is: the best of many is chosen by luck as well."""
     converged_path: float = 1e-9
     """Correction of an event's time, as a part of the period, at which only round-off is left if none is smaller."""
+    mean_places: int = 32
+    """Places along an orbit at which the mean square of a deviation is taken first; then at twice as many each time."""
+    mean_known: float = 1e-9
+    """Change of the root mean square, as a part of it, at which it is known: as well as coefficients are at best."""
+    most_places: int = 512
+    """Such places at most: the equations at them take the square of their number."""
     resonant: float = 1e-4
     """Distance of a low power of a multiplier from 1 at which another normal form holds."""
     crossing_known: float = 1e-3

@@ -134,6 +134,64 @@ def test_the_delayed_logistic_map():
     assert abs(float(found["special_coefficient"]) - 2 / 2 / 4) <= float(found["special_coefficient_error"]) < 1e-6
 
 
+LOGISTIC = {x: mu * x * (1 - x / unit)}
+CUBIC = {x: x**3 / unit**2 - mu * x}
+GOLDEN = (1 + 5**0.5) / 2
+ROOT = 1 + 6**0.5
+CYCLES = {
+    "logistic": (
+        LOGISTIC,
+        3.4,
+        ROOT,
+        (ROOT + 1 + ((ROOT - 3) * (ROOT + 1)) ** 0.5 * np.array([1, -1])) / (2 * ROOT),
+        Special.PERIOD_DOUBLING,
+    ),
+    "pitchfork": (CUBIC, 1.8, 2.0, np.array([1.0, -1.0]), Special.BRANCH_POINT),
+    "cubic": (CUBIC, 2.1, 5**0.5, np.array([GOLDEN**0.5, -(GOLDEN**-0.5)]), Special.PERIOD_DOUBLING),
+}
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-6])
+@pytest.mark.parametrize("first", [0, 1])
+@pytest.mark.parametrize("name", CYCLES)
+def test_a_coefficient_depends_on_no_point_of_a_cycle(name, first, size):
+    """The Schwarzian derivatives S on a cycle, by the chain rule, for an eigenvector v of mean square 1: -S v^2 / 6."""
+    image, begin, point, cycle, kind = CYCLES[name]
+    step = sympy.lambdify((x, mu), image[x].xreplace({unit: 1}))
+    one, two, three = (sympy.lambdify((x, mu), sympy.diff(image[x].xreplace({unit: 1}), x, n)) for n in (1, 2, 3))
+    assert step(cycle[0], point) == pytest.approx(cycle[1])
+    slope = one(cycle, point)
+    schwarzian = three(cycle, point) / slope - 1.5 * (two(cycle, point) / slope) ** 2
+    squares = np.array([1, slope[0] ** 2]) * 2 / (1 + slope[0] ** 2) * np.mean(cycle**2)
+    place = cycle[0]
+    for _ in range(1000 + first):
+        place = step(place, begin)
+    system = cd.Map((x,), {"mu": begin, "unit": size}, image, initial={x: size * place})
+    found = special(system, {"mu": (begin - 0.04, point + 0.03)}, kind, period=2)
+    assert int(found["special_criticality"]) == Criticality.SUPERCRITICAL
+    coefficient, error = (found[f"special_coefficient{name}"].item() for name in ("", "_error"))
+    assert abs(coefficient + schwarzian @ squares / 6) <= error
+
+
+def test_a_coefficient_depends_on_no_time_at_which_an_orbit_begins():
+    """The Roessler system: its first doubling, from three points of the cycle, one in other units."""
+    z = sympy.Symbol("z", real=True)
+    system = cd.HybridSystem(
+        states=(x, y, z), parameters={"mu": 2.8, "unit": 1.0}, name="roessler",
+        modes={"free": {x: -y - z, y: x + y / 5, z: unit / 5 + z * (x / unit - mu)}},
+        initial={"mode": "free", x: -2.0, y: -2.0, z: 0.1},
+    )  # fmt: skip
+    path = cd.trajectory(system, transient=300.0, duration=4.0, samples=3)["states"].values[-3:]
+    found = []
+    for state, size in zip(path, (1.0, 1.0, 1e3), strict=True):
+        scaled = dict(zip((x, y, z), (size * state).tolist(), strict=True))
+        begun = system.with_parameters(unit=size).with_initial(**{s.name: v for s, v in scaled.items()})
+        found.append(special(begun, {"mu": (2.75, 2.9)}, Special.PERIOD_DOUBLING, step=0.05))
+    values = np.array([one["special_coefficient"].item() for one in found])
+    # third differences at 1e-2 of a map with the accuracy 1e-13
+    np.testing.assert_allclose(values, values[0], rtol=1e-8)
+
+
 @pytest.mark.parametrize("turn", [np.pi / 2, 2 * np.pi / 3])
 def test_a_strong_resonance_is_undecided(turn):
     system = SYSTEMS[Special.NEIMARK_SACKER].with_parameters(angle=turn)

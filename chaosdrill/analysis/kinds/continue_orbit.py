@@ -49,7 +49,7 @@ STEP = 1 / 200
 
 _STABLE = "Whether small deviations die out; on a curve: by all multipliers but those on the unit circle."
 _BORN = "Whether what is born there attracts (supercritical, soft) or repels (subcritical, hard)."
-_COEFFICIENT = "On the centre manifold, above 0 where supercritical; states in parts of their sizes along the orbit."
+_COEFFICIENT = "On the centre manifold, above 0 where supercritical; for an eigenvector of mean square 1 on the orbit."
 _ONSET = "Of the attractor beside a stable orbit, by the returns after the event."
 _POWER = "Of the return map where a guard is met at no speed, y > 0 where the event happens; NaN: not known, or none."
 _GRAZING = "What that power adds to the guard's next greatest value, in units of the guard."
