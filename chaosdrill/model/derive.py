@@ -344,11 +344,67 @@ def _null_directions(rows: list[Sparse], n: int) -> list[list[float]]:
     return found
 
 
+_MEROMORPHIC = (
+    sympy.Add,
+    sympy.Mul,
+    sympy.exp,
+    sympy.sin,
+    sympy.cos,
+    sympy.tan,
+    sympy.cot,
+    sympy.sinh,
+    sympy.cosh,
+    sympy.tanh,
+)
+
+
 def _vanishes(expression: Any) -> bool:
-    """Whether an expression is zero; expansion, the cheapest test, comes first."""
-    if expression == 0 or sympy.expand(expression) == 0:
+    """Whether an expression is zero.
+
+    Its values decide where it is meromorphic, and where one of them is not zero; else simplification does.
+    """
+    if expression == 0:
         return True
-    return bool(not expression.has(Called) and sympy.simplify(expression) == 0)
+    if expression.has(Called):
+        return bool(sympy.expand(expression) == 0)
+    seen = _values_vanish(expression)
+    parts = [one for one in sympy.preorder_traversal(expression) if one.args]
+    if seen is False or (
+        seen and all(isinstance(one, _MEROMORPHIC) or (one.is_Pow and one.exp.is_Integer) for one in parts)
+    ):
+        return seen
+    small = len(parts) <= TUNING.simplified
+    return bool(sympy.expand(expression) == 0 or (small and sympy.simplify(expression) == 0))
+
+
+def _values_vanish(expression: Any) -> bool | None:
+    """Whether an expression is zero at random numbers, in two precisions; None where it has no values.
+
+    Of one that is zero they show rounding alone, of which each precision has its own.
+    """
+    import random
+
+    import mpmath
+
+    names, rng = sorted(expression.free_symbols, key=str), random.Random(20260103)
+    exact = expression.xreplace({one: sympy.Rational(repr(float(one))) for one in expression.atoms(sympy.Float)})
+    told = False
+    try:
+        value = sympy.lambdify(names, exact, modules="mpmath", cse=True)
+        for _ in range(TUNING.null_samples):
+            place = [rng.choice((-1, 1)) * rng.uniform(*TUNING.drawn) for _ in names]
+            found = []
+            for digits in TUNING.null_precisions:
+                with mpmath.workdps(digits):
+                    found.append(mpmath.mpmathify(value(*map(mpmath.mpf, place))))
+            rough, fine = found
+            if mpmath.isfinite(fine):
+                told = True
+                if abs(fine - rough) < abs(fine) / 2:
+                    return False
+    except (ArithmeticError, AttributeError, NameError, TypeError, ValueError):
+        return None
+    return True if told else None
 
 
 def _samples(rows: list[Sparse], n: int) -> "list[np.ndarray]":
@@ -366,6 +422,8 @@ def _samples(rows: list[Sparse], n: int) -> "list[np.ndarray]":
         matrix = np.zeros((len(rows), n))
         for line, row in zip(matrix, rows, strict=True):
             line[list(row)] = [values[place[e]] for e in row.values()]
+            # in whatever units the rows are
+            line /= np.abs(line).max(initial=0.0) or 1.0
         found.append(matrix[np.isfinite(matrix).all(axis=1)])
     return found
 

@@ -105,6 +105,10 @@ class Tuning:
     """Pivot below which an entry of the candidates is zero, far above what rounding to digits leaves."""
     null_samples: int = 4
     """Times that the entries are taken at random numbers."""
+    null_precisions: tuple[int, int] = (60, 120)
+    """Digits in which an expression is evaluated that may be zero: terms that cancel leave the first few right."""
+    simplified: int = 500
+    """Parts of an expression that is simplified, at most: it takes seconds for one that is larger."""
 
     # periods
     repeats: float = 1e-10

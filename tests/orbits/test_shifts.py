@@ -1,6 +1,7 @@
 """Orbits that close but for a shift that the system does not notice: runners, rotors, what is carried along."""
 
 import math
+import time
 
 import numpy as np
 import pytest
@@ -331,3 +332,30 @@ def test_two_gaits_of_one_energy_meet_where_a_multiplier_is_one():
     assert abs(stiffness - known) < 1e-8
     assert 0 < error < 1e-8
     assert branch["k"].values.max() > known + 1
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-13])
+def test_slow_states_are_shifted_as_quick_ones_are(unit):
+    """Two bodies tied to each other, however weakly, and one that comes to rest."""
+    system = cd.HybridSystem(
+        name="tied", states="x y z", parameters={"k": 1.0}, initial={"mode": "free", "x": 1.0, "y": 0.0, "z": 1.0},
+        modes={"free": {"x": f"{unit}*k*(y - x)", "y": f"{unit}*k*(x - y)", "z": "-z"}},
+    )  # fmt: skip
+    assert shifts_of(system).lines.tolist() == [[1.0, 1.0, 0.0]]
+
+
+def test_a_turn_between_shears_has_no_shifts_and_that_is_soon_known():
+    """Expansion of its slopes, which are polynomials of the degree 128, takes minutes."""
+    x, y, a, b, w = sympy.symbols("x y a b w", real=True)
+    for _ in range(2):
+        x += a * y**2
+        y += b * x**2
+    p, q = x * sympy.cos(w) - y * sympy.sin(w), x * sympy.sin(w) + y * sympy.cos(w)
+    for _ in range(2):
+        q -= b * p**2
+        p -= a * q**2
+    system = cd.Map(states="x y", parameters={"a": 0.3, "b": 0.2, "w": 1.0}, images={"x": p, "y": q})
+    begin = time.process_time()
+    shifts = shifts_of(system)
+    assert time.process_time() - begin < 10
+    assert not shifts
