@@ -169,11 +169,12 @@ def _next_step(h: float, error: float, count: int) -> float:
 def _up_to_change(curve: Curve, points: list[Point], beyond: Point, step: float, home: Point) -> Continued:
     """The curve up to where its events change, before a point that lies beyond."""
     good, border = curve.bisect(points[-1], beyond)
+    within = beyond.arclength - good.arclength
     points += [good] if good is not points[-1] else []
     if curve.kind == Special.REGULAR and collapsed(curve, points, home):
         return Continued(points, BranchEnd.REST)
     if border.bad is None:
-        border = replace(border, error=border.error + _left(points, step) * float(curve.spans[0]))
+        border = replace(border, error=border.error + _left(curve, points, step, within))
     return Continued(points, BranchEnd.NO_CONVERGENCE, border)
 
 
@@ -286,19 +287,25 @@ def _through_rest(curve: Curve, points: list[Point]) -> bool:
 def _lost(curve: Curve, points: list[Point], step: float) -> Border:
     """No further point was found at the smallest step."""
     last = points[-1]
-    left = _left(points, step) * float(curve.spans[0])
+    left = _left(curve, points, step)
     if len(points) > 1:
         left = max(left, curve.stay_left(points[-2], last))
     return Border(last.orbit, last.shot, None, None, left)
 
 
-def _left(points: list[Point], step: float) -> float:
-    """How far beyond the last point the slowest event would lose its speed; at least the smallest step."""
-    left = TUNING.shortest_step * step
+def _left(curve: Curve, points: list[Point], step: float, within: float = np.inf) -> float:
+    """How far beyond the last point, in the first parameter, an event that is nearly tangential would lose its speed.
+
+    That is at least the smallest step, and at most the way along the curve ``within`` which it is known to end.
+    """
+    left, place = TUNING.shortest_step * step, -len(curve.spans)
     if len(points) > 1:
         before, last = points[-2:]
-        slowest = int(last.shot.speeds.argmin())
+        slow = last.shot.speeds / curve.problem.paces(last.orbit)
+        slowest = int(slow.argmin())
         speed, earlier = float(last.shot.speeds[slowest]), float(before.shot.speeds[slowest])
-        if speed < earlier < np.inf:
+        if slow[slowest] <= TUNING.tangential and speed < earlier:
             left = max(left, (last.arclength - before.arclength) * speed / (earlier - speed))
-    return left
+    # where the curve turns it changes more slowly
+    rate = max(abs(float(point.tangent.change[place])) for point in points[-2:])
+    return min(left, within) * rate

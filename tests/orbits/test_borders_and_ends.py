@@ -181,3 +181,19 @@ def test_both_switches_of_a_thermostat_take_ever_longer(thermostat, end, step):
     assert branch["branch_end"].item() == BranchEnd.GRAZING
     assert branch["special_text"].item() == "hot and cold vanish; the branch ends"
     assert 0 <= 1 - branch["special_value"].item() <= branch["special_error"].item() < 1e-7
+
+
+@pytest.mark.parametrize("step", [0.02, 0.2])
+def test_an_event_that_is_not_slow_says_nothing_of_where_a_branch_ends(step):
+    """A clock ticks ever more slowly, and stops at 2, while the states that it moves leave their piece at 0."""
+    moves = {"guard": "c - 1", "direction": 1, "source": "on", "target": "on"}
+    system = cd.HybridSystem(
+        name="clock", states="y c", parameters={"mu": -0.3}, initial={"mode": "on", "y": -0.6, "c": 0.0},
+        modes={"on": {"y": "0", "c": "2 - mu"}},
+        transitions=[
+            cd.Transition("tick", condition="y <= 0", reset={"y": "y/2 + mu", "c": "0"}, **moves),
+            cd.Transition("tock", condition="y > 0", reset={"y": "mu - 3*y/2", "c": "0"}, **moves),
+        ],
+    )  # fmt: skip
+    branch = cd.continue_orbit(system, {"mu": (-1, 1)}, start="guess", step=step)
+    assert abs(branch["special_value"].item()) <= branch["special_error"].item() < 1e-7 * step
