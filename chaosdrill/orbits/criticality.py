@@ -330,7 +330,10 @@ def extrapolated(
     """
     best, errors, bends = np.zeros(1), np.full(1, np.inf), np.full(1, np.nan)
     before: list[np.ndarray] = []
-    for distance in TUNING.difference_distances:
+    usual = TUNING.difference_distances
+    for distance in (*usual, *(usual[-1] / 2.0**k for k in range(1, TUNING.halved_distances + 1))):
+        if distance == usual[-1] / 2 and len(before) >= TUNING.least_distances:
+            break
         try:
             row = [function(distance)]
         except LostError:

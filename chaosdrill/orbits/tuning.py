@@ -338,6 +338,10 @@ class Tuning:
     # normal forms
     difference_distances: tuple[float, ...] = (0.1, 0.05, 0.025, 0.0125, 0.00625, 0.003125, 0.0015625, 0.00078125)
     """Distances of differences, in sizes of the states: the nonlinearity may show at any of them."""
+    least_distances: int = 4
+    """How many of these are to have values: two tell no error, and a third one no order."""
+    halved_distances: int = 6
+    """Smaller distances, by halves, where fewer have: a population must not become negative."""
     sign_known: float = 1e-3
     """Error of a coefficient along a curve, as a part of it, at which its sign is known."""
     difference_safety: float = 3.0

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 import chaosdrill as cd
 from chaosdrill.dataset.branches import Criticality, Special
-from chaosdrill.orbits.criticality import _terms
+from chaosdrill.orbits.criticality import _terms, extrapolated
+from chaosdrill.orbits.problem import LostError
 
 x, y, mu, c, unit, angle, bend = sympy.symbols("x y mu c unit angle bend", real=True)
 
@@ -221,3 +222,16 @@ def test_two_multipliers_with_one_vector_have_no_coefficient(beside):
     returns = SimpleNamespace(basis=np.eye(2), derivative=lambda deviation: np.array([[-1.0, 1.0], [beside, -1.0]]))
     with pytest.raises(np.linalg.LinAlgError):
         _terms(returns, lambda values: np.abs(values + 1))
+
+
+@pytest.mark.parametrize("room", [0.2, 1e-3, 1e-4])
+def test_differences_are_taken_where_there_is_room(room):
+    """Beside a population that nearly dies out most displacements lead below zero, where motions run away."""
+
+    def beside(distance):
+        if distance > room:
+            raise LostError
+        return np.array([np.sinh(distance) / distance])
+
+    (value,), (error,), _ = extrapolated(beside)
+    assert abs(value - 1) <= error < 1e-9
