@@ -221,7 +221,7 @@ class Points(_Lengths):
     parallel: ClassVar[bool] = True
     meanings: ClassVar[Mapping[str, str]] = {
         "duration": "Time to average over instead, for systems without a forcing period; the transient, a time too, is "
-        "rounded up to a whole part of it, of 512. Without a section no period is detected.",
+        "rounded up to a whole part of it, of 544. Without a section no period is detected.",
         "max_return": f"{_RETURN} The other points go on.",
     }
 

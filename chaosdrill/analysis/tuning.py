@@ -20,8 +20,9 @@ class Plan:
     """Section points that are compared at least."""
     most_rows: int = 2**14
     """Section points of a record that are kept at most: all of a common one."""
-    parts: int = 512
-    """Parts of a duration at whose ends a point is looked at."""
+    parts: int = 544
+    """Parts of a duration at whose ends a point is looked at: blocks of 17 each, so that of a cycle that takes a part
+    of a round duration they meet 17 phases at least."""
     at_once: int = 4096
     """Points whose runs are held in memory together, at most."""
     most_held: int = 2**26
@@ -91,6 +92,9 @@ class Attractors:
     """Points of the long records by which attractors are compared."""
     most: int = 64
     """Attractors that are followed at most, those of most runs: a conservative system has as many tori as starts."""
+    uneven: float = 1.2360679774997896
+    """Times by which the instants of such records are further apart than those by which points were judged, sqrt(5) - 1:
+    where these fall on few phases of a cycle, such an irrational number lets the others fall on all."""
     cells: tuple[int, ...] = (128, 64, 32, 16, 8)
     """Cells along a state, in parts of its extent over all records; the first that suffices is taken."""
     familiar: float = 0.8

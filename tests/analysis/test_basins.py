@@ -7,6 +7,7 @@ from support.discrete import clocked
 
 import chaosdrill as cd
 from chaosdrill.analysis.grids.matching import moments, number_attractors
+from chaosdrill.analysis.tuning import PLAN
 from chaosdrill.engine.shifts import Shifts
 
 LENGTHS = {"transient": 60, "periods": 32, "max_period": 8}
@@ -176,14 +177,43 @@ def test_a_cycle_that_is_approached_slowly_counts_once(logistic, unsettled):
     assert found.sizes["attractor_number"] == 1
 
 
-def test_a_cycle_keeps_its_word_where_instants_are_whole_turns_apart():
-    """The rest at the centre and the circle of radius 2 attract; 512 instants are nearly two turns apart each."""
-    away = "(1 - x**2 - y**2)*(4 - x**2 - y**2)/8"
-    rates = {"x": f"-y - x*{away}", "y": f"x - y*{away}"}
-    system = cd.HybridSystem(states="x y", parameters={}, modes={"on": rates}, initial={"x": 0.1, "y": 0.0})
+def rings(factor):
+    """A flow that turns once in 2 pi about the centre, and goes off by a factor of its distance."""
+    rates = {"x": f"-y - x*({factor})", "y": f"x - y*({factor})"}
+    return cd.HybridSystem(states="x y", parameters={}, modes={"on": rates}, initial={"x": 0.1, "y": 0.0})
+
+
+@pytest.fixture(scope="module")
+def ring():
+    """The rest at the centre and the circle of radius 2 attract."""
+    return rings("(1 - x**2 - y**2)*(4 - x**2 - y**2)/8")
+
+
+def test_a_cycle_keeps_its_word_where_instants_are_whole_turns_apart(ring):
     for apart in (1.003, 1.0267):
-        found = cd.basins(system, {"x": [0.1, 2.0], "y": [0.2, 1.0]}, duration=512 * 4 * np.pi * apart, transient=300.0)
+        duration = PLAN.parts * 4 * np.pi * apart
+        found = cd.basins(ring, {"x": [0.1, 2.0], "y": [0.2, 1.0]}, duration=duration, transient=300.0)
         assert found.cd.words("outcome").values.tolist() == [["equilibrium", "periodic"], ["periodic", "periodic"]]
+
+
+@pytest.mark.parametrize("turns", [512, 1024, PLAN.parts])
+def test_a_cycle_counts_once_where_instants_are_whole_turns_apart(ring, turns):
+    """Each run stands at the same point of the circle at all instants, or at a few, another one than other runs."""
+    grid = {"x": np.linspace(-3, 3, 12), "y": np.linspace(-3, 3, 12)}
+    found = cd.basins(ring, grid, duration=turns * 2 * np.pi, transient=300.0)
+    assert found.sizes["attractor_number"] == 2
+    x, y = np.meshgrid(grid["x"], grid["y"], indexing="ij")
+    outside = found["attractor"].values == found["attractor"].values[0, 0]
+    assert (outside == (np.hypot(x, y) > 1)).all()
+
+
+def test_cycles_around_each_other_are_two():
+    """The circles of radii 1 and 1.15 attract, and the one of radius 1.08 between them is their boundary."""
+    grid = {"x": np.linspace(0.5, 2, 6), "y": np.linspace(-1, 1, 6)}
+    factor = "20*(x**2 + y**2 - 1)*(x**2 + y**2 - 1.08**2)*(x**2 + y**2 - 1.15**2)"
+    found = cd.basins(rings(factor), grid, duration=200.0, transient=100.0)
+    x, y = np.meshgrid(grid["x"], grid["y"], indexing="ij")
+    assert (found["attractor"].values == np.where(np.hypot(x, y) > 1.08, 1, 2)).all()
 
 
 def test_a_gait_is_no_part_of_the_sea_of_a_walker_that_has_fallen():

@@ -134,7 +134,7 @@ class ShareTask(_Values):
         numbers, leaders = number_attractors(found)
         if len(leaders) > 1:
             numbers, leaders = merge(
-                self.plan, found, numbers, leaders, lambda which: self._mapped(place, leaders[which])
+                self.plan, found, numbers, leaders, lambda plan, which: self._mapped(plan, place, leaders[which])
             )
         slots = min(ATTRACTORS.carried_most, starts)
         kept = {"outcome": found["outcome"], "reached": np.where(numbers <= slots, numbers, 0).astype("i4")}
@@ -143,8 +143,8 @@ class ShareTask(_Values):
             kept[f"of_{name}"][: len(leaders)] = values[leaders[:slots]]
         return kept
 
-    def _mapped(self, place: int, rows: np.ndarray) -> Batch:
-        return self.plan.mapped(self._here(place, rows), self.starts[rows], self.modes[rows], ATTRACTORS.length)
+    def _mapped(self, plan: Plan, place: int, rows: np.ndarray) -> Batch:
+        return plan.mapped(self._here(place, rows), self.starts[rows], self.modes[rows], ATTRACTORS.length)
 
     def _here(self, place: int, rows: np.ndarray) -> dict[str, np.ndarray]:
         """Parameters of the runs from some starts at a value."""

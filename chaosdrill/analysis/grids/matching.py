@@ -25,6 +25,10 @@ SAME_CYCLE = 2e-5
 SAME_CHAOTIC = 0.2
 """Difference of the means of two attractors that are no cycles, in parts of their extent, below which they are one."""
 
+SAME_CURVE = 0.02
+"""The same of two cycles that are known by instants, or of which the period is unknown: means over phases that are
+evenly apart are exact but for a few thousandths, and those of cycles around each other are alike otherwise."""
+
 SAME_EXPONENT = 8.0
 """Difference of their leading exponents, in combined standard errors, up to which they are one: those of a diagram are
 known from few frequencies, and one cell in 30,000 is six of them off, which a fine grid has."""
@@ -109,7 +113,8 @@ def alike_first(first: Mapping[str, np.ndarray], others: Mapping[str, np.ndarray
     size = sizes(one, np.maximum(known_of_one, known_of_many))[:, np.newaxis]
     close = (np.abs(many - one) <= SAME_CYCLE * size).all(axis=(1, 2))
     spread = np.maximum(one[:, 1], many[:, 1]) + SAME_CYCLE * size[:, 0]
-    chaotic = (np.abs(many[:, :2] - one[:, :2]) <= SAME_CHAOTIC * spread[:, np.newaxis]).all(axis=(1, 2))
+    part_of = np.where(first["outcome"] == Outcome.PERIODIC, SAME_CURVE, SAME_CHAOTIC)[:, np.newaxis, np.newaxis]
+    chaotic = (np.abs(many[:, :2] - one[:, :2]) <= part_of * spread[:, np.newaxis]).all(axis=(1, 2))
     if others["lyapunov_exponent"].shape[-1]:
         with np.errstate(invalid="ignore"):
             apart = np.abs(others["lyapunov_exponent"][:, 0] - first["lyapunov_exponent"][:, 0])

@@ -12,7 +12,7 @@ from chaosdrill.analysis.base import Points
 from chaosdrill.analysis.judgement.statistics import block_ends
 from chaosdrill.analysis.judgement.tori import LENGTH
 from chaosdrill.analysis.sections import Section, find_section
-from chaosdrill.analysis.tuning import PLAN
+from chaosdrill.analysis.tuning import ATTRACTORS, PLAN
 from chaosdrill.engine.ahead import LANES, compile_ahead
 from chaosdrill.engine.batch import Batch, Returns
 from chaosdrill.engine.numerics import Numerics
@@ -126,6 +126,13 @@ class Plan:
     ) -> Batch:
         """Runs without tangents from event to event of a transition, and the states after them."""
         return self._runs(parameters, starts, modes, {transition}, returns=True, after=True, window=LENGTH)
+
+    def uneven(self) -> "Plan":
+        """The same with parts of a duration, if there are any, of which a record is no simple multiple."""
+        if self.where.counts != "time":
+            return self
+        part = ATTRACTORS.uneven * self.part
+        return replace(self, part=part, transient=-(-self.transient * self.part // part))
 
     def at_instants(self) -> "Plan":
         """The same with `LENGTH` parts of its duration, or a few more."""

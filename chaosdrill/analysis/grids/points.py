@@ -126,9 +126,9 @@ class PointTask(Task):
         numbers, leaders = number_attractors(seeds)
         parameters, starts, modes = self.begin(np.array([unit]))
 
-        def begin(which: np.ndarray) -> Batch:
+        def begin(plan: Plan, which: np.ndarray) -> Batch:
             here = {name: values[leaders[which]] for name, values in parameters.items()}
-            return self.plan.mapped(here, starts[leaders[which]], modes[leaders[which]], ATTRACTORS.length)
+            return plan.mapped(here, starts[leaders[which]], modes[leaders[which]], ATTRACTORS.length)
 
         return len(merge(self.plan, seeds, numbers, leaders, begin)[1])
 

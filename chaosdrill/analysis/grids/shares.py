@@ -136,9 +136,9 @@ class Search:
         if len(leaders) > 1 and (numbers[count:] > 0).any() and (leaders >= count).any():
             parameters = {self.axis.name: np.full(len(every["outcome"]), self.axis.values[value])}
 
-            def begin(which: np.ndarray) -> Any:
+            def begin(plan: Plan, which: np.ndarray) -> Any:
                 rows = leaders[which]
-                return on_the_map(self.plan, part(parameters, rows), part(every, rows))
+                return on_the_map(plan, part(parameters, rows), part(every, rows))
 
             numbers, leaders = merge(self.plan, every, numbers, leaders, begin)
         slots = np.full(len(found["outcome"]), NEITHER)

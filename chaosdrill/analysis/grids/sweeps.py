@@ -101,7 +101,7 @@ def over_states(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
         here, begun, begun_modes = task.begin(leaders)
         numbers, leaders = merge(
             plan, cells, numbers, leaders,
-            lambda which: plan.mapped(at_points(here, which), begun[which], begun_modes[which], ATTRACTORS.length),
+            lambda uneven, which: uneven.mapped(at_points(here, which), begun[which], begun_modes[which], ATTRACTORS.length),
         )  # fmt: skip
     fraction, error = share_of(np.bincount(numbers, minlength=len(leaders) + 1)[1:], task.units)
     number = "attractor_number"

@@ -40,24 +40,24 @@ def merge(
     found: Mapping[str, np.ndarray],
     numbers: np.ndarray,
     leaders: np.ndarray,
-    begin: Callable[[np.ndarray], Batch],
+    begin: Callable[[Plan, np.ndarray], Batch],
 ) -> tuple[np.ndarray, np.ndarray]:
     """Numbers and leaders, as of `number_attractors`, after those that are one have been merged.
 
     ``found``: what is known of all runs. ``numbers``, ``leaders``, int: the attractor of every run, from 1, and the run
     that stands for each. ``begin``: given places among the attractors, runs over steps of the map from where those
-    began that stand for them, which keep as many points as records are compared by.
+    began that stand for them, which keep as many points as records are compared by, of the plan that is given.
     """
     loose = (found["period"][leaders] == 0) & (found["outcome"][leaders] != Outcome.EQUILIBRIUM)
     todo, part_of = np.flatnonzero(loose), np.arange(len(leaders))
     if len(todo) == 0 or len(leaders) < 2:
         return numbers, leaders
-    told = part(found, leaders)
+    told, plan = part(found, leaders), plan.uneven()
     settled, left, room = [], [], ATTRACTORS.most
     while len(todo) and room:
         # those that settle leave their place to others
         which, todo = todo[:room], todo[room:]
-        followed, ended = _follow(plan, which, begin(which), told)
+        followed, ended = _follow(plan, which, begin(plan, which), told)
         settled += ended
         left.append(followed)
         room -= len(which) - len(ended)
@@ -86,10 +86,14 @@ def _follow(plan: Plan, which: np.ndarray, runs: Batch, told: dict[str, np.ndarr
     for row in found.tolist():
         told["moments"][which[row], :3] = 0.0
         told["moments"][which[row], 0] = shifts.quotient(runs.rest(row))
-    ended = np.concatenate([cycles, which[found]])
-    # one record of each rest stays, with which those are compared that have not quite come to it
+    # at instants a cycle has no period, but means over all its phases
+    rows = np.flatnonzero((told["outcome"][which[there]] == Outcome.PERIODIC) & (not plan.maps))
+    curves = which[there[rows]]
+    told["moments"][curves], _ = moments(points[rows], known[rows], np.zeros(len(rows)), shifts)
+    ended = np.concatenate([cycles, which[found], curves])
+    # one record of each rest stays, with which those are compared that have not quite come to it, and of each such cycle
     firsts: list[int] = []
-    for place in which[found].tolist():
+    for place in [*which[found].tolist(), *curves.tolist()]:
         if not any(alike_first(part(told, [first]), part(told, [place]))[0] for first in firsts):
             firsts.append(place)
     on = np.flatnonzero(~np.isin(which[there], np.setdiff1d(ended, firsts)))

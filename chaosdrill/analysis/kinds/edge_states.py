@@ -107,7 +107,7 @@ def edge_states(system: HybridSystem, given: EdgeStates, job: Job) -> Dataset:
     doi:10.1016/0167-2789(88)90057-7; Skufca, Yorke and Eckhardt 2006, doi:10.1103/PhysRevLett.96.174101). Their middle
     thus stays within ``parted`` of the edge. If motions leave it in one direction only, it approaches what attracts
     within the edge: an equilibrium, a cycle, or a chaotic set. It is followed from strobe to strobe, from point to
-    point of a section ``at``, or, without either, by 512ths of the duration. Attractors are told apart as in `basins`.
+    point of a section ``at``, or, without either, by 544ths of the duration. Attractors are told apart as in `basins`.
 
     From the later half of the bisections: the track is ``periodic`` (or ``equilibrium``) where all its states return
     to within four times ``parted``, and ``chaotic`` where two exponents are positive beyond three errors. Exponents are
