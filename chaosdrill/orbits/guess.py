@@ -277,6 +277,8 @@ def guess_of_return(problem: "Problem", place: Place, values: np.ndarray) -> tup
     last = TUNING.return_units[-1]
     for units in TUNING.return_units:
         outcome, guess = guess_of_autonomous(problem, place, units * unit, values, near=units < last)
+        if outcome == Outcome.EQUILIBRIUM:
+            return Outcome.OK, None
         if guess is not None or outcome != Outcome.OK:
             break
     while guess is None and outcome == Outcome.OK and is_slow(place, problem.numerics, last * unit):
@@ -301,7 +303,8 @@ def guess_of_autonomous(
 
     It returns after the expected time if there is one, otherwise at the first return that is about as close as any
     other; without events a longer duration may show a closer one, unless it is ``near``. A motion that ends early, for
-    instance by escaping, may have returned before.
+    instance by escaping, may have returned before. One that is ``near`` and did not return before it came to rest has
+    the outcome ``Outcome.EQUILIBRIUM``, as a longer duration shows no more of it.
     """
     system = place.system
     unit = unit_of(problem, place)
@@ -318,6 +321,12 @@ def guess_of_autonomous(
             return outcome, None
     there = 0 if expected is None else min(round(expected / unit * TUNING.return_samples), len(path) - 1)
     moved = path[there] - state
+    least = _unmoved(problem, path)
+    if near and not ended:
+        end = TUNING.return_units[0]
+        since = events[:, layout.EVENT_STROBES] >= whole - end
+        if not since.any() and (np.ptp(path[-end * TUNING.return_samples :], axis=0) <= least).all():
+            outcome = Outcome.EQUILIBRIUM
     if len(events):
         orbit = _back_at_event(problem, events, unit, values, expected, moved)
         return (outcome, None) if orbit is None else (Outcome.OK, orbit)
@@ -325,7 +334,6 @@ def guess_of_autonomous(
     starts = np.concatenate([state, values])[np.newaxis]
     resting = shifts.still(path)
     extent = np.ptp(resting, axis=0)
-    least = _unmoved(problem, path)
     if (extent <= least).all():
         return outcome, None
     if expected is not None:

@@ -19,6 +19,7 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import Special
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.model.derive import conserved_combinations, shift_directions
+from chaosdrill.orbits import guess
 from chaosdrill.orbits.branches import branches
 from chaosdrill.orbits.find import find_orbit, inadmissible_words
 from chaosdrill.orbits.neutral import neutral_of
@@ -566,6 +567,20 @@ def test_a_mode_that_escapes(drill):
 @pytest.mark.parametrize("rho", [0.5, 10.0])
 def test_a_flow_that_comes_to_rest(rho):
     nothing(build("lorenz", {"rho": rho}), Outcome.EQUILIBRIUM, "comes to rest", start="attractor")
+
+
+@pytest.mark.parametrize(("start", "longest"), [("attractor", 32), ("guess", 256)])
+def test_a_motion_at_rest_is_followed_no_longer(start, longest, monkeypatch):
+    """Units of time over which a return is looked for; at first it has to come to rest."""
+    followed, lengths = guess.events_of, []
+
+    def counted(run, periods, samples=None):
+        lengths.append(periods)
+        return followed(run, periods, samples)
+
+    monkeypatch.setattr(guess, "events_of", counted)
+    nothing(build("lorenz", {"rho": 10.0}), Outcome.EQUILIBRIUM, "comes to rest", start=start)
+    assert max(lengths) <= longest
 
 
 def test_a_flow_that_starts_at_rest():
