@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.orbits.neutral import neutral_of
 from chaosdrill.orbits.tuning import TUNING
 
 if TYPE_CHECKING:
@@ -24,12 +25,12 @@ def conserved_at(problem: "Problem", orbit: "Orbit", shot: "Shot") -> np.ndarray
 
     ``shot``: what shooting showed of the orbit.
 
-    Each row has the length 1 in the sizes of the states along the orbit. None (m = 0) where what the expressions tell
-    already leaves a family.
+    Each row has the length 1 in the sizes of the states along the orbit. None (m = 0) where some were found before, and
+    of what only the expressions tell, as that the rate of a state is 0.
     """
     d, count = problem.states, len(orbit)
     nothing, known = np.zeros((0, d)), problem.neutral
-    if known.conserved.size or (problem.forced and known.flow):
+    if len(problem.conserved) or (problem.forced and (known.flow or known.conserved.size)):
         return nothing
     weights = problem.weights(orbit)
     left = _dependencies(problem, orbit, shot, weights)
@@ -79,13 +80,13 @@ def likely_at(problem: "Problem", guess: "Orbit") -> tuple[np.ndarray, np.ndarra
     """
     nothing = np.zeros((0, problem.states))
     # Newton's method makes a motion at rest last no time
-    if problem.neutral.conserved.size or problem.forced or not guess.durations.sum() > 0:
+    if len(problem.conserved) or problem.forced or not guess.durations.sum() > 0:
         return nothing, nothing
     shot, weights = problem.shoot(guess, watched=False), problem.weights(guess)
     matrix, scale = _scaled(problem, guess, shot, weights)
     if not np.isfinite(matrix).all():
         return nothing, nothing
-    vectors, sizes = _from_the_left(problem, guess, matrix)
+    vectors, sizes = _from_the_left(problem, guess, matrix, weights)
     left = vectors[:, : len(sizes)].T / scale
     known = problem.nearly_closed
     closed = (sizes <= TUNING.of_family * known * sizes[0]) & (shot.residual <= known)
@@ -134,19 +135,27 @@ def family_words(rows: np.ndarray, names: tuple[str, ...]) -> str:
 def _dependencies(problem: "Problem", orbit: "Orbit", shot: "Shot", weights: np.ndarray) -> np.ndarray:
     """Combinations of the linearised equations that vanish, shape (m, rows)."""
     matrix, scale = _scaled(problem, orbit, shot, weights)
-    vectors, sizes = _from_the_left(problem, orbit, matrix)
+    vectors, sizes = _from_the_left(problem, orbit, matrix, weights)
     small = sizes <= problem.dependent * sizes[0]
     return np.asarray(vectors[:, : len(sizes)][:, small].T / scale)
 
 
-def _from_the_left(problem: "Problem", orbit: "Orbit", matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Left singular vectors of the equations that say something, and singular values; 0 for the others."""
-    kept = np.ones(len(matrix), dtype=bool)
-    kept[len(orbit) : len(orbit) + problem.states] = problem.closes
-    vectors, sizes, _ = np.linalg.svd(matrix[kept])
-    whole = np.zeros((len(matrix), vectors.shape[1]))
-    whole[kept] = vectors
-    return whole, sizes
+def _from_the_left(
+    problem: "Problem", orbit: "Orbit", matrix: np.ndarray, weights: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Left singular vectors of the equations that say something, and singular values; 0 for the others.
+
+    Those of the states say nothing along shifts, and nothing of what is conserved by its expression.
+    """
+    d, count, closes = problem.states, len(orbit), problem.closes
+    known = neutral_of(problem.plain).conserved[:, closes] / weights[:d][closes]
+    across = np.linalg.svd(known)[2][np.linalg.matrix_rank(known) :] if known.any() else np.eye(closes.sum())
+    closing = np.zeros((len(across), len(matrix)))
+    closing[:, count : count + d][:, closes] = across
+    every = np.eye(len(matrix))
+    kept = np.vstack([every[:count], closing, every[count + d :]])
+    vectors, sizes, _ = np.linalg.svd(kept @ matrix)
+    return kept.T @ vectors, sizes
 
 
 def _scaled(problem: "Problem", orbit: "Orbit", shot: "Shot", weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

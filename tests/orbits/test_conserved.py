@@ -296,3 +296,18 @@ def test_an_ellipse_is_its_own_start(speed, tolerance, method):
     # of energy, angular momentum and the axis; told in the same way whatever round-off makes of them
     told = re.search(r"3 quantities are conserved; 1 x and (\S+) y \+ (\S+) u and (\S+) v, ", found.attrs["message"])
     assert float(told[2]) / float(told[1]) == pytest.approx(speed, rel=0.01)
+
+
+@pytest.mark.parametrize(("order", "start"), [("r p l", "guess"), ("l p r", "attractor")])
+def test_an_ellipse_whose_angular_momentum_is_a_state(order, start):
+    # its rate of 0 tells one conserved quantity, and nothing of the energy
+    kepler = HybridSystem(
+        name="radial", states=order, parameters={"mu": 1.0}, transitions=[], initial={"r": 0.8, "l": 0.96},
+        modes={"f": {"r": "p", "p": "l**2/r**3 - mu/r**2", "l": "0"}},
+    )  # fmt: skip
+    found = periodic_orbit(kepler, start=start)
+    axis = 1 / (2 / 0.8 - 1.2**2)
+    assert float(found["period_time"]) == pytest.approx(2 * np.pi * axis**1.5, rel=1e-10)
+    assert int(found["neutral"]) == 3
+    assert bool(found["stable"])
+    assert "a quantity is conserved" in found.attrs["message"]
