@@ -177,7 +177,10 @@ class _Builder:
         function = FUNCTIONS[name]
         if function.level != FLOW:
             for argument in arguments:
-                _check_size(argument, TUNING.parts_of_mod if name == "Mod" else TUNING.compared_parts)
+                if name == "Mod":
+                    _check_size(argument, TUNING.parts_of_mod, "; write x - y*floor(x/y) for Mod(x, y)")
+                else:
+                    _check_size(argument, TUNING.compared_parts)
                 # sympy expands what stands in it
                 powers = argument.atoms(sympy.Pow) if name == "Mod" else ()
                 if any(power.exp.is_Rational and power.exp > 8 for power in powers):
@@ -409,12 +412,12 @@ def _check_exponent(exponent: Any) -> None:
         raise ExpressionError(f"has the exponent {exponent!s:.40}; exponents up to {TUNING.exponent} are read")
 
 
-def _check_size(expression: Any, most: int) -> None:
-    """Refuse an expression of more operations."""
+def _check_size(expression: Any, most: int, instead: str = "") -> None:
+    """Refuse an expression of more operations, and say what may be written instead."""
     count = sum(1 for _ in sympy.preorder_traversal(expression))
     if count > most:
         raise ExpressionError(
-            f"compares, or takes by a function with kinks, {count} operations; at most {most} are read"
+            f"compares, or takes by a function with kinks, {count} operations; at most {most} are read{instead}"
         )
 
 

@@ -38,6 +38,7 @@ WATCHED = ("os.", "subprocess.", "compile", "exec", "import", "open", "socket.")
         ("exp(exp(exp(10)))", "not a finite"),
         ("positive_power(2, 10**9)", "exponent"),
         ("Mod((x + v + t)**900, 2)", "remainder of a power"),
+        (f"Mod(x{'+v*sin(t)' * 3}{'+x*cos(v*t)' * 3}+x/sin(x*v)+v/sin(x*t)+t/sin(v*t), 1)", "write x - y\\*floor"),
         ("1" * 5000, "digits"),
         ("1e400", "larger than any double"),
         ("1e-400*x", "'1e-400' is nearer to 0 than any double"),

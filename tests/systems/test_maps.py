@@ -425,3 +425,14 @@ def test_an_image_without_a_value_says_where() -> None:
     found = cd.lyapunov_spectrum(cd.Map("x", {}, ["log(x)"], initial={"x": 2}), periods=500)
     assert found.cd.outcome == "nonfinite"
     assert found.attrs["message"].startswith("an image is infinite or not a number: in mode 'map', time 2.75, at x")
+
+
+def test_zaslavsky_with_a_long_remainder():
+    # its angle has more operations than Mod takes; areas shrink by exp(-G)
+    w = "(x + nu*(1 + (1 - exp(-G))/G*y) + k*nu*(1 - exp(-G))/G*cos(2*pi*x))"
+    images = {"x": f"Mod({w}, 1)", "y": "exp(-G)*(y + k*cos(2*pi*x))"}
+    given = {"parameters": {"G": 3.0, "nu": 0.2, "k": 5.0}, "initial": {"x": 0.1}}
+    with pytest.raises(cd.ModelError, match=r"write x - y\*floor\(x/y\) for Mod\(x, y\)"):
+        cd.Map("x y", images=images, **given)
+    found = cd.lyapunov_spectrum(cd.Map("x y", images={**images, "x": f"{w} - floor({w})"}, **given), periods=500)
+    assert float(found["lyapunov_exponent"].sum()) == pytest.approx(-3, abs=1e-12)
