@@ -93,7 +93,7 @@ class Attractors:
     most: int = 64
     """Attractors that are followed at most, those of most runs: a conservative system has as many tori as starts."""
     uneven: float = 1.2360679774997896
-    """Times by which the instants of such records are further apart than those by which points were judged, sqrt(5) - 1:
+    """Times by which instants of such records are further apart than those by which points were judged, sqrt(5) - 1:
     where these fall on few phases of a cycle, such an irrational number lets the others fall on all."""
     cells: tuple[int, ...] = (128, 64, 32, 16, 8)
     """Cells along a state, in parts of its extent over all records; the first that suffices is taken."""

@@ -132,7 +132,7 @@ class Plan:
         if self.where.counts != "time":
             return self
         part = ATTRACTORS.uneven * self.part
-        return replace(self, part=part, transient=-(-self.transient * self.part // part))
+        return replace(self, part=part, transient=int(-(-self.transient * self.part // part)))
 
     def at_instants(self) -> "Plan":
         """The same with `LENGTH` parts of its duration, or a few more."""

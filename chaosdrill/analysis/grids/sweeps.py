@@ -20,6 +20,7 @@ from chaosdrill.analysis.tuning import ATTRACTORS
 from chaosdrill.dataset import count_outcomes
 from chaosdrill.dataset.build import dataset
 from chaosdrill.dataset.schema import names_of_rate
+from chaosdrill.engine.batch import Batch
 from chaosdrill.engine.period import forcing_periods
 from chaosdrill.model import HybridSystem
 from chaosdrill.model.regions import own_mode
@@ -99,10 +100,11 @@ def over_states(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
     numbers, leaders = number_attractors(cells)
     if len(leaders) > 1:
         here, begun, begun_modes = task.begin(leaders)
-        numbers, leaders = merge(
-            plan, cells, numbers, leaders,
-            lambda uneven, which: uneven.mapped(at_points(here, which), begun[which], begun_modes[which], ATTRACTORS.length),
-        )  # fmt: skip
+
+        def follow(plan: Plan, which: np.ndarray) -> Batch:
+            return plan.mapped(at_points(here, which), begun[which], begun_modes[which], ATTRACTORS.length)
+
+        numbers, leaders = merge(plan, cells, numbers, leaders, follow)
     fraction, error = share_of(np.bincount(numbers, minlength=len(leaders) + 1)[1:], task.units)
     number = "attractor_number"
     variables |= {

@@ -91,7 +91,7 @@ def _follow(plan: Plan, which: np.ndarray, runs: Batch, told: dict[str, np.ndarr
     curves = which[there[rows]]
     told["moments"][curves], _ = moments(points[rows], known[rows], np.zeros(len(rows)), shifts)
     ended = np.concatenate([cycles, which[found], curves])
-    # one record of each rest stays, with which those are compared that have not quite come to it, and of each such cycle
+    # one record of each such cycle stays, and of each rest: those are compared with it that have not quite come to it
     firsts: list[int] = []
     for place in [*which[found].tolist(), *curves.tolist()]:
         if not any(alike_first(part(told, [first]), part(told, [place]))[0] for first in firsts):
