@@ -68,7 +68,7 @@ def over(a, b, size):
 
 def told(settings, series, scale, weights, metric, out, bounds, row):
     """A step of two states and a tangent, which stand in rows 0 to 3, of one run or of eight."""
-    h = taylor.length(over, series, 2, 1, 2, settings, out[0], scale, weights, metric, row)
+    h = taylor.length(over, series, 2, 1, 2, settings, out[0], scale, scale, True, weights, metric, row)
     taylor.follow(series, 2, scale, h)
     sure = taylor._has_no_gap(series, 2, settings.order, h / settings.reach, weights)
     out[0] = h
