@@ -53,9 +53,10 @@ def expand(lane_functions, mode, live, tables, settings, block, row):
     taylor.fill(lane_functions, mode, live, settings, block.t, block.c, block.x, vectors, ws)
     series, weights, period = table_of(ws), row_of(block.weights), row_of(block.period)[0]
     first, scale, metric = first_row(ws, vectors, 0), row_of(block.scale), row_of(block.metric)
-    span, parts = row_of(block.span), scales.part(tables)
+    span = row_of(block.span)
     scales.renew(tables, mode, n, row_of(block.x), scale, span)
-    h = taylor.length(_over, series, n, live, first, settings, period, scale, span, parts, weights, metric, row)
+    scales.limit(tables, n, span, period, metric)
+    h = taylor.length(_over, series, n, live, first, settings, period, scale, weights, metric, row)
     taylor.follow(series, n, scale, h)
     row_of(block.h)[0] = h
     return taylor.doubts(lane_late_size, lane_size, series, n, tables, settings, mode, h, weights)

@@ -8,9 +8,11 @@ itself, as a population, has its value for its size, as a tangent its length: it
 of this is the same in any unit of states and time.
 """
 
+import math
+
 from chaosdrill.codegen.layout import EPSILON
 from chaosdrill.engine.jit import inlined, inner, rare
-from chaosdrill.engine.lanes import chosen, larger, magnitude, smaller
+from chaosdrill.engine.lanes import as_wide, chosen, larger, magnitude, smaller
 from chaosdrill.engine.tuning import SIZES
 
 SMALLEST = 1e-290
@@ -87,6 +89,19 @@ def of_series(g, order, reach, longest):
     for k in range(order, 0, -1):
         size = max(size * h, abs(g[k]) * h)
     return size
+
+
+@inlined
+def limit(tables, n, span, period, metric):
+    """Let ``metric`` be one over the least sizes for tangents, infinite where those of the states are theirs.
+
+    ``period``, of one run or of lanes, says which.
+    """
+    apart = part(tables)
+    for i in range(n):
+        metric[i] = as_wide(math.inf, period)
+        if apart:
+            metric[i] = 1.0 / larger(span[i], SMALLEST)
 
 
 @inlined

@@ -100,7 +100,7 @@ def _over(a, b, size):
 
 
 @inlined
-def length(over, series, n, live, first, settings, period, scale, span, parts, weights, metric, row):
+def length(over, series, n, live, first, settings, period, scale, weights, metric, row):
     """The step that keeps states and tangents within tolerance; NaN where the series of a state holds one.
 
     The last term is to be a part of the tolerance: for states relative to their scales, which are the sizes that they
@@ -108,8 +108,8 @@ def length(over, series, n, live, first, settings, period, scale, span, parts, w
 
     ``over(a, b, size)`` divides the first two by the third; of lanes that is one division and two products. ``series``
     has the coefficients of the states, and from row ``first`` on those of the tangents; ``scale``, ``weights`` and
-    ``metric`` have of each state its size, one over it, and that where all have one, of ``span`` if ``parts`` says that
-    tangents have sizes of their own; ``row`` is scratch for one series.
+    ``metric`` have of each state its size, one over it, and that where all have one, no more than it was before, as
+    `scales.limit` has it; ``row`` is scratch for one series.
     All are of one run, or of lanes.
     """
     order, reach = settings.order, settings.reach
@@ -134,9 +134,7 @@ def length(over, series, n, live, first, settings, period, scale, span, parts, w
             widest = larger(widest, chosen(weights[i] > 0.0, scale[i], 0.0))
         common = 1.0 / chosen(widest > 0.0, widest, 1.0)
         for i in range(n):
-            metric[i] = chosen(weights[i] > 0.0, weights[i], common)
-            if parts:
-                metric[i] = smaller(metric[i], 1.0 / larger(span[i], SMALLEST))
+            metric[i] = smaller(metric[i], chosen(weights[i] > 0.0, weights[i], common))
         for v in range(live):
             size = a = b = nothing
             for i in range(n):
@@ -287,8 +285,8 @@ def expand(functions, tables, settings, t, state, ws, scratch):
     metric, row = scratch.metric, scratch.polynomial
     scale, span = state.scale, state.span
     scales.renew(tables, mode, n, state.x, scale, span)
-    parts = scales.part(tables)
-    h = length(_over, ws, n, live, first, settings, run.period, scale, span, parts, weights, metric, row)
+    scales.limit(tables, n, span, run.period, metric)
+    h = length(_over, ws, n, live, first, settings, run.period, scale, weights, metric, row)
     if h != h:
         return h
     follow(ws, n, scale, h)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Unpack
 import sympy
 
 from chaosdrill.errors import ModelError
-from chaosdrill.model.crossings import decided, stripped
+from chaosdrill.model.bounds import decided
+from chaosdrill.model.crossings import stripped
 from chaosdrill.model.filippov import SLIDING, Field, More, TwoSided, Written, several, vanishes
 from chaosdrill.model.parts import read_table
 from chaosdrill.model.tables import UNNAMED

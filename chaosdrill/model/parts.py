@@ -14,7 +14,7 @@ from sympy.core.relational import Relational
 from sympy.logic.boolalg import Boolean, BooleanAtom, BooleanFunction
 
 from chaosdrill.errors import ModelError
-from chaosdrill.model.crossings import decided
+from chaosdrill.model.bounds import decided
 from chaosdrill.model.gates import without_overflow
 from chaosdrill.model.grammar import ExpressionError, parse
 from chaosdrill.model.python import Called, Source, called, fault_of, is_python, reads_time

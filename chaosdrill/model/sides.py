@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 from sympy.core.relational import Relational
@@ -13,9 +13,7 @@ from chaosdrill.model.places import parameter
 from chaosdrill.model.rules import kinked
 from chaosdrill.model.touching import degree_bound, exact
 from chaosdrill.model.tuning import TUNING
-
-if TYPE_CHECKING:
-    from chaosdrill.model.system import HybridSystem
+from chaosdrill.model.values import System
 
 _BROKEN = (sympy.Abs, sympy.sign, sympy.Max, sympy.Min, sympy.Piecewise)
 
@@ -36,12 +34,12 @@ class Side:
     name: str = ""
 
     @classmethod
-    def of(cls, system: "HybridSystem", names: Iterable[str]) -> "Side":
+    def of(cls, system: System, names: Iterable[str]) -> "Side":
         """That of the parameters with these names."""
         values = {parameter(name): value for name, value in system.parameters.items()}
         return cls(frozenset(map(parameter, names)), values, name=system.name.removesuffix(" (lifted)"))
 
-    def smooth(self, system: "HybridSystem") -> "HybridSystem":
+    def smooth(self, system: Any) -> Any:
         """The system with the branches of its rates, guards, resets, quadratures and period; itself if it has none."""
         modes, quadratures = (
             {key: {x: self.told(rate) for x, rate in one.items()} for key, one in many.items()}

@@ -12,7 +12,7 @@ from chaosdrill.codegen.kinds import Array, RecordOf, float64, void
 from chaosdrill.engine import polynomial, records, taylor
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.lane_code import chosen, larger, magnitude, row_of, table_of
-from chaosdrill.engine.lanes import LANES, aligned
+from chaosdrill.engine.lanes import LANES, aligned, as_wide
 from chaosdrill.engine.layout import COLUMNS, SETTINGS, WIDTH
 
 matrix = float64[:, ::1]
@@ -68,7 +68,9 @@ def over(a, b, size):
 
 def told(settings, series, scale, weights, metric, out, bounds, row):
     """A step of two states and a tangent, which stand in rows 0 to 3, of one run or of eight."""
-    h = taylor.length(over, series, 2, 1, 2, settings, out[0], scale, scale, True, weights, metric, row)
+    for i in range(2):
+        metric[i] = as_wide(np.inf, out[0])
+    h = taylor.length(over, series, 2, 1, 2, settings, out[0], scale, weights, metric, row)
     taylor.follow(series, 2, scale, h)
     sure = taylor._has_no_gap(series, 2, settings.order, h / settings.reach, weights)
     out[0] = h
