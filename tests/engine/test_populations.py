@@ -125,3 +125,18 @@ def test_what_dies_out_leaves_tangents_their_accuracy(method, unit):
     found = cd.lyapunov_spectrum(rivals, duration=200, transient=20, method=method, tolerance=1e-12)
     assert float(found["lyapunov_exponent"].sum()) == pytest.approx(-2, abs=1e-6)
     assert abs(found["lyapunov_exponent"] + 1).max() < 0.2
+
+
+def test_exponents_beside_what_dies_out_in_runs_side_by_side():
+    growth = np.linspace(0.1, 0.8, 8)
+    rates = {"x": "x*(b - x - y - 2*z)", "y": "y*(a - 1.9*x - z)", "z": "z*(2 - 4.3*x - y)"}
+    three = cd.HybridSystem(
+        states=[*rates], parameters={"a": 0.5, "b": 1.0}, modes={"on": rates}, initial={"x": 1.0, "y": 1e-9, "z": 1e-9}
+    )
+    found = cd.parameter_chart(
+        three, {"a": growth, "b": [1.0]}, duration=90, transient=400, tolerance=1e-12, exponents=3
+    )
+    expected = np.sort([growth - 1.9, np.full(8, -1.0), np.full(8, -2.3)], axis=0)[::-1]
+    np.testing.assert_allclose(
+        found["lyapunov_exponent"].squeeze(("b", "seed")).transpose("exponent", "a"), expected, atol=1e-6
+    )
